@@ -12,11 +12,9 @@ import typer
 from rich.console import Console
 
 from benchmarks import benchmarks
+from benchmarks.benchmarks import Taken, take
 from benchmarks.machine import machine
-from benchmarks.page import page
-from benchmarks.progress import telling
-from benchmarks.table import show
-from benchmarks.taking import Taken, take
+from benchmarks.report import page, show, telling
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, main

@@ -1,13 +1,76 @@
-"""The benchmarks there are. What a benchmark needs is imported when it is taken."""
+"""Benchmarks that there are, the figures they find with their bounds, and taking one of them.
+
+What a benchmark needs is imported when it is taken.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
+from subprocess import SubprocessError
 from types import ModuleType
+from typing import Any, Protocol, TypeAlias
 
-from benchmarks.figures import Measure
-from cellwright.util.errors import UnknownNameError
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure.
+
+    Attributes:
+        what: what was measured, as a reader of the table finds it.
+        value: how much; not a number where it could not be measured here, and then `note` says why.
+        unit: of the value, such as `us/step`; `x` for a ratio.
+        most: what the value is to stay at or below, where there is such a bound.
+        least: what the value is to reach, where there is such a bound.
+        note: how it was taken, or what has to be known to read it.
+    """
+
+    what: str
+    value: float
+    unit: str = "x"
+    most: float | None = None
+    least: float | None = None
+    note: str = ""
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the value is within its bounds; a value that is not a number is within none."""
+        return (self.most is None or self.value <= self.most) and (self.least is None or self.value >= self.least)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same as JSON values; a value that is not a number is null."""
+        return {
+            "what": self.what,
+            "value": self.value if math.isfinite(self.value) else None,
+            "unit": self.unit,
+            "most": self.most,
+            "least": self.least,
+            "held": self.is_held,
+            "note": self.note,
+        }
+
+
+Tell: TypeAlias = Callable[[str], None]
+"""Takes a line about what is being measured now."""
+
+
+class Measure(Protocol):
+    """Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on.
+
+    Raises:
+        BenchmarkSkippedError: this machine lacks something that is needed.
+    """
+
+    def __call__(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
+        """Take the figures; `quick`: with so few repeats that they only show that everything works."""
+
+
+class BenchmarkSkippedError(Exception):
+    """A benchmark cannot be taken on this machine; its text says what is missing."""
 
 
 @dataclass(frozen=True)
@@ -62,3 +125,56 @@ def find_benchmark(name: str) -> Benchmark:
         if benchmark.name == name:
             return benchmark
     raise UnknownNameError("benchmark", name, [each.name for each in BENCHMARKS])
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A benchmark that was taken, or tried.
+
+    Attributes:
+        benchmark: which.
+        figures: what it found; all that was found before it failed, if it did.
+        skipped: what this machine lacks for it; empty if nothing.
+        failed: what went wrong; empty if nothing.
+    """
+
+    benchmark: Benchmark
+    figures: tuple[Figure, ...] = ()
+    skipped: str = ""
+    failed: str = ""
+
+    @property
+    def is_held(self) -> bool:
+        """Whether it did not fail and every bound is held; one that was skipped breaks none."""
+        return not self.failed and all(figure.is_held for figure in self.figures)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same as JSON values."""
+        return {
+            "name": self.benchmark.name,
+            "title": self.benchmark.title,
+            "skipped": self.skipped or None,
+            "failed": self.failed or None,
+            "held": self.is_held,
+            "figures": [figure.as_dict() for figure in self.figures],
+        }
+
+
+def take(benchmark: Benchmark, tell: Tell, *, quick: bool = False) -> Taken:
+    """Take a benchmark.
+
+    Args:
+        benchmark: which.
+        tell: takes a line about what is being measured.
+        quick: with so few repeats that the figures only show that everything works.
+    """
+    figures: list[Figure] = []
+    skipped = failed = ""
+    try:
+        for figure in benchmark.measure()(tell, quick=quick):
+            figures.append(figure)  # noqa: PERF402 - one that fails keeps what it found before
+    except BenchmarkSkippedError as reason:
+        skipped = str(reason)
+    except (CellwrightError, RunEndedError, SubprocessError, OSError) as error:  # also of a process that it started
+        failed = str(error) or type(error).__name__
+    return Taken(benchmark, tuple(figures), skipped, failed)

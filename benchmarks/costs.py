@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from benchmarks.figures import Figure, Tell
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent

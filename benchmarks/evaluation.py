@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.figures import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.running.evaluation.evaluate import Evaluation

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
 
-from benchmarks.figures import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
 from benchmarks.processes import end
 
 UNTIL, FILMED = 60.0, 8.0

@@ -17,8 +17,8 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.busy_cell import BELT_PARTS, ON_BELT, busy_cell
-from benchmarks.figures import Figure, Tell
 from benchmarks.pybullet_twin import PyBulletTwin
 from cellwright.cell.cell import Cell
 

@@ -17,8 +17,8 @@ from xml.etree.ElementTree import Element
 
 import mujoco
 
+from benchmarks.benchmarks import BenchmarkSkippedError
 from benchmarks.busy_cell import ON_BELT
-from benchmarks.figures import BenchmarkSkippedError
 from benchmarks.silence import without_output
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description

@@ -19,7 +19,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks.figures import Figure, Tell
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.silence import without_output
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.config.robot.config import RobotConfig

@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
-from benchmarks.figures import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
 from benchmarks.processes import ros1_environment
 from benchmarks.ros1_clients import JOINTS, Clients
 from benchmarks.timing import percentile

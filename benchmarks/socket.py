@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 
-from benchmarks.figures import Figure, Tell
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.listener import listening
 from benchmarks.processes import Served
 from benchmarks.timing import percentile

@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from benchmarks.figures import Figure, Tell
+from benchmarks.benchmarks import Figure, Tell
 from cellwright.util.errors import UsageError
 
 RUNS = 7

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import mujoco
 
-from benchmarks.figures import Figure, Tell
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT

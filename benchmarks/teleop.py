@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.figures import Figure, Tell
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.processes import Served, ros1_environment
 from benchmarks.timing import percentile
 from cellwright.clients.client.socket_transport import SocketTransport

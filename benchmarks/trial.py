@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 
+from benchmarks.benchmarks import Figure, Tell
 from benchmarks.engine_time import EngineTime, engine_timed
-from benchmarks.figures import Figure, Tell
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
 from cellwright.clients.client.client import Client

@@ -76,7 +76,7 @@ _CAMERA: dict[str, Any] = {
 class World:
     """Something that is served, and a page on it in this process, with somebody who looks on at it and does no harm."""
 
-    def __init__(self, served: Served, tell: Tell, reset: Reset) -> None:
+    def __init__(self, served: scene.ViewedNode, tell: Tell, reset: Reset) -> None:
         self.served = served
         self._server = Server(served, port=0)
         scene.offer_viewer_services(self._server, served, tell, Control(RateControl(1.0), reset=reset))

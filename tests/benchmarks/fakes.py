@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from benchmarks.benchmarks import Benchmark
-from benchmarks.figures import Figure, Measure, Tell
+from benchmarks.benchmarks import Benchmark, Figure, Measure, Tell
 
 
 @dataclass(frozen=True)

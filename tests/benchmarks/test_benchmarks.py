@@ -1,7 +1,6 @@
 import pytest
 
-from benchmarks.benchmarks import BENCHMARKS, Benchmark, find_benchmark
-from benchmarks.figures import Figure
+from benchmarks.benchmarks import BENCHMARKS, Benchmark, Figure, find_benchmark
 from cellwright.util.errors import UnknownNameError
 
 

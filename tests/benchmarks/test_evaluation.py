@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks import evaluation
-from benchmarks.figures import BenchmarkSkippedError
+from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.util.errors import UsageError
 from tests.quick_children import QUICK_WORKERS
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import looking
-from benchmarks.figures import BenchmarkSkippedError
+from benchmarks.benchmarks import BenchmarkSkippedError
 
 COSTS = {"--view": 0.1, "--record": 0.4, "--video": 1.2}
 START = 0.8

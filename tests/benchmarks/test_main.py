@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import __main__ as command
 from benchmarks import benchmarks
-from benchmarks.figures import BenchmarkSkippedError
+from benchmarks.benchmarks import BenchmarkSkippedError
 from cellwright.util.errors import UsageError
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 from tests.cli.conftest import CommandLine

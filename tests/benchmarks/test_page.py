@@ -2,8 +2,8 @@
 
 import datetime
 
-from benchmarks.page import HEAD, cell, page
-from benchmarks.taking import Taken
+from benchmarks.benchmarks import Taken
+from benchmarks.report import HEAD, cell, page
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 DAY = datetime.date(2026, 11, 21)

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from benchmarks.progress import telling
+from benchmarks.report import telling
 
 
 def test_plain_lines_where_nothing_can_move() -> None:

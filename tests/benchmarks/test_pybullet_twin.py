@@ -4,8 +4,8 @@ from contextlib import closing
 
 import pytest
 
+from benchmarks.benchmarks import BenchmarkSkippedError
 from benchmarks.busy_cell import busy_cell
-from benchmarks.figures import BenchmarkSkippedError
 from benchmarks.pybullet_twin import PyBulletTwin, arm_description
 from cellwright.cell.cell import Cell
 from cellwright.cell.model.arm import BODIES

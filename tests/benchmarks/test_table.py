@@ -5,9 +5,8 @@ import math
 
 from rich.console import Console
 
-from benchmarks.figures import Figure
-from benchmarks.table import show
-from benchmarks.taking import Taken
+from benchmarks.benchmarks import Figure, Taken
+from benchmarks.report import show
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 THING = FakeBenchmark("a", "A thing", 1.0)

@@ -5,8 +5,7 @@ import subprocess
 
 import pytest
 
-from benchmarks.figures import BenchmarkSkippedError, Figure
-from benchmarks.taking import take
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, take
 from cellwright.util.errors import RunEndedError, UsageError
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks import words
-from benchmarks.figures import Figure
+from benchmarks import report
+from benchmarks.benchmarks import Figure
 
 
 @pytest.mark.parametrize(
@@ -24,21 +24,21 @@ from benchmarks.figures import Figure
     ],
 )
 def test_numbers(value: float, text: str) -> None:
-    assert words.number(value) == text
+    assert report.number_text(value) == text
 
 
 @given(st.floats(min_value=0.01, max_value=1e9))
 def test_a_number_is_off_by_less_than_its_digits(value: float) -> None:
-    text = words.number(value)
+    text = report.number_text(value)
     assert "e" not in text
     assert math.isclose(float(text), value, rel_tol=0.005, abs_tol=0.000501)  # half a digit, and rounding
 
 
 def test_value_bound_and_verdict() -> None:
-    assert words.value(Figure("a", 1.23456, "s")) == "1.23 s"
-    assert words.value(Figure("a", math.nan, "s")) == "-"
-    assert words.bound(Figure("a", 1.0)) == words.verdict(Figure("a", 1.0)) == ""
-    assert words.bound(Figure("a", 1.0, most=1.15)) == "≤ 1.15"
-    assert words.bound(Figure("a", 1.0, least=5.0, most=9.0)) == "≥ 5, ≤ 9"
-    assert words.verdict(Figure("a", 1.0, least=5.0)) == "NOT HELD"
-    assert words.verdict(Figure("a", 6.0, least=5.0)) == "held"
+    assert report.value_text(Figure("a", 1.23456, "s")) == "1.23 s"
+    assert report.value_text(Figure("a", math.nan, "s")) == "-"
+    assert report.bound_text(Figure("a", 1.0)) == report.verdict_text(Figure("a", 1.0)) == ""
+    assert report.bound_text(Figure("a", 1.0, most=1.15)) == "≤ 1.15"
+    assert report.bound_text(Figure("a", 1.0, least=5.0, most=9.0)) == "≥ 5, ≤ 9"
+    assert report.verdict_text(Figure("a", 1.0, least=5.0)) == "NOT HELD"
+    assert report.verdict_text(Figure("a", 6.0, least=5.0)) == "held"

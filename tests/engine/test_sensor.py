@@ -305,3 +305,13 @@ def test_settings_can_be_read() -> None:
     sensor = ruler(period=Fraction(1, 30), latency=Fraction(1, 100))
     assert (sensor.period, sensor.latency, sensor.frame) == (Fraction(1, 30), Fraction(1, 100), "ruler_frame")
     assert ruler().period == Ruler.default_period
+
+
+def test_sensor_of_unknown_form_is_described_and_not_read_for_viewers() -> None:
+    sensor = ruler()
+    glide(sensor)
+    described = sensor.describe()
+    assert (described["name"], described["form"]) == ("ruler", "other")
+    assert (described["position"], described["quaternion"]) == ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+    assert sensor.overlay() is None
+    assert sensor.measured == 0

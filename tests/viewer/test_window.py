@@ -78,6 +78,12 @@ def test_the_picture_is_the_robot(node: RobotNode) -> None:
     assert picture.moved() == {}
     data.ctrl[node.world.model.actuator("head").id] = 0.7
     assert picture.moved() == {"head": 0.7}
+    targets = list(services.state({})["targets"])
+    targets[node.world.model.actuator("head").id] = 0.7
+    picture.take(services.state({}) | {"targets": targets})
+    assert picture.moved() == {}, "the node has taken it"
+    picture.take(services.state({}))
+    assert picture.moved() == {}, "the robot moves them too"
 
 
 def test_the_first_view_has_the_robot_in_front(node: RobotNode) -> None:

@@ -1,17 +1,57 @@
-"""The URDF of the QingLong: figures and drawing as text."""
+"""The URDF of the QingLong: kinematics, limits and masses as figures, and the file that they make with the drawing."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from functools import cache
 from importlib import resources
 from itertools import chain
 
-from cellwright.config.robot.model import RobotModel, link_poses
-from tools.qinglong.body import Drawing, right_arm, right_leg, right_solids, trunk, trunk_solids
-from tools.qinglong.figures import figures
-from tools.qinglong.hands import hand, hand_solids
-from tools.qinglong.shapes import COLOURS, Shape
+from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel, link_poses
+from cellwright.util.pose import Pose
+from tools.qinglong.drawing import (
+    COLOURS,
+    Drawing,
+    Shape,
+    hand,
+    hand_solids,
+    right_arm,
+    right_leg,
+    right_solids,
+    trunk,
+    trunk_solids,
+)
+
+NAME = "QingLong"
+
+
+@cache
+def figures() -> RobotModel:
+    """The robot without shapes, its joints in the order of their indices."""
+    read = json.loads(resources.files(__package__).joinpath("figures.json").read_text("utf-8"))
+    joints = tuple(
+        Joint(
+            name=joint["name"],
+            type=JointType(joint["type"]),
+            parent=joint["parent"],
+            child=joint["child"],
+            origin=Pose.from_rpy(tuple(joint["xyz"]), tuple(joint["rpy"])),
+            axis=tuple(joint.get("axis", (0.0, 0.0, 0.0))),
+            limits=Limits(*joint["limit"]) if "limit" in joint else Limits(),
+        )
+        for joint in read["joints"]
+    )
+    links = {
+        name: Link(name, None if values is None else _inertial(**values)) for name, values in read["links"].items()
+    }
+    return RobotModel(NAME, read["root"], links, joints)
+
+
+def _inertial(mass: float, com: list[float], inertia: list[float]) -> Inertial:
+    (x, y, z), (xx, yy, zz, xy, xz, yz) = com, inertia
+    return Inertial(mass, Pose((x, y, z)), (xx, yy, zz, xy, xz, yz))
+
 
 TORSO = "base_link"
 FINGERTIP = (1.5e-8, 1.5e-8, 1.5e-8, 0.0, 0.0, 0.0)

@@ -33,6 +33,8 @@ from cellwright.cell.interface.publications import Publications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.build import World, build_world
+from cellwright.cell.model.arm import CUP_GEOM
+from cellwright.cell.model.build import World, build_world, demo_objects
 from cellwright.config.trial.trial import Camera as CameraDescription
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.config.trial.trial import ServoProfile, Trial
@@ -166,6 +168,25 @@ class Cell(CellDevices):
     def out_of_sight(self) -> list[int]:
         """Ids of the bodies of parts that are not in play, which stand on a shelf far off."""
         return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
+
+    def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
+        """What viewers draw beside the scene: `kind`, `sensors` as they describe themselves, `tools`: the cup.
+
+        Args:
+            body_index: the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        """
+        tools = []
+        if self.gripper is not None:
+            cup = self.simulation.model.geom(CUP_GEOM)
+            tools = [[body, cup.pos.tolist()]] if (body := body_index(int(cup.bodyid[0]))) else []
+        return {"kind": "cell", "sensors": [each.describe() for each in self.sensors.values()], "tools": tools}
+
+    def sensor_overlay(self) -> dict[str, Any]:
+        """What viewers draw of each sensor's reading, by name; None for one that is switched off. See `Sensor.overlay`.
+
+        A reading is a function of state and time, so it leaves no trace that it was made.
+        """
+        return {name: sensor.overlay() if sensor.enabled else None for name, sensor in self.sensors.items()}
 
     def state_hash(self) -> str:
         """SHA-256 of the whole state: engine, events, devices, referee and score."""

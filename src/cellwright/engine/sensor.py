@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, Generic, TypedDict, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,6 +159,21 @@ class Sensor(Device, ABC, Generic[R]):
         if self._chance is None or self.noise == 0.0:
             return np.zeros(size)
         return self.noise * self._chance.normal(index, size)
+
+    # ---------------------------------------------------------------- viewers
+
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it, as JSON values: `name`, `position`, `quaternion`, `form`, and its figures."""
+        pose = self.world_T_sensor
+        return {"name": self.name, "position": pose.position, "quaternion": pose.quaternion, "form": "other"}
+
+    def overlay(self) -> dict[str, Any] | None:
+        """What viewers draw of a reading now, as JSON values; None for a kind of sensor that must not be read for that.
+
+        It has `sees`, whether there is something, and `ranges` [m] along its rays, null for one that meets nothing.
+        The sensor has to be switched on.
+        """
+        return None
 
     # ---------------------------------------------------------------- listening
 

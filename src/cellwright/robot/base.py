@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import StrEnum
 
 import numpy as np
 
-from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config import BaseMode, RobotConfig
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
@@ -26,17 +25,6 @@ MODE = "base_command_mode"
 """Key of a robot configuration that says what commands of the base mean."""
 
 
-class Mode(StrEnum):
-    """What the numbers of a command mean."""
-
-    ORIGINAL = "original"
-    """Turn [rad], and move along the base's own y axis [m], by so much."""
-    DELTA = "delta"
-    """Turn [rad], and move along its own x and y axes [m], by so much."""
-    VELOCITY = "velocity"
-    """Turn [rad/s], and move along its own x and y axes [m/s], as fast as that, until the next command or 0.2 s."""
-
-
 class Base(Device):
     """A robot's base.
 
@@ -48,7 +36,7 @@ class Base(Device):
         super().__init__("base")
         self._first = config.base_pose
         given = config.others.get(MODE)
-        self.mode = Mode(given) if given in (Mode.DELTA, Mode.VELOCITY) else Mode.ORIGINAL
+        self.mode = BaseMode(given) if given in (BaseMode.DELTA, BaseMode.VELOCITY) else BaseMode.ORIGINAL
         self.pose = config.base_pose
         """World_T_base."""
         self._velocity = (0.0, 0.0, 0.0)
@@ -70,18 +58,18 @@ class Base(Device):
         Raises:
             RejectedCommandError: the numbers are not what they should be; nothing was changed.
         """
-        count = 2 if self.mode is Mode.ORIGINAL else 3
+        count = 2 if self.mode is BaseMode.ORIGINAL else 3
         if len(data) != count:
             raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_about(self.mode)}")
         if not all(map(math.isfinite, data)):
             raise RejectedCommandError(f"the numbers must be finite, not {list(data)}")
         if any(abs(value) > LARGEST_STEP for value in data):
             raise RejectedCommandError(f"no number of a base's command may be beyond {LARGEST_STEP:g}")
-        if self.mode is Mode.VELOCITY:
+        if self.mode is BaseMode.VELOCITY:
             self._velocity = (data[0], data[1], data[2])
             self._until = self.simulation.now + nanoseconds(TIMEOUT)
             self.set_stepping(True)
-        elif self.mode is Mode.DELTA:
+        elif self.mode is BaseMode.DELTA:
             self._move(data[0], data[1], data[2])
         else:
             self._move(data[0], 0.0, data[1])
@@ -135,11 +123,11 @@ class Base(Device):
         self.simulation.touch()
 
 
-def _about(mode: Mode) -> str:
+def _about(mode: BaseMode) -> str:
     match mode:
-        case Mode.ORIGINAL:
+        case BaseMode.ORIGINAL:
             return "turn [rad], move along y [m]"
-        case Mode.DELTA:
+        case BaseMode.DELTA:
             return "turn [rad], move along x and y [m]"
-        case Mode.VELOCITY:
+        case BaseMode.VELOCITY:
             return "turn [rad/s], move along x and y [m/s]"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from fractions import Fraction
+from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.simulation import Simulation
@@ -18,7 +19,7 @@ from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
 from cellwright.robot.ee_poses import EePoses, EePoseTopics
 from cellwright.robot.grippers import gripper_ranges
 from cellwright.robot.inverse_kinematics import TipSpeedLimits
-from cellwright.robot.model import TIMESTEP, build_robot
+from cellwright.robot.model import TIMESTEP, body_of, build_robot
 from cellwright.robot.publications import CameraTopics, Publications, add_cameras
 from cellwright.robot.safety import CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
@@ -127,6 +128,20 @@ class RobotNode:
     def out_of_sight(self) -> tuple[int, ...]:
         """Ids of bodies that are not there to be seen: none."""
         return ()
+
+    def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
+        """What viewers draw beside the scene: `kind`, `sensors`: none, `tools`: the tips of the arms.
+
+        Args:
+            body_index: the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        """
+        model = self.simulation.model
+        bodies = [body_index(int(model.body(body_of(arm.tip)).id)) for arm in self.config.arms]
+        return {"kind": "robot", "sensors": [], "tools": [[body, [0.0, 0.0, 0.0]] for body in bodies if body]}
+
+    def sensor_overlay(self) -> dict[str, Any]:
+        """What viewers draw of sensors: nothing."""
+        return {}
 
     def close(self) -> None:
         """End: the robot is let go of. Again is no error."""

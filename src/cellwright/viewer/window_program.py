@@ -17,7 +17,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from cellwright.clients.assembled import process
 from cellwright.clients.client.socket_transport import SocketTransport
@@ -26,32 +25,6 @@ from cellwright.rendering.camera import Camera
 from cellwright.robot.pictures import HEIGHT, TILT, TURN, WIDTH, camera_on
 from cellwright.util.errors import CellwrightError, RejectedCommandError, RunEndedError
 from cellwright.util.pose import Pose
-
-Array = NDArray[np.float64]
-
-
-class Sliders:
-    """One slider for each driven joint, at its target [rad; m].
-
-    Args:
-        names: of the joints.
-    """
-
-    def __init__(self, names: Sequence[str]) -> None:
-        self._names = tuple(names)
-        self._set: Array | None = None
-
-    def set(self, targets: Array) -> Array:
-        """Where they are to stand now [rad; m], in the order of the joints."""
-        self._set = np.array(targets, dtype=float)
-        return self._set
-
-    def moved(self, now: Array) -> dict[str, float]:
-        """Joints whose slider stands elsewhere than it was set to, with where it stands; none before the first time."""
-        if self._set is None:
-            return {}
-        return {self._names[number]: float(now[number]) for number in np.flatnonzero(now != self._set)}
-
 
 NODE = "/window"
 COMMANDS = "/io_teleop/joint_cmd"
@@ -127,9 +100,9 @@ class RobotPicture:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model, self._data = model, data
-        names = [model.actuator(number).name for number in range(model.nu)]  # in the order of their indices
-        self._places = [model.joint(name).qposadr[0] for name in names]
-        self._sliders = Sliders(names)
+        self._names = [model.actuator(number).name for number in range(model.nu)]  # in the order of their indices
+        self._places = [model.joint(name).qposadr[0] for name in self._names]
+        self._targets = data.ctrl.copy()
 
     @property
     def camera(self) -> Camera:
@@ -148,14 +121,15 @@ class RobotPicture:
 
     def moved(self) -> dict[str, float]:
         """Joints whose slider somebody has moved since the last state, with where it stands [rad; m]."""
-        return self._sliders.moved(self._data.ctrl)
+        sliders = self._data.ctrl
+        return {self._names[number]: float(sliders[number]) for number in np.flatnonzero(sliders != self._targets)}
 
     def take(self, state: dict[str, Any]) -> None:
         """Show a state as `services.STATE` tells it."""
         data = self._data
         data.qpos[self._places] = state["driven"]
         data.mocap_pos[0], data.mocap_quat[0] = state["carrier"][:3], state["carrier"][3:]
-        data.ctrl[:] = self._sliders.set(np.array(state["targets"]))
+        self._targets[:] = data.ctrl[:] = state["targets"]
         mujoco.mj_forward(self._model, data)
 
 

@@ -11,7 +11,7 @@ from cellwright.config.robot.model import JointType, RobotModel, link_poses
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.robot.model import build_robot
-from tools.qinglong.figures import figures
+from tools.qinglong.urdf import figures
 
 CATALOGUE = Path(cellwright.config.robot.__file__).parent / "catalogue"
 

@@ -13,6 +13,7 @@ from cellwright.middleware.wire.frames import (
     FrameError,
     Kind,
     advance,
+    data_frame,
     hello,
     read_advance,
     read_time,
@@ -108,3 +109,33 @@ def test_time_goes_there_and_back(time: int, each_tick: bool) -> None:
 def test_a_time_of_another_length_is_refused(read: object) -> None:
     with pytest.raises(FrameError, match="wrong"):
         read(Frame(Kind.TIME, payload=b"abc"))  # type: ignore[operator]
+
+
+@given(st.dictionaries(names, st.integers() | names), st.binary(max_size=200))
+def test_data_frame_holds_json_and_bytes(said: dict[str, object], data: bytes) -> None:
+    [frame] = Decoder().feed(data_frame(7, said, data).encode())
+    assert (frame.kind, frame.number) == (Kind.DATA, 7)
+    found, rest = frame.data()
+    assert (found, bytes(rest)) == (said, data)
+
+
+@pytest.mark.parametrize(
+    ("payload", "reason"),
+    [
+        (b"", "longer than its payload"),
+        (b"\0\0\0", "longer than its payload"),
+        (struct.pack("<I", 3) + b"{}", "longer than its payload"),
+        (struct.pack("<I", 2**32 - 1) + b"{}", "longer than its payload"),
+        (struct.pack("<I", 0) + b"{}", "no JSON object"),
+        (struct.pack("<I", 1) + b"{}", "no JSON object"),
+        (struct.pack("<I", 2) + b"[]", "no JSON object"),
+    ],
+)
+def test_data_frame_with_wrong_length_or_json_is_refused(payload: bytes, reason: str) -> None:
+    with pytest.raises(FrameError, match=reason):
+        Frame(Kind.DATA, payload=payload).data()
+
+
+def test_data_of_another_kind_is_refused() -> None:
+    with pytest.raises(FrameError, match=r"expected DATA \(got ANSWER\)"):
+        Frame(Kind.ANSWER, payload=struct.pack("<I", 2) + b"{}").data()

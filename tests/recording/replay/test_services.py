@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from base64 import b64decode
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,9 +11,10 @@ from cellwright.recording.format.format import FRAME
 from cellwright.recording.replay.playback import Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
 from cellwright.rendering.scene import Form, Layer, Scene, Shape
-from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene, encode_scene
+from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
+from cellwright.viewer.services.scene import SceneServices
 from tests.recording.replay.memory import BODIES, SECOND, Memory, frame_at, recording
 
 BALL = Shape(1, Form.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), Layer.BOTH)
@@ -38,19 +38,17 @@ def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
     return RecordingServices(Playing(Recorded(memory), server, tempo=RateControl(), **more))
 
 
-def frame_of(answer: dict[str, Any]) -> Frame:
-    return decode_frame(b64decode(answer["frame"]))
-
-
 def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Server) -> None:
     told = services(memory, server, first=SECOND)
 
-    scene, frame = told.scene({}), told.frame({})
+    answers = SceneServices(told)
+    (scene, scene_data), (frame, frame_data) = answers.scene({}), answers.frame({})
 
-    assert decode_scene(b64decode(scene["scene"])).bodies == ("world", "ball", "part")
+    assert decode_scene(scene_data).bodies == ("world", "ball", "part")
+    assert scene["about"] == {}
     assert frame["digest"] == scene["digest"]
-    assert (frame["time"], frame["tick"]) == (SECOND, 500)
-    assert frame_of(frame).encode() == frame_at(SECOND).encode()
+    assert frame["tick"] == 500
+    assert frame_data == frame_at(SECOND).encode()
 
 
 def test_the_panel_is_that_of_the_moment(memory: Memory, server: Server) -> None:
@@ -61,13 +59,12 @@ def test_the_panel_is_that_of_the_moment(memory: Memory, server: Server) -> None
 
 def test_seeking_is_a_cut(memory: Memory, server: Server) -> None:
     told = services(memory, server)
-    before = told.frame({})["run"]
+    before = told.details({})["run"]
 
     told.control.control({"action": "seek", "time": 1.48})
 
-    answer = told.frame({})
-    assert answer["run"] != before
-    assert answer["time"] == 1_480_000_000
+    assert told.details({})["run"] != before
+    assert told.frame().time == 1_480_000_000
     assert told.panel({})["of"] == {"half": 2}
 
 
@@ -109,7 +106,7 @@ def test_other_actions_are_those_of_a_cell(memory: Memory, server: Server) -> No
 def test_what_was_not_recorded_is_out_of_sight(memory: Memory, server: Server) -> None:
     memory.list = [each for each in memory.list if each.topic != FRAME]
 
-    frame = frame_of(services(memory, server).frame({}))
+    frame = services(memory, server).frame()
 
     assert len(frame.poses) == BODIES
     assert frame.shown.tolist() == [True, False, False]
@@ -120,5 +117,5 @@ def test_without_a_scene_there_is_an_empty_world(memory: Memory, server: Server,
     memory.scene = scene
     told = services(memory, server)
 
-    assert decode_scene(b64decode(told.scene({})["scene"])).bodies == ("world",)
-    assert len(frame_of(told.frame({})).poses) == 1
+    assert decode_scene(told.scene).bodies == ("world",)
+    assert len(told.frame().poses) == 1

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tools.qinglong.figures import figures
+from tools.qinglong.urdf import figures
 
 TABLE: list[dict[str, Any]] = json.loads(
     (Path(__file__).parents[2] / "data" / "qinglong_joints.json").read_text("utf-8")

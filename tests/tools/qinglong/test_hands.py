@@ -3,9 +3,8 @@
 import pytest
 
 from cellwright.config.robot.model import link_poses
-from tools.qinglong.figures import figures
-from tools.qinglong.hands import hand, hand_solids
-from tools.qinglong.shapes import Shape
+from tools.qinglong.drawing import Shape, hand, hand_solids
+from tools.qinglong.urdf import figures
 
 FINGERS = ("ff", "mf", "rf", "lf", "th")
 

@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cellwright.util.pose import Pose, Vector3
-from tools.qinglong.shapes import DARK, SHELL, Shape, ball, block, capsule, cushion, rod
+from tools.qinglong.drawing import DARK, SHELL, Shape, ball, block, capsule, cushion, rod
 
 LENGTH = st.floats(-2.0, 2.0)
 POINT = st.tuples(LENGTH, LENGTH, LENGTH)

@@ -8,9 +8,8 @@ import pytest
 from cellwright.config.robot.model import link_poses
 from cellwright.util.pose import Pose
 from tools.qinglong.__main__ import PATH
-from tools.qinglong.figures import figures
-from tools.qinglong.shapes import COLOURS, Shape
-from tools.qinglong.urdf import drawing, solids, urdf_text
+from tools.qinglong.drawing import COLOURS, Shape
+from tools.qinglong.urdf import drawing, figures, solids, urdf_text
 
 
 def test_the_committed_file_is_what_the_script_writes() -> None:

@@ -2,20 +2,21 @@
 
 import hashlib
 import json
-from base64 import b64decode
+import re
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.wire.frames import LONGEST_FRAME, Kind
 from cellwright.middleware.wire.frames import Frame as Said
-from cellwright.middleware.wire.frames import Kind
-from cellwright.rendering.scene.scene import decode_frame, decode_scene
+from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene, is_whole_frame
 from cellwright.viewer.services import scene as onlookers
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import FRAME, SCENE
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import HISTORY_LENGTH, SceneServices, ServedScene
 from tests.cells import KITTING, WHOLE
 from tests.middleware.server.talk import served
 
@@ -25,15 +26,14 @@ def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
     with served(cell) as hall:
         onlookers.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
         guest = hall.guest()
-        told = guest.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).json()
-        data = b64decode(told["scene"])
+        told, data = guest.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).data()
         assert told["digest"] == hashlib.sha256(data).hexdigest()
-        scene = decode_scene(data)
+        scene = decode_scene(bytes(data))
         assert scene.name == cell.name
         cell.step()
-        found = guest.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).json()
-    assert (found["time"], found["tick"], found["digest"]) == (cell.simulation.now, 1, told["digest"])
-    frame = decode_frame(b64decode(found["frame"]))
+        found, data = guest.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
+    assert (found["tick"], found["digest"]) == (1, told["digest"])
+    frame = decode_frame(data)
     assert frame.time == cell.simulation.now
     assert len(frame.poses) == len(scene.bodies)
     tray = scene.bodies.index("agv1::kit_tray_1::kit_tray_1::tray")
@@ -43,9 +43,9 @@ def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
 
 def test_parts_that_are_not_in_play_are_not_shown() -> None:
     cell = Cell(WHOLE)
-    services = SceneServices(cell)
-    scene = decode_scene(b64decode(services.scene({})["scene"]))
-    frame = decode_frame(b64decode(services.frame({})["frame"]))
+    services = SceneServices(ServedScene(cell))
+    scene = decode_scene(services.scene({})[1])
+    frame = decode_frame(services.frame({})[1])
     hidden = {scene.bodies[index] for index in np.flatnonzero(~frame.shown)}
     out = {cell.simulation.model.body(body).name for body in cell.out_of_sight()}
     assert out
@@ -54,19 +54,117 @@ def test_parts_that_are_not_in_play_are_not_shown() -> None:
 
 def test_another_run_has_another_number() -> None:
     cell = Cell(KITTING)
-    services = SceneServices(cell)
-    before = services.frame({})["run"]
+    services = SceneServices(ServedScene(cell))
+    before = services.frame({})[0]["run"]
     cell.reset()
-    assert services.frame({})["run"] == before + 1
+    assert services.frame({})[0]["run"] == before + 1
 
 
 @pytest.mark.parametrize("every", [1, 7])
 def test_looking_leaves_no_trace(every: int) -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
-    services = SceneServices(watched)
+    services = SceneServices(ServedScene(watched))
     for tick in range(200):
         watched.step()
         alone.step()
         if tick % every == 0:
             services.frame({})
     assert watched.state_hash() == alone.state_hash()
+
+
+class Looker:
+    """Asks as a page does: with the number of the frame that it has."""
+
+    def __init__(self, services: SceneServices) -> None:
+        self.services = services
+        self.asked: dict[str, Any] = {}
+        self.frame: Frame | None = None
+        self.data = b""
+
+    def look(self) -> int:
+        """Ask for a frame; its sequence number."""
+        said, self.data = self.services.frame(self.asked)
+        self.frame = decode_frame(self.data, self.frame)
+        self.asked = {"since": said["sequence"]}
+        return int(said["sequence"])
+
+    def has(self, cell: Cell) -> bool:
+        """Whether it knows where everything is now."""
+        whole = decode_frame(self.services.frame({})[1])
+        return self.frame is not None and self.frame.equals(whole) and self.frame.time == cell.simulation.now
+
+
+def test_frame_since_recent_sequence_holds_changes_only() -> None:
+    cell = Cell(WHOLE)
+    looker = Looker(SceneServices(ServedScene(cell)))
+    looker.look()
+    whole = len(looker.data)
+    assert is_whole_frame(looker.data)
+    for _ in range(50):
+        cell.step()
+        looker.look()
+        assert not is_whole_frame(looker.data)
+        assert len(looker.data) < whole
+        assert looker.has(cell)
+
+
+def test_frame_of_same_state_keeps_its_sequence_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = Cell(KITTING)
+    source = ServedScene(cell)
+    services = SceneServices(source)
+    one, other = Looker(services), Looker(services)
+    assert one.look() == other.look()
+    cell.step()
+    number = one.look()
+    assert number == other.look() == one.look()
+    now = source.frame()
+    hidden = Frame(now.time, now.poses, ~now.shown)  # a part is taken away while time stands
+    monkeypatch.setattr(source, "frame", lambda: hidden)
+    assert one.look() == other.look() == number + 1
+    assert one.has(cell)
+
+
+@pytest.mark.parametrize("since", [None, True, "1", -1, 2**40, [], {}])
+def test_frame_since_unknown_sequence_is_whole(since: object) -> None:
+    services = SceneServices(ServedScene(Cell(KITTING)))
+    assert is_whole_frame(services.frame({"since": since})[1])
+    assert is_whole_frame(services.frame({"since": since})[1])
+
+
+def test_frame_since_forgotten_sequence_is_whole_and_next_one_is_not() -> None:
+    cell = Cell(KITTING)
+    services = SceneServices(ServedScene(cell))
+    often, seldom = Looker(services), Looker(services)
+    seldom.look()
+    for _ in range(HISTORY_LENGTH):
+        cell.step()
+        often.look()
+    seldom.look()
+    assert is_whole_frame(seldom.data)
+    cell.step()
+    seldom.look()
+    assert not is_whole_frame(seldom.data)
+    assert seldom.has(cell)
+
+
+def test_frames_go_on_after_reset() -> None:
+    cell = Cell(WHOLE)
+    looker = Looker(SceneServices(ServedScene(cell)))
+    for _ in range(20):
+        cell.step()
+        looker.look()
+    cell.reset()
+    looker.look()
+    assert looker.has(cell)
+
+
+def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
+    cell = Cell(KITTING, competition=False)
+    scene = ServedScene(cell)
+    scene.__dict__["scene"] = bytes(LONGEST_FRAME)
+    with served(cell) as hall:
+        SceneServices(scene).offer(hall.server)
+        answer = hall.guest().ask(Said(Kind.CALL, 5, SCENE, payload=b"{}"))
+        assert (answer.kind, answer.name) == (Kind.REFUSED, "UsageError")
+        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long: 16777216 at most", answer.text())
+        assert hall.guest("/other").ask(Said(Kind.CALL, 5, FRAME, payload=b"{}")).kind is Kind.DATA

@@ -11,14 +11,14 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import SceneServices, ServedScene
 from tests.cells import BARE, KITTING, SENSORS, WHOLE
 from tests.robot.robots import two_arms
 
 
 def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneTaker]:
     taker = SceneTaker(served.simulation.model)
-    return json.loads(json.dumps(scene.scene_metadata(served, taker))), taker
+    return json.loads(json.dumps(served.scene_metadata(taker.index))), taker
 
 
 def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
@@ -51,7 +51,7 @@ def test_what_sensors_find_is_what_they_would_tell() -> None:
     for _ in range(50):
         cell.step()
     cell.sensors["break_beam_1"].enabled = False
-    found = json.loads(json.dumps(scene.sensor_readings(cell)))
+    found = json.loads(json.dumps(cell.sensor_overlay()))
     assert found["break_beam_1"] is None
     reading = cell.sensors["logical_camera_2"].read()
     assert found["logical_camera_2"]["sees"] == bool(reading.detections)
@@ -59,7 +59,7 @@ def test_what_sensors_find_is_what_they_would_tell() -> None:
     assert len(found["laser_profiler_1"]["ranges"]) == 50
     near = cell.sensors["proximity_sensor_1"].read().range
     assert found["proximity_sensor_1"]["ranges"] == [pytest.approx(near, abs=1e-4)]
-    assert scene.sensor_readings(RobotNode(two_arms())) == {}
+    assert RobotNode(two_arms()).sensor_overlay() == {}
 
 
 def test_contacts_carry_what_lies_there() -> None:
@@ -75,12 +75,12 @@ def test_contacts_carry_what_lies_there() -> None:
 
 def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
-    services = SceneServices(watched)
-    assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"}).keys()
+    services = SceneServices(ServedScene(watched))
+    assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"})[0].keys()
     for _ in range(150):
         watched.step()
         alone.step()
-        assert {"contacts", "sensors"} <= services.frame({"contacts": True, "sensors": True}).keys()
+        assert {"contacts", "sensors"} <= services.frame({"contacts": True, "sensors": True})[0].keys()
     assert watched.state_hash() == alone.state_hash()
 
 
@@ -93,7 +93,7 @@ def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
     for _ in range(20):
         cell.step()
     cell.simulation.refresh()
-    found = json.loads(json.dumps(scene.sensor_readings(cell)))["wrist"]
+    found = json.loads(json.dumps(cell.sensor_overlay()))["wrist"]
     tool = cell.simulation.data.body("vacuum_gripper_link")
     assert found["position"] == pytest.approx((tool.xpos + 0.08 * tool.xmat.reshape(3, 3)[:, 0]).tolist(), abs=1e-3)
     assert cell.studio._painter is None

@@ -15,20 +15,17 @@ from cellwright.util.errors import RejectedCommandError
 class NotingLink:
     """Stands for the way to what is served."""
 
-    def __init__(self, panel: dict[str, Any] | None = None) -> None:
+    def __init__(self) -> None:
         self.welcome: dict[str, Any] = {"timestep": [1, 500]}
         self.asked: list[dict[str, Any]] = []
         self.called: list[tuple[str, Any]] = []
         self.refuses = ""
         """Why everything is refused; empty where nothing is."""
         self.succeeds = True
-        self._panel = panel or {}
 
     def ask(self, service: str, **asked: Any) -> dict[str, Any]:
         if self.refuses:
             raise RejectedCommandError(self.refuses)
-        if service == "cellwright/panel":
-            return self._panel
         self.asked.append(asked)
         return {}
 
@@ -42,8 +39,9 @@ class NotingLink:
 class StubPage:
     """Has what features use of a page; what is said to people is in `said`."""
 
-    def __init__(self, server: viser.ViserServer, link: NotingLink) -> None:
-        self.server, self.link, self.scene = server, link, None
+    def __init__(self, server: viser.ViserServer, panel: dict[str, Any]) -> None:
+        self.server, self.link, self.scene = server, NotingLink(), None
+        self.first_panel = panel
         self.said: list[tuple[str, str]] = []
         self.tabs: list[str] = []
         self._group = server.gui.add_tab_group()
@@ -62,7 +60,7 @@ def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
     """A page that ends with the block."""
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:
-        yield StubPage(server, NotingLink(panel))
+        yield StubPage(server, panel or {})
     finally:
         server.stop()
 

@@ -35,14 +35,15 @@ def told(*, competition: bool = False) -> dict[str, Any]:
 def opened() -> Iterator[tuple[Any, CellPanels]]:
     with page(told()) as found:
         panels = CellPanels()
-        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.attach(found)
+        panels.begin(None)  # type: ignore[arg-type]
         panels.panel(told())
         yield found, panels
 
 
 def test_it_has_its_tabs_once(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
-    panels.begin(found, None)  # type: ignore[arg-type]
+    panels.begin(None)  # type: ignore[arg-type]
     assert found.tabs == [ORDERS, SCORE, CELL]
 
 
@@ -87,28 +88,30 @@ def test_what_does_not_succeed_is_told(opened: tuple[Any, CellPanels]) -> None:
 def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
     with page(told(competition=True)) as found:
         panels = CellPanels()
-        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.attach(found)
+        panels.begin(None)  # type: ignore[arg-type]
         panels.panel(told(competition=True))
         assert [handle.visible for handle in panels._doing] == 5 * [False]
-        assert "development mode" in panels._why_not._text
+        assert "development mode" in panels._why_not.content
         recorded = {"kind": "recording", "of": told()}
         panels.panel(recorded)
-        assert "this is a recording" in panels._why_not._text
+        assert "this is a recording" in panels._why_not.content
 
 
 def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
     with page(told()) as found:
         panels = CellPanels()
         panels.away("nobody was ever there")
-        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.attach(found)
+        panels.begin(None)  # type: ignore[arg-type]
         panels.panel(told() | {"refused": {"belt": "the run is over"}})
         assert [handle.visible for handle in panels._doing] == 5 * [False]
-        assert "the run is over" in panels._why_not._text
+        assert "the run is over" in panels._why_not.content
         panels.panel(told())
         assert [handle.visible for handle in panels._doing] == 5 * [True]
         panels.away("the cell has stopped")
         assert [handle.visible for handle in panels._doing] == 5 * [False]
-        assert "the cell has stopped" in panels._why_not._text
+        assert "the cell has stopped" in panels._why_not.content
 
 
 @given(st.dictionaries(st.sampled_from(sorted(told())), JSON))

@@ -1,6 +1,7 @@
 """What is put on the page: bodies, beams, contacts, paths, names; and from where one looks."""
 
 import math
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.scene import Form, Frame, Layer, Scene, Shape
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.overlays import PATH_DURATION, Beams, Contacts, Names, ToolPaths
+from cellwright.viewer.web.overlays import PATH_DURATION, Axes, Beams, Contacts, Names, ToolPaths
 from cellwright.viewer.web.page import Feature, Moment
 from cellwright.viewer.web.scene import Bodies, Shadows, lamp_of
 from cellwright.viewer.web.views import Views, views_of
@@ -51,7 +52,8 @@ def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Frame
 
 def begun(feature: Feature, **about: Any) -> FakePage:
     page = FakePage(ALIKE, **about)
-    feature.begin(page, ALIKE)  # type: ignore[arg-type]
+    feature.attach(page)  # type: ignore[arg-type]
+    feature.begin(ALIKE)
     return page
 
 
@@ -69,13 +71,14 @@ def test_bodies_that_look_alike_are_one_node() -> None:
 def test_bodies_go_where_they_are_and_hide() -> None:
     bodies = Bodies()
     page = begun(bodies)
-    bodies.show(Moment(frame(b1=0.5, b3=0.7, hidden=(4,)), is_cut=True))
+    before = frame(b1=0.5, b3=0.7, hidden=(4,))
+    bodies.show(Moment.of(before))
     hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and others alike"]
     assert hand.position.tolist() == [0.5, 0.0, 0.0]
     assert gears.batched_positions[1, 0] == pytest.approx(0.7)
     assert gears.batched_scales.tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]
     hand.position = "untouched"
-    bodies.show(Moment(frame(b1=0.5, b3=0.8, hidden=(1,)), is_cut=False))
+    bodies.show(Moment.of(frame(b1=0.5, b3=0.8, hidden=(1,)), before))
     assert hand.position == "untouched"  # what has not moved is not told again
     assert hand.visible is False
     assert gears.batched_positions[1, 0] == pytest.approx(0.8)
@@ -85,7 +88,7 @@ def test_bodies_go_where_they_are_and_hide() -> None:
 def test_what_is_touched_takes_the_place_of_looks() -> None:
     bodies = Bodies()
     page = begun(bodies)
-    bodies.show(Moment(frame(b1=0.5), is_cut=True))
+    bodies.show(Moment.of(frame(b1=0.5)))
     page.boxes["Collision shapes"].value = True
     page.boxes["Collision shapes"].clicked(None)
     assert page.nodes["/scene/touched"].visible is True
@@ -104,7 +107,7 @@ def test_shadows_are_thrown_by_what_is_large_and_follow_it() -> None:
     aside = np.array(page.nodes["/scene/shadows"].position)
     assert np.linalg.norm(aside) == pytest.approx(0.03)
     assert aside @ lamp_of({}) < 0
-    shadows.show(Moment(frame(b1=0.4, hidden=(6,)), is_cut=True))
+    shadows.show(Moment.of(frame(b1=0.4, hidden=(6,))))
     assert page.nodes["/scene/shadows/1"].position[0] == pytest.approx(0.4)
     assert page.nodes["/scene/shadows/6"].visible is False
 
@@ -174,29 +177,37 @@ def test_the_path_of_a_tool_is_as_long_as_its_last_seconds() -> None:
     page = begun(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
     page.boxes["Path of the tool"].value = True
     for second in range(40):
-        paths.show(Moment(frame(second * 10**9, b1=0.1 * second), is_cut=second == 0))
+        paths.show(Moment.of(frame(second * 10**9, b1=0.1 * second), frame() if second else None))
     points = page.nodes["/scene/path of tool 1"].points
     assert len(points) == PATH_DURATION
     np.testing.assert_allclose(points[-1], [(3.8, 0, 0.1), (3.9, 0, 0.1)], atol=1e-5)
-    paths.show(Moment(frame(0, b1=0.0), is_cut=True))
+    paths.show(Moment.of(frame(0, b1=0.0)))
     assert "/scene/path of tool 1" not in page.nodes or len(page.nodes["/scene/path of tool 1"].points) == 0
 
 
+def show(features: Sequence[Feature], moment: Moment) -> None:
+    for feature in features:
+        feature.show(moment)
+
+
 def test_names_and_frames_of_what_is_there() -> None:
-    names = Names()
-    page = begun(names)
-    names.show(Moment(frame(), is_cut=True))
+    page = FakePage(ALIKE)
+    overlays = (Names(), Axes())
+    for overlay in overlays:
+        overlay.attach(page)  # type: ignore[arg-type]
+        overlay.begin(ALIKE)
+    show(overlays, Moment.of(frame()))
     assert page.nodes == {}
     page.boxes["Names"].value = page.boxes["Frames"].value = True
-    names.show(Moment(frame(b2=0.5, hidden=(3,)), is_cut=False))
+    show(overlays, Moment.of(frame(b2=0.5, hidden=(3,)), frame()))
     texts = {node.text for name, node in page.nodes.items() if "/names/" in name}
     assert texts == {"arm/hand", "gear_1", "gear_3", "gear_4"}
     assert len(page.nodes["/scene/frames"].batched_positions) == 4
-    names.show(Moment(frame(b2=0.6), is_cut=False))
+    show(overlays, Moment.of(frame(b2=0.6), frame()))
     assert len(page.nodes["/scene/frames"].batched_positions) == 5
     assert page.nodes["/scene/names/2"].position[0] == pytest.approx(0.6)
     page.boxes["Names"].value = page.boxes["Frames"].value = False
-    names.show(Moment(frame(b2=0.7), is_cut=False))
+    show(overlays, Moment.of(frame(b2=0.7), frame()))
     assert page.nodes == {}
 
 
@@ -216,7 +227,7 @@ def test_a_cell_has_its_own_views_and_a_robot_is_whole_in_all_of_them() -> None:
 def test_a_click_moves_the_eye_of_who_clicked() -> None:
     views = Views()
     page = begun(views, kind="cell")
-    views.show(Moment(frame(), is_cut=True))
+    views.show(Moment.of(frame()))
     assert page.server.initial_camera.position == VIEWS["overview"].eye
     buttons = page.boxes["Look at"]
     assert buttons.options == tuple(VIEWS)

@@ -1,7 +1,6 @@
 """The page's way to what is served: there, gone, back, and refused."""
 
 import threading
-from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -16,10 +15,11 @@ from cellwright.middleware.bus import Served
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import Server
 from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.scene import decode_frame, decode_scene, encode_scene, is_whole_frame
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.connection import Asking, AwayError, Link
 from tests.cells import KITTING
 from tests.robot.robots import two_arms
@@ -27,10 +27,10 @@ from tests.waiting import TIMEOUT, wait_until
 
 
 @contextmanager
-def hosted(served: Served, port: int = 0) -> Iterator[Server]:
+def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
     """Served in a thread of its own, where no time passes."""
     server = Server(served, port=port)
-    SceneServices(served).offer(server)
+    SceneServices(ServedScene(served)).offer(server)
     is_over = threading.Event()
 
     def serve() -> None:
@@ -56,7 +56,14 @@ def test_it_asks_and_is_told_of_refusals() -> None:
     with hosted(cell) as server:
         server.offer("no", refuse)
         link = Link(server.address)
-        assert set(link.ask(SCENE)) == {"scene", "digest", "about"}
+        said, data = link.ask_data(SCENE)
+        assert set(said) == {"digest", "about"}
+        assert decode_scene(bytes(data)).name == "kitting"
+        with pytest.raises(CellwrightError, match=r"cellwright/scene: .*no JSON object"):
+            link.ask(SCENE)
+        server.offer("json", dict)
+        with pytest.raises(CellwrightError, match=r"json: expected DATA \(got ANSWER\); use the same version"):
+            link.ask_data("json")
         assert link.is_there
         assert link.welcome["trial"] == "kitting"
         with pytest.raises(RejectedCommandError, match="not now"):
@@ -74,15 +81,15 @@ def test_nobody_there_and_somebody_again() -> None:
     with hosted(Cell(KITTING)) as server:
         address = server.address
         link = Link(address)
-        link.ask(SCENE)
+        link.ask_data(SCENE)
     with pytest.raises(AwayError, match="the end"):
-        link.ask(SCENE)
+        link.ask_data(SCENE)
     with pytest.raises(AwayError, match="nobody answers"):
-        link.ask(SCENE)
+        link.ask_data(SCENE)
     with pytest.raises(AwayError):
         link.call("/ariac/start_competition", TriggerRequest())
     with hosted(RobotNode(two_arms()), address[1]):
-        assert link.ask(SCENE)["about"]["kind"] == "robot"
+        assert link.ask_data(SCENE)[0]["about"]["kind"] == "robot"
     link.close()
 
 
@@ -147,11 +154,21 @@ def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyP
         asking.close()
 
 
+GOOD_SCENE = encode_scene(Scene("a", ("world",), (), ()))
+
+
 @pytest.mark.parametrize(
     "answer",
-    [{}, {"digest": "a", "scene": "x"}, {"digest": "a", "scene": 7}, {"digest": "a", "frame": "AAAA", "scene": "AAAA"}],
+    [
+        {},
+        {"digest": "a", "scene": "x"},
+        ({}, b""),
+        ({"digest": "a"}, b""),
+        ({"digest": 7}, GOOD_SCENE),
+        ({"digest": "a"}, b"AAA"),
+    ],
 )
-def test_what_answers_with_nonsense_counts_as_nobody(answer: dict[str, Any]) -> None:
+def test_what_answers_with_nonsense_counts_as_nobody(answer: Any) -> None:
     with hosted(Cell(KITTING)) as server:
         server.offer(SCENE, lambda _asked: answer)
         server.offer("cellwright/frame", lambda _asked: answer)
@@ -162,21 +179,24 @@ def test_what_answers_with_nonsense_counts_as_nobody(answer: dict[str, Any]) -> 
         asking.close()
 
 
-def answered(answer: dict[str, Any], _asked: dict[str, Any]) -> dict[str, Any]:
-    return answer
-
-
 @pytest.mark.slow
 def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
     cell = Cell(KITTING)
-    services = SceneServices(cell)
+    services = SceneServices(ServedScene(cell))
     with hosted(cell) as server:
-        good = services.frame({})
-        other = b64encode(Frame(0, np.zeros((2, 7), np.float32), np.array([True, True])).encode()).decode()
-        wrongs: list[dict[str, Any]] = [{"frame": other}, {"run": "x"}, {"run": None}]
+        good, data = services.frame({})
+        other = Frame(0, np.zeros((2, 7), np.float32), np.array([True, True])).encode()
+        changes = decode_frame(data).encode(decode_frame(data))
+        wrongs: list[tuple[dict[str, Any], bytes]] = [
+            (good, other),
+            (good, changes),
+            (good, data[:-1]),
+            ({**good, "run": "x"}, data),
+            ({**good, "run": None}, data),
+            ({**good, "sequence": None}, data),
+        ]
         for wrong in wrongs:
-            answer = {**good, **wrong}
-            server.offer("cellwright/frame", partial(answered, answer))
+            server.offer("cellwright/frame", partial(answered, wrong))
             asking = Asking(Link(server.address), dict)
             asking.start()
             scene, _about = asking.found.get(timeout=TIMEOUT)
@@ -189,3 +209,38 @@ def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
                 found = asking.found.get(timeout=TIMEOUT)
             assert isinstance(found[0], Scene | float), "it finds back"
             asking.close()
+
+
+def answered(answer: tuple[dict[str, Any], bytes], _asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+    return answer
+
+
+def test_poller_asks_for_changes_and_for_whole_frame_after_connection_loss() -> None:
+    cell = Cell(KITTING)
+    services = SceneServices(ServedScene(cell))
+    asked: list[dict[str, Any]] = []
+    sent: list[bytes] = []
+
+    def note(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+        said, data = services.frame(request)
+        asked.append(request)
+        sent.append(data)
+        return said, data
+
+    with hosted(cell) as server:
+        server.offer("cellwright/frame", note)
+        asking = Asking(Link(server.address), dict)
+        asking._ask()
+        asking._ask()
+        assert asked[0] == asked[1] == {}, "there is no scene before the first answer"
+        assert [*map(is_whole_frame, sent)] == [True, True, False]
+        assert asked[2].keys() == {"since"}
+        asking._link.close()  # as another server at the same address would
+        server.offer("cellwright/frame", SceneServices(ServedScene(cell)).frame)
+        asking._ask()
+        server.offer("cellwright/frame", note)
+        asking._ask()
+        assert is_whole_frame(sent[-1])
+        frames = [asking.found.get(timeout=TIMEOUT)[1] for _ in range(5)][1:]
+        assert all(frame.equals(frames[0]) for frame in frames)
+        asking._link.close()

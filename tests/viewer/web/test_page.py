@@ -18,7 +18,7 @@ from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
 from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, PANEL
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
@@ -32,16 +32,16 @@ TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 class Hall:
     """Something that is served, and a page on it."""
 
-    def __init__(self, served: Served, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
+    def __init__(self, served: ViewedNode, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
         self.served = served
         self.server = Server(served, port=port)
         if guarded:
             self.server.guard(guarded, "not for you")
-        services = SceneServices(served)
+        services = SceneServices(ServedScene(served))
         services.offer(self.server)
         self.asked: list[dict[str, Any]] = []
 
-        def note(asked: dict[str, Any]) -> dict[str, Any]:
+        def note(asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
             self.asked.append(asked)
             return services.frame(asked)
 
@@ -58,7 +58,7 @@ class Hall:
 
 
 @contextmanager
-def shown(served: Served) -> Iterator[tuple[Hall, WebPage]]:
+def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
     hall = Hall(served)
     page = WebPage(hall.server.address, port=0)
     try:
@@ -228,7 +228,7 @@ def test_a_page_that_cannot_be_shown() -> None:
 def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
-    os.kill(page.pid, signal.SIGTERM)
+    os.kill(page._process.pid, signal.SIGTERM)
     assert gone.wait(TIMEOUT)
     assert not page.is_open
     page.close()

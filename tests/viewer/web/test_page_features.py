@@ -24,7 +24,7 @@ class Sound(Feature):
     def __init__(self) -> None:
         self.told_of: list[str] = []
 
-    def begin(self, page: Page, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         self._note("begin")
 
     def wants(self) -> dict[str, Any]:
@@ -78,7 +78,7 @@ def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog
             came: list[Any] = [(SCENE, {}), TOLD, {"kind": "cell"}, AwayError("gone"), TOLD]
             for found in came:
                 page._take(found)
-            page._show(Moment(FRAME, is_cut=False))
+            page._show(Moment.of(FRAME, FRAME))
     assert broken.told_of[-1] == at
     assert broken.told_of.count(at) == 1, "it is asked nothing more"
     assert sound.told_of[: len(sound.told_of) // 2] == sound.told_of[len(sound.told_of) // 2 :]

@@ -21,7 +21,9 @@ def test_shadows_unless_it_is_to_be_plain_and_at_a_click(
     if said is not None:
         monkeypatch.setenv(PLAIN, said)
     page = MagicMock(about={})
-    stage().begin(page, MagicMock())
+    feature = stage()
+    feature.attach(page)
+    feature.begin(MagicMock())
     light = page.server.scene.add_light_directional
     assert light.call_args.kwargs["cast_shadow"] is shadows
     box = page.server.gui.add_checkbox

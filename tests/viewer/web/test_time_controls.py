@@ -20,7 +20,8 @@ def panel(**refused: str) -> dict[str, Any]:
 def opened() -> Iterator[tuple[Any, TimeControls]]:
     with page() as found:
         controls = TimeControls()
-        controls.begin(found, None)  # type: ignore[arg-type]
+        controls.attach(found)
+        controls.begin(None)  # type: ignore[arg-type]
         controls.panel(panel())
         yield found, controls
 
@@ -44,10 +45,10 @@ def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tupl
     told["control"]["over"] = "the run is over"
     controls.panel(told)
     assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == [False, False, True]
-    assert "the run is over: all is shown as it stood at the end" in controls._clock._text
-    assert "running" not in controls._clock._text
+    assert "the run is over: all is shown as it stood at the end" in controls._clock.content
+    assert "running" not in controls._clock.content
     controls.panel(panel())
-    assert "running" in controls._clock._text
+    assert "running" in controls._clock.content
 
 
 def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeControls]) -> None:
@@ -55,9 +56,9 @@ def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeCon
     controls.panel(panel())
     controls.away("the node has stopped")
     assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [False]
-    assert "1.00" in controls._clock._text
-    assert "not connected" in controls._clock._text
-    assert "the node has stopped" in controls._clock._text
+    assert "1.00" in controls._clock.content
+    assert "not connected" in controls._clock.content
+    assert "the node has stopped" in controls._clock.content
     controls.panel(panel())
     assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [True]
     TimeControls().away("nobody was ever there")
@@ -119,7 +120,8 @@ def test_a_refusal_is_told(opened: tuple[Any, TimeControls]) -> None:
 def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
     with page() as found:
         controls = TimeControls()
-        controls.begin(found, None)  # type: ignore[arg-type]
+        controls.attach(found)
+        controls.begin(None)  # type: ignore[arg-type]
         told = {**panel(), "kind": "recording", "begin": 0.0, "end": 20.0, "time": 5.04}
         del told["clock"]
         controls.panel(told)
@@ -134,7 +136,8 @@ def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
 def test_the_slider_is_that_of_what_is_served_there_now() -> None:
     with page() as found:
         controls = TimeControls()
-        controls.begin(found, None)  # type: ignore[arg-type]
+        controls.attach(found)
+        controls.begin(None)  # type: ignore[arg-type]
 
         def ends() -> tuple[bool, float, float]:
             return controls._slider.visible, controls._slider.min, controls._slider.max

@@ -9,6 +9,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from types import MappingProxyType
 from typing import ClassVar, Unpack
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -303,6 +304,15 @@ class LogicalCamera(Sensor[CameraReading]):
             camera_frame=self._frame,
             detect=partial(self._look, self.scene.moment(), index),
         )
+
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it: a frustum."""
+        figures = {"near": self.near, "far": self.far, "angle": self.horizontal_fov / 2, "aspect": self.aspect}
+        return super().describe() | {"form": "frustum"} | figures
+
+    def overlay(self) -> dict[str, Any]:
+        """What viewers draw of a reading now."""
+        return {"sees": bool(self.read().detections), "ranges": []}
 
     def _look(self, moment: bytes, index: int) -> tuple[Detection, ...]:
         in_view = self.frustum.meets(*self.scene.boxes(moment))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -26,6 +26,9 @@ _MARGIN = 1e-6
 """Added to the radius of the ball around a geom [m]: rounding must not make a ray miss what the engine has it meet."""
 
 _AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+_SHOWN_RAYS = 8
+"""Viewers are shown one of so many rays of a profile."""
 
 _FAR_AWAY = 1e9
 """Coordinate of what is to be out of reach of every ray [m]."""
@@ -148,6 +151,10 @@ class Rays:
         return distance if found >= 0.0 and distance <= self.farthest else math.inf
 
 
+def _shown(length: float) -> float | None:
+    return round(float(length), 4) if math.isfinite(length) else None
+
+
 BEAM_START = 0.025
 """Where the ray begins, along the +x axis of the sensor [m]."""
 
@@ -198,6 +205,15 @@ class BreakBeam(Sensor[BeamReading]):
         return BeamReading(
             time_ns=self.simulation.now, sample=index, detected=detected, range=found if detected else math.inf
         )
+
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it: a ray."""
+        return super().describe() | {"form": "beam", "near": BEAM_START, "far": BEAM_LENGTH}
+
+    def overlay(self) -> dict[str, Any]:
+        """What viewers draw of a reading now."""
+        reading = self.read()
+        return {"sees": reading.detected, "ranges": [_shown(reading.range)]}
 
     def listen_changes(self, callback: Callable[[BeamReading], None]) -> Callable[[], None]:
         """Have those readings given to `callback` that differ from the one before in `detected`.
@@ -285,6 +301,16 @@ class ProximitySensor(Sensor[ProximityReading]):
             nearest = max(noisy, PROXIMITY_MIN_RANGE)
         return ProximityReading(time_ns=self.simulation.now, sample=index, range=min(nearest, PROXIMITY_MAX_RANGE))
 
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it: a cone."""
+        figures = {"near": CONE_START, "far": PROXIMITY_MAX_RANGE, "angle": CONE_HALF_ANGLE}
+        return super().describe() | {"form": "cone"} | figures
+
+    def overlay(self) -> dict[str, Any]:
+        """What viewers draw of a reading now."""
+        found = self.read().range
+        return {"sees": found < PROXIMITY_MAX_RANGE, "ranges": [_shown(found)]}
+
 
 FAN_HEIGHT = 0.06
 """Where the source of the rays is, along the +z axis of the sensor [m]."""
@@ -337,3 +363,14 @@ class LaserProfiler(Sensor[ProfileReading]):
             ranges = np.where(hits, np.minimum(np.maximum(noisy, PROFILER_MIN_RANGE), PROFILER_MAX_RANGE), math.inf)
         ranges.flags.writeable = False
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)
+
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it: a fan."""
+        source = self.world_T_sensor @ Pose((0.0, 0.0, FAN_HEIGHT))
+        figures = {"near": 0.0, "far": PROFILER_MAX_RANGE, "angle": FAN_HALF_ANGLE}
+        return super().describe() | {"form": "fan", "position": source.position} | figures
+
+    def overlay(self) -> dict[str, Any]:
+        """What viewers draw of a reading now."""
+        ranges = self.read().ranges
+        return {"sees": bool(np.isfinite(ranges).any()), "ranges": [_shown(each) for each in ranges[::_SHOWN_RAYS]]}

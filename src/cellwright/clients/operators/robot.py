@@ -112,7 +112,7 @@ class MoveGrippers:
 
 @dataclass(frozen=True, slots=True)
 class MoveBase:
-    """The base is to move: two or three numbers, as its mode has them (see `cellwright.robot.base.Mode`)."""
+    """The base is to move: two or three numbers, as `BaseMode` in `cellwright.config.robot.config` says."""
 
     numbers: tuple[float, ...]
 

@@ -12,6 +12,17 @@ from cellwright.config.robot.model import Joint, RobotModel
 from cellwright.util.pose import Pose
 
 
+class BaseMode(StrEnum):
+    """Meaning of the numbers in a command of the base."""
+
+    ORIGINAL = "original"
+    """Turn [rad], and move along the base's own y axis [m], by so much."""
+    DELTA = "delta"
+    """Turn [rad], and move along its own x and y axes [m], by so much."""
+    VELOCITY = "velocity"
+    """Turn [rad/s], and move along its own x and y axes [m/s], as fast as that, until the next command or 0.2 s."""
+
+
 @dataclass(frozen=True, slots=True)
 class Arm:
     """An arm: its joints, the link at its tip whose pose is commanded, and its home posture [rad; m]."""

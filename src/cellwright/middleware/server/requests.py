@@ -26,7 +26,16 @@ from cellwright.middleware.messages import (
     type_of,
 )
 from cellwright.middleware.server.client_connection import ClientConnection, Heartbeat
-from cellwright.middleware.wire.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
+from cellwright.middleware.wire.frames import (
+    PROTOCOL,
+    QUIET,
+    Frame,
+    FrameError,
+    Kind,
+    data_frame,
+    read_advance,
+    time_frame,
+)
 from cellwright.util import errors
 from cellwright.util.errors import (
     CellwrightError,
@@ -117,8 +126,11 @@ MAX_PENDING_ADVANCES = 16
 
 _LONGEST_NODE = 255
 
-Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any]]
-"""A service of the server itself: takes a JSON object, answers with one; refuses with a CellwrightError."""
+Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any] | tuple[dict[str, Any], bytes]]
+"""A service of the server itself: takes a JSON object, answers with one, or with one and bytes (DATA).
+
+It refuses with a CellwrightError.
+"""
 
 log = logging.getLogger(__name__)
 
@@ -272,22 +284,29 @@ class Requests:
             asked = frame.json()
             if frame.name in self.acting:
                 self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
-            answer = json.dumps(extra(asked)).encode()
+            answer = extra(asked)
+            if isinstance(answer, dict):
+                said = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
+            else:
+                said = data_frame(frame.number, *answer)
+            try:
+                guest.say(said)
+            except FrameError as error:
+                raise UsageError(f"{frame.name}: {error}") from None
+            return
+        self._cell.simulation.settle_inbox()
+        service: ServiceType | None = self._services.get(frame.name)
+        request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
+        response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
+        if isinstance(response, Later):
+            if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
+                guest.say(Frame(Kind.DONE, frame.number))
+            response.then(partial(self._answer, guest, frame.number))
         else:
-            self._cell.simulation.settle_inbox()
-            service: ServiceType | None = self._services.get(frame.name)
-            request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
-            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
-            if isinstance(response, Later):
-                if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
-                    guest.say(Frame(Kind.DONE, frame.number))
-                response.then(partial(self._answer, guest, frame.number))
-                return
-            answer = self._translation.to_bytes(response, guest.encoding)
-        guest.say(Frame(Kind.ANSWER, frame.number, payload=answer))
+            self._answer(guest, frame.number, response)
 
     def _answer(self, guest: ClientConnection, number: int, response: Message) -> None:
-        """Pass on an answer that took its time; whoever asked may have left."""
+        """Pass on an answer, which may have taken its time; whoever asked may have left."""
         if not guest.is_gone:
             guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
 

@@ -192,11 +192,11 @@ class Server:
             asked.guest.say(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
-        """Offer a service of the server itself: JSON in and out. It is not on the bus.
+        """Offer a service of the server itself: JSON in, JSON or JSON and bytes out. It is not on the bus.
 
         Args:
             service: its name.
-            handler: answers.
+            handler: answers with a JSON object, or with a tuple of one and bytes.
             acts: whether it changes what is served; then those who take notes of commands hear of it as well.
         """
         self._requests.extras[service] = handler

@@ -18,6 +18,7 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 | MESSAGE | of the subscription | | message |
 | DONE | of what was asked | | |
 | ANSWER | of the call | | response |
+| DATA | of the call | | response in JSON and bytes, see `data_frame`; from services of the server alone |
 | REFUSED | of what was asked | name of the error's class in `cellwright.util.errors` | the reason, UTF-8 |
 | TIME | of what was asked | | simulation time [ns], see `read_time` |
 | PING | of the cell's choice, above 0 | | |
@@ -53,6 +54,7 @@ _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BIHHH")
 _ADVANCE = struct.Struct("<qB")
 _TIME = struct.Struct("<q")
+_JSON_LENGTH = struct.Struct("<I")
 
 
 class Kind(IntEnum):
@@ -73,6 +75,7 @@ class Kind(IntEnum):
     TIME = 70
     ENDED = 71
     PING = 72
+    DATA = 73
 
 
 class FrameError(Exception):
@@ -115,17 +118,37 @@ class Frame:
         Raises:
             FrameError: it is none.
         """
+        return self._json_object(self.payload)
+
+    def text(self) -> str:
+        """The payload as text."""
+        return self.payload.decode(errors="replace")
+
+    def data(self) -> Tuple[Dict[str, Any], memoryview]:  # noqa: UP006
+        """JSON object and bytes of a DATA frame.
+
+        Raises:
+            FrameError: it is another kind of frame, or the payload is something else.
+        """
+        if self.kind is not Kind.DATA:
+            raise FrameError(f"expected DATA (got {self.kind.name}); use the same version at both ends")
+        begin = _JSON_LENGTH.size
         try:
-            value = json.loads(self.payload)
+            end = begin + _JSON_LENGTH.unpack_from(self.payload)[0]
+        except struct.error:
+            end = begin + len(self.payload)
+        if end > len(self.payload):
+            raise FrameError("the JSON of DATA is longer than its payload")
+        return self._json_object(self.payload[begin:end]), memoryview(self.payload)[end:]
+
+    def _json_object(self, text: bytes) -> Dict[str, Any]:  # noqa: UP006
+        try:
+            value = json.loads(text)
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
             raise FrameError(f"the payload of {self.kind.name} is no JSON object")
         return value
-
-    def text(self) -> str:
-        """The payload as text."""
-        return self.payload.decode(errors="replace")
 
 
 class Decoder:
@@ -196,6 +219,18 @@ def hello(node: str, encoding: str, key: str = "") -> Frame:
     if key:
         said["key"] = key
     return Frame(Kind.HELLO, payload=json.dumps(said).encode())
+
+
+def data_frame(number: int, said: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
+    """Answer of a service of the server with bytes: `u32` length of the JSON, little endian, JSON object, bytes.
+
+    Args:
+        number: of the call.
+        said: JSON object.
+        data: bytes behind it.
+    """
+    text = json.dumps(said).encode()
+    return Frame(Kind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
 
 
 def advance(number: int, until: int, *, each_tick: bool) -> Frame:

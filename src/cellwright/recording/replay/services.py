@@ -2,7 +2,7 @@
 
 | service | asked | answer |
 |---|---|---|
-| `cellwright/scene` | nothing | as of a cell |
+| `cellwright/scene` | nothing | as of a cell, with nothing in `about` |
 | `cellwright/frame` | | as of a cell; what is not recorded, such as contacts, is left out |
 | `cellwright/panel` | | `kind` is `recording`; `begin`, `end` and `time` [s]; `of`: what the panel showed then |
 | `cellwright/control` | `action` `seek`, `time` [s] | goes there; `reset`: to the start; the rest as of a cell |
@@ -10,9 +10,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
-from base64 import b64encode
 from typing import Any
 
 import numpy as np
@@ -23,7 +21,7 @@ from cellwright.recording.replay.playback import Playing
 from cellwright.rendering.scene.scene import Frame, Scene, decode_scene, encode_scene
 from cellwright.util.errors import MessageError, RejectedCommandError
 from cellwright.viewer.services.control import Control, Reset, offer_panel
-from cellwright.viewer.services.names import FRAME, SCENE
+from cellwright.viewer.services.scene import SceneServices
 
 KIND = "recording"
 
@@ -45,8 +43,8 @@ class RecordingServices:
             scene, self._bodies = None, 1
         if scene is None:
             scene = encode_scene(Scene(self._recorded.name, ("world",), (), ()))
-        self._scene = b64encode(scene).decode()
-        self._digest = hashlib.sha256(scene).hexdigest()
+        self.scene = scene
+        """What there is to be seen, encoded."""
         self.control = Control(
             playing.tempo,
             reset=Reset(playing.begin_anew),
@@ -56,27 +54,21 @@ class RecordingServices:
 
     def offer(self, server: Server) -> None:
         """Answer on a server."""
-        server.offer(SCENE, self.scene)
-        server.offer(FRAME, self.frame)
+        SceneServices(self).offer(server)
         offer_panel(server, self.panel, self.control)
 
-    def scene(self, _asked: dict[str, Any]) -> dict[str, Any]:
-        """What there is to be seen."""
-        return {"scene": self._scene, "digest": self._digest}
+    def metadata(self) -> dict[str, Any]:
+        """What else is known of the scene: nothing."""
+        return {}
 
-    def frame(self, _asked: dict[str, Any]) -> dict[str, Any]:
+    def frame(self) -> Frame:
         """Where it was at this moment; at the world's origin and out of sight where that is not known."""
-        simulation = self._recorded.simulation
         frame = self._recorded.player.sight.frame()
-        if frame is None or len(frame.poses) != self._bodies:
-            frame = self._nowhere()
-        return {
-            "time": simulation.now,
-            "tick": simulation.clock.tick,
-            "run": self._recorded.cuts,
-            "digest": self._digest,
-            "frame": b64encode(frame.encode()).decode(),
-        }
+        return self._nowhere() if frame is None or len(frame.poses) != self._bodies else frame
+
+    def details(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """`tick` and `run`; no sensors and contacts are recorded."""
+        return {"tick": self._recorded.simulation.clock.tick, "run": self._recorded.cuts}
 
     def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
         """What the panel shows."""

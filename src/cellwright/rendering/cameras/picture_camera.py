@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,7 @@ def _quantiles() -> NDArray[np.float32]:
     return scaled.astype(np.float32)
 
 
+_FARTHEST_SHOWN = 1.0  # [m] of what viewers draw of a view; the rest would fill the cell with lines
 _COLOUR, _DEPTH = "colour", "depth"
 _A_SECOND = 1_000_000_000  # [ns]
 
@@ -195,6 +196,24 @@ class PictureCamera(Sensor[Picture]):
         x, y, z = data.xpos[self._body].tolist()
         qw, qx, qy, qz = data.xquat[self._body].tolist()
         return Pose((x, y, z), (qw, qx, qy, qz)) @ self.world_T_sensor
+
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it: a frustum."""
+        far = min(self.description.far, _FARTHEST_SHOWN)
+        figures = {"near": min(self.description.near, far), "far": far, "angle": self.pinhole.fov / 2}
+        aspect = self.pinhole.width / self.pinhole.height
+        return super().describe() | self._place() | {"form": "frustum", "aspect": aspect} | figures
+
+    def overlay(self) -> dict[str, Any]:
+        """Where it is, `position` and `quaternion`; no picture is drawn for that."""
+        return {"sees": False, "ranges": []} | self._place()
+
+    def _place(self) -> dict[str, Any]:
+        pose = self.world_T_camera
+        return {
+            "position": [round(each, 4) for each in pose.position],
+            "quaternion": [round(each, 5) for each in pose.quaternion],
+        }
 
     def measure(self, index: int) -> Picture:
         """A picture now, with all that the camera can take; waits until it is drawn.

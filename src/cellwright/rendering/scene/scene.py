@@ -146,6 +146,14 @@ class Frame:
         found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
         return found
 
+    def equals(self, other: Frame) -> bool:
+        """Whether this is the other one: the same time, the same poses."""
+        return (
+            self.time == other.time
+            and np.array_equal(self.poses, other.poses)
+            and np.array_equal(self.shown, other.shown)
+        )
+
     def encode(self, before: Frame | None = None) -> bytes:
         """As bytes; with a frame `before` of the same scene, only what has changed since then."""
         count = len(self.poses)

@@ -121,8 +121,6 @@ class CellPanel:
         reason = OVER if self._result is not None else IN_COMPETITION if self._cell.in_competition else ""
         return {"belt": reason, "clear": reason} if reason else {}
 
-    # ---------------------------------------------------------------- the competition
-
     def _clock(self, score: GameScore) -> dict[str, Any]:
         simulation = self._cell.simulation
         return {
@@ -184,8 +182,6 @@ class CellPanel:
         if is_over or name not in referee.active_orders:
             return "open"
         return "active" if referee.active_orders[-1] == name else "interrupted"
-
-    # ---------------------------------------------------------------- on the floor
 
     def _tray(self, number: int, could: TrialReach) -> dict[str, Any]:
         """What a tray last reported, and what it would earn as each kit that is asked for, were it sent off now."""

@@ -89,10 +89,6 @@ class Control:
         self._lockstep = lockstep
         self._acts = dict(acts or {})
 
-    def offer(self, server: Server) -> None:
-        """Answer on a server."""
-        server.offer(CONTROL, self.control)
-
     def state(self) -> dict[str, Any]:
         """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
         tempo = self.tempo
@@ -162,4 +158,4 @@ Tell = Callable[[dict[str, Any]], dict[str, Any]]
 def offer_panel(server: Server, tell: Tell, control: Control) -> None:
     """Offer a panel and the control of time on a server."""
     server.offer(PANEL, lambda asked: {**tell(asked), "control": control.state()})
-    control.offer(server)
+    server.offer(CONTROL, control.control)

@@ -200,8 +200,6 @@ class RobotPanel:
             "is_real": node.driver is not node.servos,
         }
 
-    # ---------------------------------------------------------------- inside
-
     @cached_property
     def _digest(self) -> str:
         return hashlib.sha256(json.dumps(self.robot).encode()).hexdigest()

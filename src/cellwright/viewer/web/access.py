@@ -264,8 +264,6 @@ class Door:
         if not is_used:
             raise UsageError("the page cannot be guarded with this version of viser")
 
-    # ---------------------------------------------------------------- inside
-
     def _connection(self, *arguments: Any, **options: Any) -> websockets.asyncio.server.ServerConnection:
         """A connection that has sent no request yet."""
         connection = _Connection(*arguments, **options)

@@ -9,10 +9,9 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest, Conveyor
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.rendering.scene import Scene
 from cellwright.util.errors import CellwrightError
-from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import widgets
-from cellwright.viewer.web.page import Feature, Page, notify_refused
-from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED, Shown
+from cellwright.viewer.web.page import Feature, notify_refused
+from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED
 
 Panel = dict[str, Any]
 
@@ -101,12 +100,12 @@ def orders_html(panel: Panel) -> str:
     if not panel["orders"]:
         return widgets.block(widgets.dim("no order has been announced yet"))
     judged = _kits_by_type(panel)
-    return widgets.joined(_order(order, panel, judged) for order in panel["orders"])
+    return "".join(_order(order, panel, judged) for order in panel["orders"])
 
 
 def trays_html(panel: Panel) -> str:
     """What lies on each tray, as it last reported, and what it would earn now."""
-    return widgets.joined(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
+    return "".join(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
 
 
 def evidence_html(panel: Panel) -> str:
@@ -116,7 +115,7 @@ def evidence_html(panel: Panel) -> str:
     kits = [kit for order in score["orders"] for kit in order["kits"]]
     if not kits:
         parts.append(widgets.dim("nothing has been ordered yet"))
-    return widgets.block(*parts) + widgets.joined(map(_judged, kits))
+    return widgets.block(*parts) + "".join(map(_judged, kits))
 
 
 def floor_html(panel: Panel) -> str:
@@ -161,9 +160,6 @@ def _state_chip(state: str, color: str, panel: Panel) -> str:
     return (
         widgets.chip(f"{words} at the end", GREY) if _is_over(panel) and state != "done" else widgets.chip(words, color)
     )
-
-
-# ---------------------------------------------------------------- orders and trays
 
 
 def _order(order: Panel, panel: Panel, judged: dict[str, Panel]) -> str:
@@ -229,9 +225,6 @@ def _parts_come(belt: Panel) -> str:
     return ", parts come" if belt["population"] else ", no parts come"
 
 
-# ---------------------------------------------------------------- the score
-
-
 def _of_how_many(score: Panel) -> str:
     if score["best"] is None:
         return "points"
@@ -284,55 +277,45 @@ class CellPanels(Feature):
     """Shows a cell, also one that was recorded."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
         self._is_up = False
         self._slid_at = -_SETTLED
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Put the panels up, once, where a cell is shown."""
-        self._page = page
-        if self._is_up:
-            return
-        try:
-            told = cell_of(page.link.ask(PANEL))
-        except CellwrightError:
-            return
-        if told is not None:
-            self._put_up(page)
+        if not self._is_up and cell_of(self.page.first_panel) is not None:
+            self._put_up()  # now, so that its tabs are the first ones
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show how the cell stands."""
         told = cell_of(panel)
-        if told is None or self._page is None:
+        if told is None:
             return
         if not self._is_up:
-            self._put_up(self._page)
+            self._put_up()
         try:
             self._show(told)
             self._allow(told, is_recorded=panel.get("kind") != "cell")
         except STRANGE as error:
-            self._head.show(
-                widgets.block(widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}"))
-            )
+            said = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
+            self._head.content = widgets.block(said)
 
     def away(self, reason: str) -> None:
         """Nobody answers: offer nothing."""
         if self._is_up:
             self._offer(reason)
 
-    # ---------------------------------------------------------------- what is there
-
-    def _put_up(self, page: Page) -> None:
+    def _put_up(self) -> None:
+        page = self.page
         self._is_up, gui = True, page.server.gui
-        self._head = Shown(gui, _PANEL_ORDER)
-        self._time = Shown(gui, _PANEL_ORDER / 4)
+        self._head = gui.add_html("", order=_PANEL_ORDER)
+        self._time = gui.add_html("", order=_PANEL_ORDER / 4)
         with page.tab(ORDERS):
-            self._orders, self._trays = Shown(gui), Shown(gui)
+            self._orders, self._trays = gui.add_html(""), gui.add_html("")
         with page.tab(SCORE):
-            self._evidence = Shown(gui)
+            self._evidence = gui.add_html("")
         with page.tab(CELL):
-            self._floor = Shown(gui)
-            self._why_not = Shown(gui)
+            self._floor = gui.add_html("")
+            self._why_not = gui.add_html("")
             self._game = gui.add_button_group("competition", (START, END))
             self._belt = gui.add_slider("belt [%]", min=0.0, max=100.0, step=1.0, initial_value=0.0)
             self._kit = gui.add_dropdown("kit", ("(none)",))
@@ -345,12 +328,12 @@ class CellPanels(Feature):
         self._clear.on_click(lambda event: self._clear_tray(_number(event.target.value)))
 
     def _show(self, told: dict[str, Any]) -> None:
-        self._head.show(head_html(told))
-        self._time.show(game_html(told))
-        self._orders.show(orders_html(told))
-        self._trays.show(trays_html(told))
-        self._evidence.show(evidence_html(told))
-        self._floor.show(floor_html(told))
+        self._head.content = head_html(told)
+        self._time.content = game_html(told)
+        self._orders.content = orders_html(told)
+        self._trays.content = trays_html(told)
+        self._evidence.content = evidence_html(told)
+        self._floor.content = floor_html(told)
         if time.perf_counter() - self._slid_at > _SETTLED:
             self._belt.value = float(told["belt"]["power"])  # type: ignore[misc]
         kits = tuple(kit["kit_type"] for order in told["orders"] for kit in order["kits"] if not kit["submitted"])
@@ -364,12 +347,9 @@ class CellPanels(Feature):
 
     def _offer(self, reason: str) -> None:
         """Offer what one may do, unless there is a reason not to."""
-        self._why_not.show(widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
+        self._why_not.content = widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else ""
         for handle in self._doing:
-            if handle.visible == bool(reason):
-                handle.visible = not reason  # viser disables no group of buttons
-
-    # ---------------------------------------------------------------- what one does
+            handle.visible = not reason  # viser disables no group of buttons
 
     def _play(self, word: str) -> None:
         self._call("/ariac/start_competition" if word == START else "/ariac/end_competition", TriggerRequest())
@@ -387,15 +367,14 @@ class CellPanels(Feature):
         self._call(f"/ariac/kit_tray_{number}/clear_tray", TriggerRequest())
 
     def _call(self, service: str, request: Any) -> None:
-        assert self._page is not None
         try:
-            response = self._page.link.call(service, request)
+            response = self.page.link.call(service, request)
         except CellwrightError as error:
-            notify_refused(self._page, f"{service}: refused", error)
+            notify_refused(self.page, f"{service}: refused", error)
             return
         if not response.success:
             said = getattr(response, "message", "") or "not now"
-            self._page.tell(f"{service}: refused", str(said), is_bad=True)
+            self.page.tell(f"{service}: refused", str(said), is_bad=True)
 
 
 def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:

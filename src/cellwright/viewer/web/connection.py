@@ -7,11 +7,10 @@ import logging
 import os
 import threading
 import time
-from base64 import b64decode
 from collections.abc import Callable
 from dataclasses import replace
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, TypeVar
 
 from cellwright.clients.client.socket_transport import Connection
 from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
@@ -21,6 +20,8 @@ from cellwright.rendering.scene import Frame
 from cellwright.rendering.scene.scene import decode_frame, decode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RunEndedError, UnknownNameError
 from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
+
+T = TypeVar("T")
 
 _REQUEST = "_Request"
 _PATIENCE = 10.0  # [s] to wait for a greeting
@@ -84,11 +85,17 @@ class Link:
             UnknownNameError: the other end has no such service.
             CellwrightError: it was refused; the text says why.
         """
-        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(asked).encode()))
-        try:
-            return answer.json()
-        except FrameError as error:
-            raise CellwrightError(f"{service}: {error}") from None
+        return self._ask_server(service, asked, WireFrame.json)
+
+    def ask_data(self, service: str, **asked: Any) -> tuple[dict[str, Any], memoryview]:
+        """Ask the server itself for JSON and bytes, such as `cellwright/frame`.
+
+        Raises:
+            AwayError: nobody is there.
+            UnknownNameError: the other end has no such service.
+            CellwrightError: it was refused, or answers in another form; the text says why.
+        """
+        return self._ask_server(service, asked, WireFrame.data)
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message as any program does; it is refused, or acted on where time stands.
@@ -121,6 +128,13 @@ class Link:
             if self._connection is not None:
                 self._connection.close()
             self._connection = None
+
+    def _ask_server(self, service: str, asked: dict[str, Any], read: Callable[[WireFrame], T]) -> T:
+        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(asked).encode()))
+        try:
+            return read(answer)
+        except FrameError as error:
+            raise CellwrightError(f"{service}: {error}") from None
 
     def _ask(self, frame: WireFrame) -> WireFrame:
         with self._lock:
@@ -163,6 +177,7 @@ class Asking:
         self._wants = wants
         self._digest = ""
         self._bodies = 0
+        self._newest: tuple[int, Frame] | None = None  # its sequence number, which `since` refers to
         self._has_panel = True
         self._panel_due = 0.0
         self._wake = threading.Event()
@@ -190,12 +205,14 @@ class Asking:
                 self._ask()
                 pause = _FRAMES if self.is_watched else _IDLE
             except AwayError as away:
+                self._newest = None
                 self.found.put(away)
                 self._has_panel, self._panel_due = True, 0.0
                 pause = _AWAY
             except Exception as error:  # what answers there has nothing to show, or nothing that makes sense
                 if not isinstance(error, CellwrightError):
                     log.exception("what %s:%d answers cannot be shown", *self._link.address)
+                self._newest = None
                 self._link.close()
                 self.found.put(AwayError(str(error)))
                 pause = _AWAY
@@ -204,14 +221,20 @@ class Asking:
         self._link.close()
 
     def _ask(self) -> None:
-        answer = self._link.ask(FRAME, **self._wants())
+        answer, data = self._ask_for_frame()
         if answer.get("digest") != self._digest:
+            self._newest = None
             self._ask_for_scene()
-            answer = self._link.ask(FRAME, **self._wants())
-        frame = _frame(answer)
+            answer, data = self._ask_for_frame()
+        frame = decode_frame(data, None if self._newest is None else self._newest[1])
         if len(frame.poses) != self._bodies:
             self._digest = ""  # it is asked for anew
             raise MessageError("the frame is not one of the scene")
+        try:
+            int(answer.get("run", 0))
+            self._newest = int(answer["sequence"]), frame
+        except (KeyError, TypeError, ValueError):
+            raise MessageError("the answer holds no frame") from None
         self.found.put((time.perf_counter(), frame, answer))
         now = time.perf_counter()
         if self._has_panel and self.is_watched and now >= self._panel_due:
@@ -221,20 +244,15 @@ class Asking:
             except UnknownNameError:
                 self._has_panel = False
 
+    def _ask_for_frame(self) -> tuple[dict[str, Any], memoryview]:
+        since = {} if self._newest is None else {"since": self._newest[0]}
+        return self._link.ask_data(FRAME, **self._wants(), **since)
+
     def _ask_for_scene(self) -> None:
-        answer = self._link.ask(SCENE)
-        try:
-            scene = decode_scene(b64decode(answer["scene"]))
-            self._digest, self._bodies = str(answer["digest"]), len(scene.bodies)
-        except (KeyError, TypeError, ValueError):
-            raise MessageError("the answer holds no scene") from None
+        answer, data = self._link.ask_data(SCENE)
+        scene = decode_scene(bytes(data))
+        if not isinstance(digest := answer.get("digest"), str):
+            raise MessageError("the answer holds no scene")
+        self._digest, self._bodies = digest, len(scene.bodies)
         said = answer.get("about")
         self.found.put((scene, said if isinstance(said, dict) else {}))
-
-
-def _frame(answer: dict[str, Any]) -> Frame:
-    try:
-        int(answer.get("run", 0))
-        return decode_frame(b64decode(answer["frame"]))
-    except (KeyError, TypeError, ValueError):
-        raise MessageError("the answer holds no frame") from None

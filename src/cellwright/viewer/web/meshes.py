@@ -31,6 +31,11 @@ def _corners(radius: float) -> int:
 _FINENESS = Fineness(corners=_corners, endless=30.0, breaks_edges=True)
 
 
+def node_name(name: str) -> str:
+    """A name as one step of a node's path."""
+    return name.replace("/", ".") or "unnamed"
+
+
 _MAGIC, _VERSION = 0x46546C67, 2
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _FLOAT, _UINT = 5126, 5125

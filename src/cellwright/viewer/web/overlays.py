@@ -4,77 +4,138 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.viewer.web.page import Feature, Moment, Page
+from cellwright.viewer.web.meshes import node_name
+from cellwright.viewer.web.page import Feature, Moment
 from cellwright.viewer.web.views import TAB, tool_point
 
 _ABOVE = 0.04  # [m]: a name stands above its body
 _AXES, _RADIUS = 0.12, 0.003  # [m]
+Segments = NDArray[np.float32]
 _LOOKS = " looks"  # a body that only dresses another has its name and this
 
 
-class Names(Feature):
-    """A label and three axes for each body that is there, when they are wished for."""
+class Overlay(Feature):
+    """Something over the scene that a box in the tab View switches on."""
+
+    LABEL: ClassVar[str]
+    HINT: ClassVar[str | None] = None
+    REQUEST: ClassVar[str] = ""
+    """What the frame service is asked for while it is switched on; empty: nothing."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
-        self._names: Any = None
-        self._axes: Any = None
-        self._bodies: list[int] = []
-        self._labels: dict[int, Any] = {}
-        self._drawn: Any = None
-        self._before: Frame | None = None
+        self.handles: dict[Any, Any] = {}
+        """What is drawn, by any key."""
+        self._box: Any = None
 
-    def begin(self, page: Page, scene: Scene) -> None:
-        """Offer them."""
-        self._page, self._labels, self._drawn, self._before = page, {}, None, None
-        self._bodies = [index for index, name in enumerate(scene.bodies) if index and not name.endswith(_LOOKS)]
-        if self._names is None:
-            with page.tab(TAB):
-                self._names = page.server.gui.add_checkbox("Names", initial_value=False)
-                self._axes = page.server.gui.add_checkbox(
-                    "Frames", initial_value=False, hint="x red, y green, z blue, 12 cm long"
-                )
+    def begin(self, scene: Scene) -> None:
+        """Offer it, once, where this scene has something of the kind."""
+        self.handles = {}  # those of the scene before have gone with it
+        if self.is_in(scene) and self._box is None:
+            with self.page.tab(TAB):
+                self._box = self.page.server.gui.add_checkbox(self.LABEL, initial_value=False, hint=self.HINT)
+
+    def is_in(self, scene: Scene) -> bool:  # noqa: ARG002
+        """Whether a scene has something to draw. It is called once for each scene."""
+        return True
+
+    @property
+    def is_on(self) -> bool:
+        """Whether somebody has switched it on."""
+        return self._box is not None and bool(self._box.value)
+
+    def wants(self) -> dict[str, Any]:
+        """What is drawn, while it is drawn."""
+        return {self.REQUEST: True} if self.REQUEST and self.is_on else {}
+
+    def told(self, answer: dict[str, Any]) -> None:
+        """Draw what the frame service was asked for."""
+        found = answer.get(self.REQUEST) if self.is_on else None
+        if found:
+            self.draw(found)
+        elif self.REQUEST:
+            self.clear()
+
+    def draw(self, found: Any) -> None:
+        """Draw what the frame service has found."""
+
+    def clear(self) -> None:
+        """Draw nothing."""
+        for handle in self.handles.values():
+            handle.remove()
+        self.handles = {}
+
+    def draw_segments(self, name: str, points: Segments, colour: tuple[float, float, float], thickness: float) -> None:
+        """Draw line segments.
+
+        Args:
+            name: of the node below the page's root, and key of its handle.
+            points: (n, 2, 3) [m].
+            colour: 0..1.
+            thickness: [pixels].
+        """
+        handle = self.handles.get(name)
+        if handle is not None:
+            handle.points, handle.colors = points, np.array(colour)
+            return
+        self.handles[name] = self.page.server.scene.add_line_segments(
+            f"{self.page.root}/{name}", points, colour, thickness=thickness, thickness_units="screen"
+        )
+
+
+class Names(Overlay):
+    """A label for each body that is there."""
+
+    LABEL = "Names"
 
     def show(self, moment: Moment) -> None:
         """Move them with the bodies."""
-        page, frame, before = self._page, moment.frame, self._before
-        if page is None or page.scene is None or self._names is None:
-            return
-        self._before = frame
-        shown = [body for body in self._bodies if frame.shown[body]]
-        wanted = set(shown) if self._names.value else set()
-        for body in self._labels.keys() - wanted:
-            self._labels.pop(body).remove()
+        scene, frame = self.page.scene, moment.frame
+        wanted = set(_named_bodies(scene, frame)) if scene is not None and self.is_on else set()
+        for body in self.handles.keys() - wanted:
+            self.handles.pop(body).remove()
         for body in wanted:
             place = frame.poses[body, :3] + np.array((0.0, 0.0, _ABOVE), np.float32)
-            if body not in self._labels:
-                self._labels[body] = page.server.scene.add_label(
-                    f"{page.root}/names/{body}", _short(page.scene.bodies[body]), position=place
+            if body in self.handles and moment.moved[body]:
+                self.handles[body].position = place
+            elif body not in self.handles and scene is not None:
+                self.handles[body] = self.page.server.scene.add_label(
+                    f"{self.page.root}/names/{body}", _short(scene.bodies[body]), position=place
                 )
-            elif before is None or (frame.poses[body] != before.poses[body]).any():
-                self._labels[body].position = place
-        if self._axes.value:
-            self._draw_axes(page, frame, shown)
-        elif self._drawn is not None:
-            self._drawn.remove()
-            self._drawn = None
 
-    def _draw_axes(self, page: Page, frame: Frame, shown: list[int]) -> None:
-        poses = frame.poses[shown]
-        if self._drawn is not None and len(self._drawn.batched_positions) == len(poses):
-            self._drawn.batched_positions, self._drawn.batched_wxyzs = poses[:, :3], poses[:, 3:]
+
+class Axes(Overlay):
+    """Three axes for each body that is there."""
+
+    LABEL = "Frames"
+    HINT = "x red, y green, z blue, 12 cm long"
+
+    def show(self, moment: Moment) -> None:
+        """Move them with the bodies."""
+        scene = self.page.scene
+        if scene is None or not self.is_on:
+            self.clear()
             return
-        if self._drawn is not None:
-            self._drawn.remove()
-        self._drawn = page.server.scene.add_batched_axes(
-            f"{page.root}/frames", poses[:, 3:], poses[:, :3], axes_length=_AXES, axes_radius=_RADIUS
+        poses = moment.frame.poses[_named_bodies(scene, moment.frame)]
+        drawn = self.handles.get("axes")
+        if drawn is not None and len(drawn.batched_positions) == len(poses):
+            drawn.batched_positions, drawn.batched_wxyzs = poses[:, :3], poses[:, 3:]
+            return
+        self.clear()
+        self.handles["axes"] = self.page.server.scene.add_batched_axes(
+            f"{self.page.root}/frames", poses[:, 3:], poses[:, :3], axes_length=_AXES, axes_radius=_RADIUS
         )
+
+
+def _named_bodies(scene: Scene, frame: Frame) -> list[int]:
+    """The bodies that are there and have a name of their own."""
+    named = enumerate(zip(scene.bodies, frame.shown.tolist(), strict=True))
+    return [index for index, (name, is_shown) in named if index and is_shown and not name.endswith(_LOOKS)]
 
 
 def _short(name: str) -> str:
@@ -88,54 +149,30 @@ _MIN_ARROW, _MAX_ARROW = 0.015, 0.4  # [m]
 _SHAFT, _HEAD, _HEAD_LENGTH = 0.003, 0.007, 0.015  # [m]
 
 
-class Contacts(Feature):
+class Contacts(Overlay):
     """An arrow for each contact, as long as its force is strong."""
 
-    def __init__(self) -> None:
-        self._page: Page | None = None
-        self._box: Any = None
-        self._handle: Any = None
+    LABEL = "Contacts and forces"
+    HINT = "A centimetre is a newton; what is at rest sleeps, and is not told of"
+    REQUEST = "contacts"
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
-        """Offer it."""
-        self._page, self._handle = page, None
-        if self._box is None:
-            with page.tab(TAB):
-                self._box = page.server.gui.add_checkbox(
-                    "Contacts and forces",
-                    initial_value=False,
-                    hint="A centimetre is a newton; what is at rest sleeps, and is not told of",
-                )
-
-    def wants(self) -> dict[str, Any]:
-        """Contacts, while they are shown."""
-        return {"contacts": True} if self._box is not None and self._box.value else {}
-
-    def told(self, answer: dict[str, Any]) -> None:
-        """Draw them."""
-        rows = answer.get("contacts")
-        if self._page is None or self._box is None:
+    def draw(self, found: Any) -> None:
+        """Draw contacts, rows as in `contact_forces`."""
+        arrows = _arrows(np.array(found, np.float32))
+        if "arrows" in self.handles:
+            self.handles["arrows"].points = arrows
             return
-        if not rows or not self._box.value:
-            if self._handle is not None:
-                self._handle.remove()
-                self._handle = None
-            return
-        arrows = _arrows(np.array(rows, np.float32))
-        if self._handle is None:
-            self._handle = self._page.server.scene.add_arrows(
-                f"{self._page.root}/contacts",
-                arrows,
-                _ARROW_COLOUR,
-                shaft_radius=_SHAFT,
-                head_radius=_HEAD,
-                head_length=_HEAD_LENGTH,
-            )
-        else:
-            self._handle.points = arrows
+        self.handles["arrows"] = self.page.server.scene.add_arrows(
+            f"{self.page.root}/contacts",
+            arrows,
+            _ARROW_COLOUR,
+            shaft_radius=_SHAFT,
+            head_radius=_HEAD,
+            head_length=_HEAD_LENGTH,
+        )
 
 
-def _arrows(rows: np.typing.NDArray[np.float32]) -> np.typing.NDArray[np.float32]:
+def _arrows(rows: Segments) -> Segments:
     """Where the arrows begin and end (n, 2, 3) [m], of contacts (n, 6): they point up, away from what is below."""
     places, forces = rows[:, :3], rows[:, 3:]
     forces = np.where(forces[:, 2:] < 0, -forces, forces)
@@ -148,72 +185,49 @@ def _arrows(rows: np.typing.NDArray[np.float32]) -> np.typing.NDArray[np.float32
 _DARK, _LIT, _OFF = (0.35, 0.55, 0.75), (0.95, 0.2, 0.1), (0.6, 0.6, 0.6)
 _PLACE = ("position", "quaternion")  # those that move say where they are
 _THICKNESS = 2.0  # pixels
-Segments = NDArray[np.float32]
 
 
-class Beams(Feature):
+class Beams(Overlay):
     """Lines for what each sensor looks at."""
 
+    LABEL = "Sensors"
+    HINT = "What they look at; red where they see something"
+    REQUEST = "sensors"
+
     def __init__(self) -> None:
-        self._page: Page | None = None
-        self._box: Any = None
+        super().__init__()
         self._sensors: list[dict[str, Any]] = []
-        self._lines: dict[str, Any] = {}
-        self._labels: list[Any] = []
         self._shown: dict[str, Any] = {}
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
-        """Find the sensors of a scene."""
-        self._page = page
-        self._lines, self._labels, self._shown = {}, [], {}
-        self._sensors = [each for each in page.about.get("sensors", ()) if each.get("form") in _FORMS]
-        if self._box is None and self._sensors:
-            with page.tab(TAB):
-                self._box = page.server.gui.add_checkbox(
-                    "Sensors", initial_value=False, hint="What they look at; red where they see something"
-                )
+    def is_in(self, scene: Scene) -> bool:  # noqa: ARG002
+        """Whether a scene has sensors of a known form."""
+        self._sensors = [each for each in self.page.about.get("sensors", ()) if each.get("form") in _FORMS]
+        return bool(self._sensors)
 
-    def wants(self) -> dict[str, Any]:
-        """What sensors find, while they are shown."""
-        return {"sensors": True} if self._sensors and self._box is not None and self._box.value else {}
+    @property
+    def is_on(self) -> bool:
+        """Whether somebody has switched it on, and there are sensors."""
+        return bool(self._sensors) and super().is_on
 
-    def told(self, answer: dict[str, Any]) -> None:
-        """Draw them."""
-        found = answer.get("sensors")
-        if self._page is None or self._box is None:
-            return
-        if found is None or not self._box.value:
-            for handle in (*self._lines.values(), *self._labels):
-                handle.remove()
-            self._lines, self._labels, self._shown = {}, [], {}
-            return
-        if not self._labels:
-            self._label(self._page)
+    def draw(self, found: Any) -> None:
+        """Draw readings by the names of sensors, as in `Sensor.overlay`."""
+        if not self.handles:
+            self._shown = {}
         for sensor in self._sensors:
             name = str(sensor["name"])
+            path = f"sensors/{node_name(name)}"
+            label = f"{path} name"
+            if label not in self.handles:
+                self.handles[label] = self.page.server.scene.add_label(
+                    f"{self.page.root}/{label}", name, position=sensor["position"]
+                )
             reading = found.get(name)
-            if name in self._lines and self._shown.get(name) == reading:
-                continue
-            self._shown[name] = reading
-            self._draw(self._page, name, sensor, reading)
-
-    def _draw(self, page: Page, name: str, sensor: dict[str, Any], reading: dict[str, Any] | None) -> None:
-        place = {**sensor, **{name: reading[name] for name in _PLACE if name in reading}} if reading else sensor
-        segments = _world(place, _FORMS[sensor["form"]](sensor, reading or {}))
-        colour = _OFF if reading is None else _LIT if reading.get("sees") else _DARK
-        if name in self._lines and self._lines[name].points.shape == segments.shape:
-            self._lines[name].points = segments
-            self._lines[name].colors = np.array(colour)
-            return
-        self._lines[name] = page.server.scene.add_line_segments(
-            f"{page.root}/sensors/{_node(name)}", segments, colour, thickness=_THICKNESS, thickness_units="screen"
-        )
-
-    def _label(self, page: Page) -> None:
-        for sensor in self._sensors:
-            path = f"{page.root}/sensors/{_node(str(sensor['name']))} name"
-            handle = page.server.scene.add_label(path, str(sensor["name"]), position=sensor["position"])
-            self._labels.append(handle)
+            if path not in self.handles or self._shown.get(name) != reading:
+                self._shown[name] = reading
+                place = {**sensor, **{key: reading[key] for key in _PLACE if key in reading}} if reading else sensor
+                colour = _OFF if reading is None else _LIT if reading.get("sees") else _DARK
+                segments = _world(place, _FORMS[sensor["form"]](sensor, reading or {}))
+                self.draw_segments(path, segments, colour, _THICKNESS)
 
 
 def _beam(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
@@ -268,10 +282,6 @@ def _world(sensor: dict[str, Any], segments: Segments) -> Segments:
     return found
 
 
-def _node(name: str) -> str:
-    return name.replace("/", ".") or "unnamed"
-
-
 PATH_DURATION = 20.0
 """So long [s] of simulation time the way is shown."""
 
@@ -280,33 +290,28 @@ _MAX_PATH_POINTS = 800
 _PATH_COLOURS = ((0.93, 0.35, 0.12), (0.1, 0.45, 0.75))
 
 
-class ToolPaths(Feature):
+class ToolPaths(Overlay):
     """A line behind each tool."""
 
-    def __init__(self) -> None:
-        self._page: Page | None = None
-        self._box: Any = None
-        self._ways: list[deque[tuple[int, Any]]] = []
-        self._handles: list[Any] = []
+    LABEL = "Path of the tool"
 
-    def begin(self, page: Page, scene: Scene) -> None:
-        """Find the tools of a scene."""
-        self._page = page
-        self._tools = [tool for tool in page.about.get("tools", ()) if _is_tool(tool, scene)]
+    def __init__(self) -> None:
+        super().__init__()
+        self._tools: list[Any] = []
+        self._ways: list[deque[tuple[int, Any]]] = []
+
+    def is_in(self, scene: Scene) -> bool:
+        """Whether a scene has tools."""
+        self._tools = [tool for tool in self.page.about.get("tools", ()) if _is_tool(tool, scene)]
         self._ways = [deque(maxlen=_MAX_PATH_POINTS) for _ in self._tools]
-        self._handles = []
-        if self._box is None and self._tools:
-            with page.tab(TAB):
-                self._box = page.server.gui.add_checkbox("Path of the tool", initial_value=False)
-            self._box.on_update(lambda _event: self._clear())
+        return bool(self._tools)
 
     def show(self, moment: Moment) -> None:
         """Draw where they were."""
-        page = self._page
-        if page is None or self._box is None or not self._box.value:
+        if moment.is_cut or not self.is_on:
+            self.clear()
+        if not self.is_on:
             return
-        if moment.is_cut:
-            self._clear()
         for number, (tool, way) in enumerate(zip(self._tools, self._ways, strict=True)):
             point = tool_point(moment.frame, tool)
             now = moment.frame.time
@@ -318,30 +323,18 @@ class ToolPaths(Feature):
                 way.popleft()
                 is_old = True
             if is_new or is_old:
-                self._draw(page, number)
+                self._draw_path(number, np.array([point for _, point in way], np.float32))
 
-    def _draw(self, page: Page, number: int) -> None:
-        points = np.array([point for _, point in self._ways[number]], np.float32)
+    def _draw_path(self, number: int, points: Segments) -> None:
         segments = np.stack([points[:-1], points[1:]], axis=1) if len(points) > 1 else np.zeros((0, 2, 3), np.float32)
-        if number < len(self._handles):
-            self._handles[number].points = segments
-            return
-        self._handles.append(
-            page.server.scene.add_line_segments(
-                f"{page.root}/path of tool {number + 1}",
-                segments,
-                _PATH_COLOURS[number % len(_PATH_COLOURS)],
-                thickness=3.0,
-                thickness_units="screen",
-            )
-        )
+        colour = _PATH_COLOURS[number % len(_PATH_COLOURS)]
+        self.draw_segments(f"path of tool {number + 1}", segments, colour, 3.0)
 
-    def _clear(self) -> None:
+    def clear(self) -> None:
+        """Forget where they were."""
+        super().clear()
         for way in self._ways:
             way.clear()
-        for handle in self._handles:
-            handle.remove()
-        self._handles = []
 
 
 def _is_tool(tool: Any, scene: Scene) -> bool:

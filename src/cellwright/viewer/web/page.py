@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import Asking, AwayError, Link
 
 _DELAY = 1.5
@@ -32,10 +33,22 @@ class Moment:
     Attributes:
         frame: where the bodies are.
         is_cut: whether it does not follow from what was shown before: after a reset or a jump in time, and at first.
+        moved: (bodies,) which of them are elsewhere than in the moment before; all of them after a cut.
+        switched: (bodies,) which of them have come into sight or gone out of it; all of them after a cut.
     """
 
     frame: Frame
     is_cut: bool
+    moved: NDArray[np.bool_]
+    switched: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, frame: Frame, before: Frame | None = None) -> Moment:
+        """The moment of a frame after the one `before` it; a cut where there is none."""
+        if before is None:
+            everything = np.ones(len(frame.poses), np.bool_)
+            return cls(frame, True, everything, everything)
+        return cls(frame, False, (frame.poses != before.poses).any(axis=1), frame.shown != before.shown)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +93,8 @@ class Moments:
         frame = self._frame(wall - _DELAY * self._period)
         if frame is self._shown and not is_cut:
             return None
-        self._shown = frame
-        return Moment(frame, is_cut)
+        before, self._shown = self._shown, frame
+        return Moment.of(frame, None if is_cut else before)
 
     def _frame(self, wall: float) -> Frame:
         come = self._come
@@ -127,9 +140,18 @@ class Feature:
     """One thing that a page shows, or lets one do. All of its methods are called in the page's own thread.
 
     What viser calls when somebody clicks runs in threads of viser's: it may ask `page.link`, and may set handles.
+
+    Attributes:
+        page: where it is shown; set before anything else is called.
     """
 
-    def begin(self, page: Page, scene: Scene) -> None:
+    page: Page
+
+    def attach(self, page: Page) -> None:
+        """Belong to a page, once."""
+        self.page = page
+
+    def begin(self, scene: Scene) -> None:
         """A scene is shown from now on: the first one, or another in its place.
 
         Handles of the scene before are gone already when they are below `page.root`; those of the GUI are not.
@@ -180,6 +202,7 @@ class Page:
         link: the way to what is served, for features; it is not the one that frames come by.
         scene: what is shown; None before the first answer.
         about: what else was said of it: `kind`, `sensors`, `tools`; empty where nothing was.
+        first_panel: what the panel service answered when the scene was begun; empty where it did not.
         root: the node below which features put what belongs to the scene.
     """
 
@@ -192,7 +215,10 @@ class Page:
         self.link = Link(address, key=key)
         self.scene: Scene | None = None
         self.about: dict[str, Any] = {}
+        self.first_panel: dict[str, Any] = {}
         self.features = tuple(features)
+        for feature in self.features:
+            feature.attach(self)
         self._moments = Moments()
         self._asking = Asking(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
         self._tabs: Any = None
@@ -232,7 +258,7 @@ class Page:
                 if moment is not None:
                     self._show(moment)
                 spent = time.perf_counter() - begun
-                self._wait(max(_PERIOD - spent, spent / 2))  # never all of a core
+                time.sleep(max(_PERIOD - spent, spent / 2))  # never all of a core
         finally:
             if self.server.get_clients():
                 self._say_that_it_ends()
@@ -242,8 +268,6 @@ class Page:
     def close(self) -> None:
         """Let `run` end; from anywhere."""
         self._is_over = True
-
-    # ---------------------------------------------------------------- inside
 
     def _wants(self) -> dict[str, Any]:
         wanted: dict[str, Any] = {}
@@ -264,9 +288,6 @@ class Page:
             self._take(self._asking.found.get(timeout=seconds))
         except Empty:
             return
-
-    def _wait(self, seconds: float) -> None:
-        time.sleep(seconds)
 
     def _take(self, found: Any) -> None:
         match found:
@@ -290,10 +311,14 @@ class Page:
         self._find_again()
         self.scene, self.about = scene, about
         self._moments.cut()
+        try:
+            self.first_panel = self.link.ask(PANEL)
+        except CellwrightError:  # there is none, or it comes later
+            self.first_panel = {}
         with self.server.atomic():
             self.server.scene.remove_by_name(ROOT)
             self.server.scene.add_frame(ROOT, show_axes=False)
-            self._each(lambda feature: feature.begin(self, scene))
+            self._each(lambda feature: feature.begin(scene))
 
     def _show(self, moment: Moment) -> None:
         with self.server.atomic():
@@ -317,7 +342,7 @@ class Page:
         self.server.gui.add_markdown(f"**This page has ended:** {reason}. It shows how all stood last.", order=-1.0)
         self._each(lambda feature: feature.away(reason))
         self.server.flush()
-        self._wait(_ON_ITS_WAY)
+        time.sleep(_ON_ITS_WAY)
 
     def _last_word(self) -> str:
         """Why what is served has ended, if it says so now."""

@@ -24,7 +24,7 @@ from cellwright.util.errors import CellwrightError
 from cellwright.viewer.web.access import Door
 from cellwright.viewer.web.cell_panels import CellPanels
 from cellwright.viewer.web.operator.feature import Operator
-from cellwright.viewer.web.overlays import Beams, Contacts, Names, ToolPaths
+from cellwright.viewer.web.overlays import Axes, Beams, Contacts, Names, ToolPaths
 from cellwright.viewer.web.page import Feature, Page
 from cellwright.viewer.web.scene import PLAIN, Bodies, Shadows, Stage
 from cellwright.viewer.web.time_controls import TimeControls
@@ -35,7 +35,7 @@ def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
     stage = Stage(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
     told = [CellPanels(), Operator(), TimeControls()]
-    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), stage]
+    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), stage]
     return [*told, *seen]
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene import SEEN, TOUCHED, Form, Frame, Layer, Scene, Shape
 from cellwright.rendering.scene.triangles import Triangles
 from cellwright.util.pose import Vector3
-from cellwright.viewer.web.meshes import Colour, Material, glb, surface
+from cellwright.viewer.web.meshes import Colour, Material, glb, node_name, surface
 from cellwright.viewer.web.page import Feature, Moment, Page
 from cellwright.viewer.web.views import TAB
 
@@ -32,19 +32,18 @@ class Bodies(Feature):
     """What is seen of the bodies, and what the engine takes for them."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
         self._looks: BodyNodes | None = None
         self._touched: BodyNodes | None = None
         self._newest: Frame | None = None
         self._box: Any = None
 
-    def begin(self, page: Page, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Put the bodies of a scene on the page."""
-        self._page, self._newest = page, None
-        self._looks, self._touched = BodyNodes(page, scene, "bodies", SEEN), None
+        self._newest = None
+        self._looks, self._touched = BodyNodes(self.page, scene, "bodies", SEEN), None
         if self._box is None:
-            with page.tab(TAB):
-                self._box = page.server.gui.add_checkbox(
+            with self.page.tab(TAB):
+                self._box = self.page.server.gui.add_checkbox(
                     "Collision shapes", initial_value=False, hint="What the engine takes the bodies for"
                 )
             self._box.on_update(lambda _event: self.show_touched(self._box.value))
@@ -56,21 +55,19 @@ class Bodies(Feature):
         self._newest = moment.frame
         for nodes in (self._looks, self._touched):
             if nodes is not None:
-                nodes.show(moment.frame)
+                nodes.show(moment)
 
     def show_touched(self, is_wanted: bool) -> None:  # noqa: FBT001
         """Show what the engine takes the bodies for, in place of what they look like."""
-        page = self._page
-        if page is None or page.scene is None:
+        if self._looks is None or self.page.scene is None:
             return
         if is_wanted and self._touched is None:
-            self._touched = BodyNodes(page, page.scene, "touched", TOUCHED)
+            self._touched = BodyNodes(self.page, self.page.scene, "touched", TOUCHED)
             if self._newest is not None:
-                self._touched.show(self._newest)
+                self._touched.show(Moment.of(self._newest))
         if self._touched is not None:
             self._touched.set_visible(is_wanted)
-        if self._looks is not None:
-            self._looks.set_visible(not is_wanted)
+        self._looks.set_visible(not is_wanted)
 
 
 @dataclass(slots=True)
@@ -98,7 +95,6 @@ class BodyNodes:
     def __init__(self, page: Page, scene: Scene, name: str, layers: Collection[Layer]) -> None:
         self._scene = page.server.scene
         self._root = self._scene.add_frame(f"{page.root}/{name}", show_axes=False)
-        self._before: Frame | None = None
         self._singles: list[_Single] = []
         self._alike: list[_Alike] = []
         is_touched = Layer.TOUCH in layers
@@ -111,10 +107,10 @@ class BodyNodes:
             groups[tuple((s.form, s.size, s.pose, s.colour, s.mesh) for s in its)].append(body)
         for bodies in groups.values():
             data = glb(_pieces(shapes[bodies[0]], scene, is_touched=is_touched))
-            path = f"{page.root}/{name}/{_node(scene.bodies[bodies[0]])}"
+            path = f"{page.root}/{name}/{node_name(scene.bodies[bodies[0]])}"
             if len(bodies) < _FEW:
                 for body in bodies:
-                    path = f"{page.root}/{name}/{_node(scene.bodies[body])}"
+                    path = f"{page.root}/{name}/{node_name(scene.bodies[body])}"
                     single = self._scene.add_glb(path, data, cast_shadow=False)
                     self._singles.append(_Single(body, single))
             else:
@@ -133,15 +129,9 @@ class BodyNodes:
         """Show them all, or none."""
         self._root.visible = is_visible
 
-    def show(self, frame: Frame) -> None:
-        """Put them where a frame says; what has not moved is not told again."""
-        before, self._before = self._before, frame
-        if before is None:
-            moved = np.ones(len(frame.poses), np.bool_)
-            switched = moved
-        else:
-            moved = (frame.poses != before.poses).any(axis=1)
-            switched = frame.shown != before.shown
+    def show(self, moment: Moment) -> None:
+        """Put them where they are; what has not moved is not told again."""
+        frame, moved, switched = moment.frame, moment.moved, moment.switched
         for single in self._singles:
             body = single.body
             if moved[body]:
@@ -183,11 +173,6 @@ def material(colour: Colour) -> Material:
     return Material(0.85 if brightness < 0.2 else 0.7)
 
 
-def _node(name: str) -> str:
-    """A body's name as one step of a path."""
-    return name.replace("/", ".") or "unnamed"
-
-
 _LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot looks along x, and is looked at from there
 _LAMP = (-3.0, -4.5, 7.0)
 
@@ -203,14 +188,13 @@ class Shadows(Feature):
 
     def __init__(self) -> None:
         self._handles: dict[int, Any] = {}
-        self._before: Frame | None = None
 
-    def begin(self, page: Page, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Put up what throws them."""
-        self._handles, self._before = {}, None
-        lamp = np.array(lamp_of(page.about))
-        root = f"{page.root}/shadows"
-        nodes = page.server.scene
+        self._handles = {}
+        lamp = np.array(lamp_of(self.page.about))
+        root = f"{self.page.root}/shadows"
+        nodes = self.page.server.scene
         nodes.add_frame(root, show_axes=False, position=-_MARGIN / np.linalg.norm(lamp) * lamp)
         shapes: dict[int, list[Shape]] = defaultdict(list)
         for shape in scene.shapes:
@@ -226,12 +210,11 @@ class Shadows(Feature):
 
     def show(self, moment: Moment) -> None:
         """Move them with the bodies."""
-        frame, before = moment.frame, self._before
-        self._before = frame
+        frame = moment.frame
         for body, handle in self._handles.items():
-            if before is None or (frame.poses[body] != before.poses[body]).any():
+            if moment.moved[body]:
                 handle.position, handle.wxyz = frame.poses[body, :3], frame.poses[body, 3:]
-            if before is None or frame.shown[body] != before.shown[body]:
+            if moment.switched[body]:
                 handle.visible = bool(frame.shown[body])
 
 
@@ -271,9 +254,9 @@ class Stage(Feature):
         self._is_plain = is_plain
         self._key: Any = None
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Light, sky, ground."""
-        server = page.server
+        page, server = self.page, self.page.server
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)
         if self._key is not None:
             self._key.position = lamp_of(page.about)

@@ -81,11 +81,6 @@ class WebPage:
         """Whether its process still runs."""
         return self._process.poll() is None
 
-    @property
-    def pid(self) -> int:
-        """Id of its process."""
-        return self._process.pid
-
     def close(self) -> None:
         """End it."""
         self._is_closing = True

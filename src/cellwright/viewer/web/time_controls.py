@@ -10,8 +10,8 @@ from cellwright.rendering.scene import Scene
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import CONTROL
 from cellwright.viewer.web import widgets
-from cellwright.viewer.web.page import Feature, Page, notify_refused
-from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, Shown, set_changed
+from cellwright.viewer.web.page import Feature, notify_refused
+from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY
 
 _SPAN = 2.0  # [s] of wall time that are looked back upon
 
@@ -54,7 +54,7 @@ class TimeControls(Feature):
     """The clock, pause, single steps, speed, beginning anew; for recordings also where in time one is."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
+        self._is_up = False
         self._pace = SeenPace()
         self._asked_at = -_SURE
         self._slid_at = -_SETTLED
@@ -62,15 +62,15 @@ class TimeControls(Feature):
         self._now = 0.0
         self._timestep = 1 / 500
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Put it up, once."""
-        told = page.link.welcome.get("timestep")
+        told = self.page.link.welcome.get("timestep")
         if isinstance(told, list) and len(told) == 2:
             self._timestep = told[0] / told[1]
-        if self._page is not None:
+        if self._is_up:
             return
-        self._page, gui = page, page.server.gui
-        self._clock = Shown(gui, _ORDER)
+        self._is_up, gui = True, self.page.server.gui
+        self._clock = gui.add_html("", order=_ORDER)
         self._steps = gui.add_button_group(
             "time", (PAUSE, GO_ON, TICK, *SPANS), order=_ORDER + 1, hint="Let time stand, pass, or pass for so long"
         )
@@ -85,7 +85,7 @@ class TimeControls(Feature):
     def panel(self, panel: dict[str, Any]) -> None:
         """Show how time passes."""
         control = panel.get("control")
-        if self._page is None or control is None:
+        if not self._is_up or control is None:
             return
         try:
             now = seconds_of(panel)
@@ -93,52 +93,48 @@ class TimeControls(Feature):
             return
         self._now = now
         self._pace.take(time.perf_counter(), now)
-        self._clock.show(clock(now, control, self._pace.factor))
+        self._clock.content = clock(now, control, self._pace.factor)
         reasons = control["refused"]
         for group, action in ((self._steps, "pause"), (self._speeds, "speed")):
-            set_changed(group, "visible", not reasons.get(action))  # viser disables no group of buttons
+            group.visible = not reasons.get(action)  # viser disables no group of buttons
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
     def away(self, reason: str) -> None:
         """Nobody answers: show the time that was told last, and offer nothing."""
-        if self._page is None:
+        if not self._is_up:
             return
-        self._clock.show(_standing(self._now, "not connected", reason))
+        self._clock.content = _standing(self._now, "not connected", reason)
         for handle in (self._steps, self._speeds, self._anew, self._slider):
             if handle is not None:
-                set_changed(handle, "visible", False)
-
-    # ---------------------------------------------------------------- what is shown
+                handle.visible = False
 
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
         button = self._anew
         is_sure = time.perf_counter() - self._asked_at < _SURE
-        set_changed(button, "label", REALLY if is_sure else BEGIN_ANEW)
-        set_changed(button, "color", "red" if is_sure else "gray")
-        set_changed(button, "visible", panel.get("kind") != "robot")  # whose own controls send it home
-        set_changed(button, "disabled", bool(reason))
-        set_changed(button, "hint", reason or "Back to the start: what has happened is gone")
+        button.label = REALLY if is_sure else BEGIN_ANEW
+        button.color = "red" if is_sure else "gray"
+        button.visible = panel.get("kind") != "robot"  # whose own controls send it home
+        button.disabled = bool(reason)
+        button.hint = reason or "Back to the start: what has happened is gone"
 
     def _show_timeline(self, panel: dict[str, Any], now: float) -> None:
         begin, end = panel.get("begin"), panel.get("end")
-        if begin is None or end is None or self._page is None:
+        if begin is None or end is None:
             if self._slider is not None:
-                set_changed(self._slider, "visible", False)
+                self._slider.visible = False
             return
         last = max(end, begin + 0.1)
         if self._slider is None:
-            self._slider = self._page.server.gui.add_slider(
+            self._slider = self.page.server.gui.add_slider(
                 "at [s]", min=begin, max=last, step=0.1, initial_value=begin, order=_ORDER + 0.5
             )
             self._slider.on_update(self._seek)
-        for name, value in (("visible", True), ("min", begin), ("max", last)):
-            set_changed(self._slider, name, value)  # what is served there may have become another recording
+        self._slider.visible = True
+        self._slider.min, self._slider.max = begin, last  # what is served there may have become another recording
         if time.perf_counter() - self._slid_at > _SETTLED:
-            # only what is new: an update of the same value would undo what a viewer has just moved
-            set_changed(self._slider, "value", round(min(max(now, begin), end), 1))
-
-    # ---------------------------------------------------------------- what one does
+            # viser sends only what is new: the same value again would undo what a viewer has just moved
+            self._slider.value = round(min(max(now, begin), end), 1)
 
     def _step(self, word: str) -> None:
         if word == PAUSE:
@@ -158,7 +154,7 @@ class TimeControls(Feature):
             self._ask(action="reset")
         else:
             self._asked_at = now
-            set_changed(self._anew, "label", REALLY)
+            self._anew.label = REALLY
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not when it follows time
@@ -166,11 +162,10 @@ class TimeControls(Feature):
             self._ask(action="seek", time=float(event.target.value))
 
     def _ask(self, **asked: Any) -> None:
-        assert self._page is not None
         try:
-            self._page.link.ask(CONTROL, **asked)
+            self.page.link.ask(CONTROL, **asked)
         except CellwrightError as error:
-            notify_refused(self._page, f"{asked['action']}: refused", error)
+            notify_refused(self.page, f"{asked['action']}: refused", error)
 
 
 def seconds_of(panel: dict[str, Any]) -> float:

@@ -14,7 +14,7 @@ from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.rendering.scene import SEEN, Form, Frame, Scene
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.meshes import surface
-from cellwright.viewer.web.page import Feature, Moment, Page
+from cellwright.viewer.web.page import Feature, Moment
 
 TAB = "View"
 """Name of the tab for all that changes what is seen, and nothing else."""
@@ -30,19 +30,18 @@ class Views(Feature):
     """Buttons for cameras that have something whole in their picture."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
         self._views: Mapping[str, Camera] = {}
         self._buttons: Any = None
         self._is_due = True
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Another scene may have other views."""
-        self._page, self._is_due = page, True
+        self._is_due = True
 
     def show(self, moment: Moment) -> None:
         """With the first frame it is known where things are."""
-        page = self._page
-        if not self._is_due or page is None or page.scene is None:
+        page = self.page
+        if not self._is_due or page.scene is None:
             return
         self._is_due = False
         views = views_of(page.scene, moment.frame, page.about)

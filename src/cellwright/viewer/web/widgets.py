@@ -1,10 +1,8 @@
-"""Panel widgets: escaped pieces of HTML, and elements that are sent to browsers only when they change."""
+"""Panel widgets: escaped pieces of HTML. viser sends browsers only what changes of an element."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable
-from typing import Any
 
 GREEN, AMBER, RED, BLUE, GREY = "#2b8a3e", "#b35c00", "#c92a2a", "#1c6ea4", "#6c757d"
 
@@ -77,40 +75,6 @@ def bar(share: float, color: str) -> str:
     )
 
 
-def joined(parts: Iterable[str]) -> str:
-    """Pieces, one after another."""
-    return "".join(parts)
-
-
 def figures(value: str) -> str:
     """A text whose digits are of one width."""
     return f'<span style="{_FIGURES}">{text(value)}</span>'
-
-
-class Shown:
-    """A piece of the panel.
-
-    Args:
-        gui: viser's; the piece stands where the next one would.
-        order: where it stands among its neighbours; None: behind them.
-    """
-
-    def __init__(self, gui: Any, order: float | None = None) -> None:
-        self._handle = gui.add_html("", order=order)
-        self._text = ""
-
-    def show(self, text: str) -> None:
-        """Show this."""
-        if text != self._text:
-            self._text = text
-            self._handle.content = text
-
-    def remove(self) -> None:
-        """Take it away."""
-        self._handle.remove()
-
-
-def set_changed(handle: Any, name: str, value: Any) -> None:
-    """Set something of a handle, unless it is so already."""
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)

@@ -25,6 +25,9 @@ class FakeHandle:
         self.frequency = 0.0
 
     def __setattr__(self, attribute: str, value: Any) -> None:
+        before: Any = self.__dict__.get(attribute)
+        if np.array_equal(before, value):  # as viser does, see test_widgets
+            return
         self.__dict__[attribute] = value
         self.__dict__["sets"] = self.__dict__.get("sets", 0) + 1
         if attribute == "value":  # as viser does: whoever sets it here is told of it, without a browser
@@ -105,6 +108,7 @@ class FakePage:
 
     def __init__(self, address: tuple[str, int]) -> None:
         self.link = Link(address)
+        self.first_panel: dict[str, Any] = {}
         self.tabs: list[str] = []
         self.server = SimpleNamespace(
             gui=FakeGui(),

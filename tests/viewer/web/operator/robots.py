@@ -14,7 +14,7 @@ from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.services.robot_panel import RobotPanel
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import SceneServices, ServedScene
 from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
 from tests.clients.operators.nodes import robot
 from tests.waiting import TIMEOUT
@@ -61,7 +61,7 @@ class Clock:
 def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
     """A node in real time with its scene and its panel, served by a thread; the address."""
     server = Server(node, port=port)
-    SceneServices(node).offer(server)
+    SceneServices(ServedScene(node)).offer(server)
     panel = RobotPanel(node)
     server.offer(PANEL, panel.tell)
     keeper = Timekeeper(node, server)

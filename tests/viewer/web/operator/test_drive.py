@@ -6,8 +6,10 @@ from dataclasses import replace
 import pytest
 
 from cellwright.clients.operators.robot import MoveBase, command_message
+from cellwright.clients.operators.robot import MoveBase
+from cellwright.config.robot.config import BaseMode
 from cellwright.middleware.messages.conversions import floats
-from cellwright.robot.base import MODE, Mode
+from cellwright.robot.base import MODE
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.web.operator.moves import (
     BASE_DIRECTIONS,
@@ -20,8 +22,8 @@ from cellwright.viewer.web.operator.moves import (
 from tests.robot.robots import two_arms
 
 
-@pytest.mark.parametrize("mode", list(Mode))
-def test_a_button_that_is_held_for_a_second(mode: Mode) -> None:
+@pytest.mark.parametrize("mode", list(BaseMode))
+def test_a_button_that_is_held_for_a_second(mode: BaseMode) -> None:
     node = RobotNode(replace(two_arms(), others={MODE: mode.value}))
     assert node.base.mode is mode
     for direction in base_directions(mode):
@@ -43,6 +45,6 @@ def test_a_button_that_is_held_for_a_second(mode: Mode) -> None:
 
 
 def test_the_original_goes_sideways_only() -> None:
-    assert "forward" not in base_directions(Mode.ORIGINAL)
-    assert set(base_directions(Mode.VELOCITY)) == set(BASE_DIRECTIONS)
-    assert floats(base_command(Mode.ORIGINAL, "left")).shape == (2,)
+    assert "forward" not in base_directions(BaseMode.ORIGINAL)
+    assert set(base_directions(BaseMode.VELOCITY)) == set(BASE_DIRECTIONS)
+    assert floats(base_command(BaseMode.ORIGINAL, "left")).shape == (2,)

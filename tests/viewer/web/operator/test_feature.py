@@ -9,6 +9,7 @@ import pytest
 
 from cellwright.rendering.scene import Scene
 from cellwright.robot.node import RobotNode
+from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.operator.feature import TAB, Operator
 from tests.clients.operators.nodes import robot
 from tests.viewer.web.operator.fakes import FakePage
@@ -36,7 +37,8 @@ def built(operator: Operator, page: Any) -> None:
 
 def test_a_cell_gets_no_operator() -> None:
     operator, page = Operator(), FakePage(("127.0.0.1", 1))
-    operator.begin(page, SCENE)  # type: ignore[arg-type]
+    operator.attach(page)  # type: ignore[arg-type]
+    operator.begin(SCENE)
     operator.panel({"kind": "cell"})
     operator.told({})
     assert page.tabs == []
@@ -45,7 +47,9 @@ def test_a_cell_gets_no_operator() -> None:
 
 def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene(address: tuple[str, int]) -> None:
     operator, page = Operator(), FakePage(address)
-    operator.begin(page, SCENE)  # type: ignore[arg-type]
+    page.first_panel = page.link.ask(PANEL)
+    operator.attach(page)  # type: ignore[arg-type]
+    operator.begin(SCENE)
     assert page.tabs == [TAB], "it is there before those of others"
     built(operator, page)
     assert set(page.tabs) == {TAB}
@@ -55,7 +59,7 @@ def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene
     assert not scene.find("transform_controls", "/scene/operator/1/handle").visible
     scene.made.clear()
     gui_before = list(gui.made)
-    operator.begin(page, SCENE)  # type: ignore[arg-type]
+    operator.begin(SCENE)
 
     def has_handles() -> bool:
         operator.told({})
@@ -63,5 +67,6 @@ def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene
 
     wait_until(has_handles, "robot that is heard from again")
     assert gui_before[0].is_removed
-    operator.close()
+    assert operator._worker is not None
+    operator._worker.close()
     page.link.close()

@@ -1,6 +1,6 @@
 """Grippers by sliders: all are told each time, and those that nobody moves keep what they were told."""
 
-from cellwright.viewer.web.operator.moves import GRIPPER_HOLD_TIME, Grips
+from cellwright.viewer.web.operator.moves import HOLD_TIME, Grips
 from tests.viewer.web.operator.robots import standing
 
 
@@ -26,8 +26,8 @@ def test_limits_and_who_follows_whom() -> None:
     grips.ask(0, 7.0, 0.0)
     grips.ask(1, -1.0, 0.0)
     assert grips.due(standing(), 0.0) == (1.0, 0.0)
-    assert grips.is_touched(0, GRIPPER_HOLD_TIME / 2)
-    assert not grips.is_touched(0, GRIPPER_HOLD_TIME)
+    assert grips.is_touched(0, HOLD_TIME / 2)
+    assert not grips.is_touched(0, HOLD_TIME)
     grips.ask(0, 0.2, 5.0)
     assert grips.forget()
     assert not grips.forget()

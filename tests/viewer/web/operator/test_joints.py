@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.viewer.web.operator.moves import JOINT_HOLD_TIME, JOINT_LEAD, JOINT_PATIENCE, JOINT_SPEED, JointMoves
+from cellwright.viewer.web.operator.moves import HOLD_TIME, JOINT_LEAD, JOINT_PATIENCE, JOINT_SPEED, JointMoves
 from tests.viewer.web.operator.robots import number, seen, standing
 
 ELBOW = number("right_3")
@@ -77,8 +77,8 @@ def test_a_slider_follows_its_joint_unless_somebody_has_just_moved_it() -> None:
     moves.ask(ELBOW, -1.19, 0.0)
     assert moves.is_touched(ELBOW, 0.0)
     moves.due(standing(), 0.1)
-    assert moves.is_touched(ELBOW, 0.1 + JOINT_HOLD_TIME / 2), "the joint is still on its way"
-    assert not moves.is_touched(ELBOW, 0.2 + JOINT_HOLD_TIME)
+    assert moves.is_touched(ELBOW, 0.1 + HOLD_TIME / 2), "the joint is still on its way"
+    assert not moves.is_touched(ELBOW, 0.2 + HOLD_TIME)
     assert moves.due(standing(), 10.0) == {}, "and nothing is sent"
 
 

@@ -7,8 +7,8 @@ from cellwright.viewer.web.operator.robot_state import SeenJoint
 
 
 def test_steps_are_round_and_fine_enough() -> None:
-    assert step_of(SeenJoint("wheel", -6.28, 6.28, "rad", follows=False)) == 0.01
-    assert step_of(SeenJoint("tiny", 0.0, 1e-4, "m", follows=False)) == 0.0001
+    assert step_of(SeenJoint("wheel", -6.28, 6.28, "rad")) == 0.01
+    assert step_of(SeenJoint("tiny", 0.0, 1e-4, "m")) == 0.0001
 
 
 def test_short_names() -> None:

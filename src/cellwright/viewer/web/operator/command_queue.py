@@ -6,13 +6,14 @@ ends all that was wanted: nothing goes on by itself afterwards.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
 from typing import TypeAlias
 
 from cellwright.clients.operators.robot import Ask, MoveBase, MoveGrippers, MoveJoints, MoveTips, Now, Order
-from cellwright.robot.base import Mode
+from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator import moves
 from cellwright.viewer.web.operator.moves import Grips, Hands, JointMoves
@@ -91,8 +92,6 @@ class Desk:
         self._lock = threading.RLock()
         self._arm_joints = {joint for group in robot.groups if group.kind == "arm" for joint in group.joints}
 
-    # ---------------------------------------------------------------- what browsers want
-
     def grab(self, arm: int, browser: int, handle: Pose) -> bool:
         """Somebody takes hold of a hand by its handle at world_T_handle; False if that is not to be had."""
         with self._lock:
@@ -122,7 +121,7 @@ class Desk:
     def slide(self, joint: int, position: float) -> bool:
         """Somebody wants a joint at a position [rad; m]; False if that is not to be had."""
         with self._lock:
-            if not 0 <= joint < len(self.robot.joints) or not abs(position) < float("inf") or not self._may_move():
+            if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
             if joint in self._arm_joints and self.hands.is_any_held:
                 self._tell("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
@@ -136,7 +135,7 @@ class Desk:
     def grip(self, gripper: int, closed: float) -> bool:
         """Somebody wants a gripper to be closed so far, 0 to 1; False if that is not to be had."""
         with self._lock:
-            if not 0 <= gripper < len(self.robot.grippers) or not abs(closed) < float("inf") or not self._may_move():
+            if not 0 <= gripper < len(self.robot.grippers) or not math.isfinite(closed) or not self._may_move():
                 return False
             now = self._clock()
             is_first = not self.grips.is_touched(gripper, now)
@@ -152,7 +151,7 @@ class Desk:
         with self._lock:
             if self.robot.base_mode is None or direction not in moves.BASE_DIRECTIONS or not self._may_move():
                 return
-            self._base = MoveBase(moves.base_command(Mode(self.robot.base_mode), direction))
+            self._base = MoveBase(moves.base_command(BaseMode(self.robot.base_mode), direction))
             self._begin(is_first=False)
 
     def ask(self, ask: Ask) -> None:
@@ -173,8 +172,6 @@ class Desk:
             self._asks.clear()
             self._forget()
             self._begin(is_first=False)
-
-    # ---------------------------------------------------------------- what the robot is told
 
     def due(self) -> list[Wish]:
         """What is to be sent now, in order."""
@@ -228,8 +225,6 @@ class Desk:
         with self._lock:
             self._tell(text)
 
-    # ---------------------------------------------------------------- what the robot tells
-
     def see(self, standing: Standing) -> None:
         """This was heard of the robot."""
         with self._lock:
@@ -251,8 +246,6 @@ class Desk:
             self.standing = None
             self._asks.clear()
             self._forget()
-
-    # ---------------------------------------------------------------- inside
 
     def _may_move(self) -> bool:
         if self.robot.is_real:

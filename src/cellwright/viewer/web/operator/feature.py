@@ -9,18 +9,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.clients.operators.robot import Ask
+from cellwright.config.robot.config import BaseMode
 from cellwright.rendering.scene import Scene
-from cellwright.robot.base import Mode
-from cellwright.util.errors import CellwrightError
-from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import widgets
 from cellwright.viewer.web.operator import moves
 from cellwright.viewer.web.operator.command_queue import READ_ONLY, Desk
 from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.robot_state import SeenGroup, SeenJoint, Standing
 from cellwright.viewer.web.operator.worker import Worker
-from cellwright.viewer.web.page import Feature, Page
-from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED, Shown, set_changed
+from cellwright.viewer.web.page import Feature
+from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 
 
 def pill(standing: Standing | None) -> tuple[str, str]:
@@ -137,15 +135,15 @@ class Sliders:
     def allow(self, *, is_allowed: bool) -> None:
         """Let one move them, or not."""
         for handle in (*self._grips, *(each.handle for each in self._joints)):
-            set_changed(handle, "disabled", not is_allowed)
+            handle.disabled = not is_allowed
         for group in self._both:
-            set_changed(group, "visible", is_allowed)  # viser disables no group of buttons
+            group.visible = is_allowed  # viser disables no group of buttons
 
     def show(self, standing: Standing, now: float) -> None:
         """Put them where the robot stands at `now` [s]."""
         for number, slider in enumerate(self._grips):
             if not self._desk.grips.is_touched(number, now):
-                set_changed(slider, "value", float(round(100.0 * standing.grippers[number])))
+                slider.value = float(round(100.0 * standing.grippers[number]))
         for each in self._joints:
             self._follow(each, standing, now)
 
@@ -158,11 +156,11 @@ class Sliders:
         place = min(max(measured, seen.lower), seen.upper)
         is_off = not abs(handle.value - place) <= step_of(seen)  # also where a browser has sent what is no number
         if not self._desk.joints.is_touched(slider.joint, now):
-            set_changed(handle, "label", slider.name)
+            handle.label = slider.name
             if is_off:
                 handle.value = place
         else:
-            set_changed(handle, "label", f"{slider.name} ({measured:.2f})" if is_off else slider.name)
+            handle.label = f"{slider.name} ({measured:.2f})" if is_off else slider.name
 
 
 def step_of(joint: SeenJoint) -> float:
@@ -226,8 +224,6 @@ class Controls:
         for each in self._made:
             each.remove()
 
-    # ---------------------------------------------------------------- what is built
-
     def _build_head(self, stop: Callable[[], str]) -> None:
         gui, desk = self._gui, self._desk
         button = self._keep(
@@ -242,7 +238,7 @@ class Controls:
                 event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
 
         button.on_click(press)
-        self._state = self._keep(Shown(gui, _TOP + 1))
+        self._state = self._keep(gui.add_html("", order=_TOP + 1))
         self._clear = self._keep(
             gui.add_button(
                 "End the emergency stop",
@@ -276,7 +272,7 @@ class Controls:
                 self._sliders.add_joints(group)
         if robot.base_mode is not None:
             with self._keep(gui.add_folder("Base", expand_by_default=False)):
-                self._build_base(Mode(robot.base_mode))
+                self._build_base(BaseMode(robot.base_mode))
 
     def _build_switches(self) -> None:
         handles, gui = self._all_handles, self._gui
@@ -295,7 +291,7 @@ class Controls:
         shown.on_update(switch)
         along.on_update(switch)
 
-    def _build_base(self, mode: Mode) -> None:
+    def _build_base(self, mode: BaseMode) -> None:
         desk = self._desk
         for direction in moves.base_directions(mode):
             button = self._gui.add_button(direction.capitalize(), hint="As long as it is held")
@@ -315,25 +311,23 @@ class Controls:
         self._made.append(handle)
         return handle
 
-    # ---------------------------------------------------------------- what is shown
-
     def show(self, standing: Standing | None, now: float) -> None:
         """Show how the robot stands at `now` [s]; without that, offer nothing but the stop."""
         self._now = now
         if standing is not None and now - self._followed < _FOLLOWS:
             return
         self._followed = now
-        self._state.show(state_html(self._desk, now))
+        self._state.content = state_html(self._desk, now)
         for handle in self._buttons:
-            set_changed(handle, "disabled", standing is None)
+            handle.disabled = standing is None
         if self._home is not None:
-            set_changed(self._home, "disabled", standing is None or bool(standing.why_not))
+            self._home.disabled = standing is None or bool(standing.why_not)
         self._sliders.allow(is_allowed=standing is not None)
         if standing is None:
             return
-        set_changed(self._clear, "visible", standing.is_stopped and not self._desk.robot.is_real)
+        self._clear.visible = standing.is_stopped and not self._desk.robot.is_real
         if self._enabled is not None and now - self._switched > _ASKED:
-            set_changed(self._enabled, "value", standing.is_enabled)
+            self._enabled.value = standing.is_enabled
         self._sliders.show(standing, now)
 
 
@@ -345,40 +339,34 @@ class Operator(Feature):
     """Drives the robot that is there, once its panel has told that it is one."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
         self._worker: Worker | None = None
         self._handles: Handles | None = None
         self._controls: Controls | None = None
         self._shown: Desk | None = None  # whose handles and controls there are
         self._is_robot = False
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Another scene: its handles went with the one before."""
-        self._page = page
         self._handles = self._shown = None
-        try:
-            self.panel(page.link.ask(PANEL))  # now, so that the tab is the first one
-        except CellwrightError:
-            return  # there is no panel, or it comes later
+        self.panel(self.page.first_panel)  # now, so that the tab is the first one
 
     def panel(self, panel: dict[str, Any]) -> None:
         """It is a robot, or it is not."""
         self._is_robot = panel.get("kind") == KIND
-        if self._is_robot and self._worker is None and self._page is not None:
-            self._worker = worker = Worker(self._page.link.address)
-            server = self._page.server
+        if self._is_robot and self._worker is None:
+            self._worker = worker = Worker(self.page.link.address)
+            server = self.page.server
             server.on_client_connect(lambda _client: setattr(worker, "is_watched", True))
             server.on_client_disconnect(lambda _client: setattr(worker, "is_watched", bool(server.get_clients())))
             worker.start()
-            self._page.tab(TAB)
+            self.page.tab(TAB)
 
     def told(self, answer: dict[str, Any]) -> None:  # noqa: ARG002
         """Show how the robot stands."""
-        desk = None if self._worker is None else self._worker.desk
-        if desk is None or not self._is_robot:
+        if self._worker is None or (desk := self._worker.desk) is None or not self._is_robot:
             return
         if desk is not self._shown:
-            self._build(desk)
+            self._build(desk, self._worker)
         if self._handles is not None and self._controls is not None:
             self._handles.show(desk.standing)
             self._controls.show(desk.standing, time.perf_counter())
@@ -391,15 +379,8 @@ class Operator(Feature):
             self._handles.show(None)
             self._controls.show(None, time.perf_counter())
 
-    def close(self) -> None:
-        """Drive no more."""
-        if self._worker is not None:
-            self._worker.close()
-
-    def _build(self, desk: Desk) -> None:
-        page, worker = self._page, self._worker
-        assert page is not None
-        assert worker is not None
+    def _build(self, desk: Desk, worker: Worker) -> None:
+        page = self.page
         if self._controls is not None:
             self._controls.remove()
         self._shown = desk

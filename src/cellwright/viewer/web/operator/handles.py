@@ -90,7 +90,7 @@ class Handles:
         """Show how the robot stands; without that, nothing."""
         for arm, hand in enumerate(self._hands):
             if standing is None:
-                _set_visible(hand.handle, is_visible=False)
+                hand.handle.visible = False
                 self._show_ghost(hand, None, None)
                 continue
             self._show_handle(arm, hand, standing)
@@ -98,7 +98,7 @@ class Handles:
 
     def _show_handle(self, arm: int, hand: _Hand, standing: Standing) -> None:
         is_of_use = self.is_shown and not standing.why_not and not self._desk.robot.is_real
-        _set_visible(hand.handle, is_visible=is_of_use)
+        hand.handle.visible = is_of_use
         if self._desk.hands.is_held(arm):
             return
         tip = standing.tips[arm]
@@ -121,16 +121,15 @@ class Handles:
     def _show_ghost(self, hand: _Hand, found: tuple[Pose, tuple[int, int, int], str] | None, tip: Pose | None) -> None:
         is_visible = found is not None and tip is not None
         for each in (hand.ghost, hand.axes, hand.way):
-            _set_visible(each, is_visible=is_visible)
-        _set_visible(hand.words, is_visible=found is not None and bool(found[2]))
+            each.visible = is_visible
+        hand.words.visible = found is not None and bool(found[2])
         if found is None or tip is None:
             return
         aim, colour, words = found
         for each in (hand.ghost, hand.axes):
             _put(each, aim)
-        if tuple(hand.ghost.color) != colour:
-            hand.ghost.color = colour
-            hand.way.colors = np.array(colour, np.uint8)
+        hand.ghost.color = colour
+        hand.way.colors = np.array(colour, np.uint8)
         hand.way.points = np.array([[tip.position, aim.position]], np.float32)
         if words:
             hand.words.text = words
@@ -151,8 +150,3 @@ def _is_near(found: Any, wanted: tuple[float, ...]) -> bool:
     if numbers.shape != (len(wanted),) or numbers.dtype.kind not in "fiu":
         return False
     return bool(np.abs(numbers - np.array(wanted)).max() <= _SLIGHT)
-
-
-def _set_visible(handle: Any, *, is_visible: bool) -> None:
-    if handle.visible != is_visible:
-        handle.visible = is_visible

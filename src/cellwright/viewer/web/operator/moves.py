@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cellwright.robot.base import Mode
+from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose, normalized
 from cellwright.viewer.web.operator.robot_state import (
     POSITION_TOLERANCE,
@@ -178,15 +178,27 @@ def _pose_at_grab(arm: int, standing: Standing) -> Pose:
     return aim if aim is not None and is_there else tip
 
 
+HOLD_TIME = 1.0
+"""So long [s] after it was moved a slider still stands where it was put."""
+
+
+class TouchTimes:
+    """When sliders were moved last [s], by number."""
+
+    def __init__(self) -> None:
+        self.touched: dict[int, float] = {}
+
+    def is_touched(self, slider: int, now: float) -> bool:
+        """Whether a slider stands where somebody wants it, and is not to follow what it moves."""
+        return now - self.touched.get(slider, float("-inf")) < HOLD_TIME
+
+
 JOINT_SPEED = {"rad": 1.5, "m": 0.3}
 """How fast targets walk [rad/s; m/s]."""
 JOINT_LEAD = {"rad": 0.3, "m": 0.1}
 """How far [rad; m] a target may be ahead of its joint."""
 JOINT_PATIENCE = 2.0
 """A joint that does not get on for so long [s] is given up."""
-JOINT_HOLD_TIME = 1.0
-"""So long [s] after it was moved a slider still stands where it was put."""
-
 _MAX_STEP = 0.25  # [s]: no more than this is walked at once, however late one comes
 _MIN_PROGRESS = 1e-3  # [rad; m]
 
@@ -202,7 +214,7 @@ class _Walk:
     gained: float = 0.0
 
 
-class JointMoves:
+class JointMoves(TouchTimes):
     """The sliders of a robot's joints.
 
     Args:
@@ -210,9 +222,9 @@ class JointMoves:
     """
 
     def __init__(self, robot: SeenRobot) -> None:
+        super().__init__()
         self._robot = robot
         self._walks: dict[int, _Walk] = {}
-        self._touched: dict[int, float] = {}
         self.note = ""
         """What became of a joint that did not get where it should, in a sentence; to be read and emptied."""
 
@@ -224,24 +236,24 @@ class JointMoves:
             self._walks[joint] = _Walk(wanted, stepped=now, gained=now)
         else:
             walk.wanted, walk.nearest, walk.gained = wanted, float("inf"), now
-        self._touched[joint] = now
+        self.touched[joint] = now
 
     def forget(self) -> bool:
         """No joint goes on; whether any was on its way."""
         had = bool(self._walks)
         self._walks.clear()
-        self._touched.clear()
+        self.touched.clear()
         return had
 
     def give_way(self, joints: tuple[int, ...]) -> None:
         """These joints are moved by something else now."""
         for joint in joints:
             self._walks.pop(joint, None)
-            self._touched.pop(joint, None)
+            self.touched.pop(joint, None)
 
-    def is_touched(self, joint: int, now: float) -> bool:
-        """Whether a slider stands where somebody wants it, and is not to follow its joint."""
-        return joint in self._walks or now - self._touched.get(joint, float("-inf")) < JOINT_HOLD_TIME
+    def is_touched(self, slider: int, now: float) -> bool:
+        """Whether a slider stands where somebody wants it, also while its joint is on its way there."""
+        return slider in self._walks or super().is_touched(slider, now)
 
     def due(self, standing: Standing, now: float) -> dict[int, float]:
         """Targets that are to be sent now [rad; m], by joint."""
@@ -276,16 +288,14 @@ class JointMoves:
 
     def _end(self, joint: int, now: float) -> None:
         del self._walks[joint]
-        self._touched[joint] = now
+        self.touched[joint] = now
 
 
 GRIPPER_PERIOD = 0.02
 """They are told no more often than this [s]."""
-GRIPPER_HOLD_TIME = 1.0
-"""So long [s] after it was moved a slider still stands where it was put."""
 
 
-class Grips:
+class Grips(TouchTimes):
     """The sliders of a robot's grippers: 0 open, 1 closed.
 
     Args:
@@ -293,28 +303,24 @@ class Grips:
     """
 
     def __init__(self, count: int) -> None:
+        super().__init__()
         self._count = count
         self._wanted: dict[int, float] = {}
-        self._touched: dict[int, float] = {}
         self._is_new = False
         self._sent = float("-inf")
 
     def ask(self, gripper: int, closed: float, now: float) -> None:
         """Somebody wants a gripper to be closed so far; what is beyond 0 and 1 is cut off."""
         self._wanted[gripper] = min(max(closed, 0.0), 1.0)
-        self._touched[gripper] = now
+        self.touched[gripper] = now
         self._is_new = True
 
     def forget(self) -> bool:
         """Nothing more is to be sent; whether anything was."""
         had, self._is_new = self._is_new, False
         self._wanted.clear()
-        self._touched.clear()
+        self.touched.clear()
         return had
-
-    def is_touched(self, gripper: int, now: float) -> bool:
-        """Whether a slider stands where somebody wants it, and is not to follow its gripper."""
-        return now - self._touched.get(gripper, float("-inf")) < GRIPPER_HOLD_TIME
 
     def due(self, standing: Standing, now: float) -> tuple[float, ...] | None:
         """How far each gripper is to be closed, if that is to be sent now."""
@@ -345,16 +351,16 @@ BASE_DIRECTIONS = {
 """Turn, along x, along y: as a share of the speeds."""
 
 
-def base_directions(mode: Mode) -> tuple[str, ...]:
+def base_directions(mode: BaseMode) -> tuple[str, ...]:
     """The buttons that there are; the original's commands go along y only."""
-    if mode is Mode.ORIGINAL:
+    if mode is BaseMode.ORIGINAL:
         return ("left", "right", "turn left", "turn right")
     return tuple(BASE_DIRECTIONS)
 
 
-def base_command(mode: Mode, direction: str) -> tuple[float, ...]:
+def base_command(mode: BaseMode, direction: str) -> tuple[float, ...]:
     """The command for a button that is held; for modes that move at once, as much as is due until it says so again."""
     turn, x, y = BASE_DIRECTIONS[direction]
-    share = 1.0 if mode is Mode.VELOCITY else 1.0 / BUTTON_RATE
+    share = 1.0 if mode is BaseMode.VELOCITY else 1.0 / BUTTON_RATE
     turn, x, y = turn * BASE_TURN_SPEED * share, x * BASE_SPEED * share, y * BASE_SPEED * share
-    return (turn, y) if mode is Mode.ORIGINAL else (turn, x, y)
+    return (turn, y) if mode is BaseMode.ORIGINAL else (turn, x, y)

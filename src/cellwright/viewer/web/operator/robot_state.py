@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from math import dist
 from statistics import median
@@ -24,22 +25,20 @@ _SHORTEST = 1e-6  # a quaternion shorter than this has no direction
 
 @dataclass(frozen=True, slots=True)
 class SeenJoint:
-    """A joint: its name, its limits [rad; m], its unit, and whether it follows another one by itself."""
+    """A joint: its name, its limits [rad; m], and its unit."""
 
     name: str
     lower: float
     upper: float
     unit: str
-    follows: bool
 
 
 @dataclass(frozen=True, slots=True)
 class SeenGroup:
-    """Joints that belong together, by number; kinds are those of `cellwright.viewer.services.robot_groups`."""
+    """Joints that belong together, by number; kinds are those of `cellwright.viewer.services.robot_panel`."""
 
     name: str
     kind: str
-    side: int | None
     joints: tuple[int, ...]
 
 
@@ -48,7 +47,6 @@ class SeenRobot:
     """What stays as it is.
 
     Attributes:
-        name: of the robot.
         digest: tells it from others.
         joints: in the order of all lists.
         groups: of them.
@@ -58,7 +56,6 @@ class SeenRobot:
         is_real: whether it is more than a simulation.
     """
 
-    name: str
     digest: str
     joints: tuple[SeenJoint, ...]
     groups: tuple[SeenGroup, ...]
@@ -77,12 +74,10 @@ class SeenRobot:
         try:
             robot = panel["robot"]
             return cls(
-                name=str(panel["name"]),
                 digest=str(panel["digest"]),
                 joints=tuple(_joint(each) for each in robot["joints"]),
                 groups=tuple(
-                    SeenGroup(str(each["name"]), str(each["kind"]), each["side"], tuple(each["joints"]))
-                    for each in robot["groups"]
+                    SeenGroup(str(each["name"]), str(each["kind"]), tuple(each["joints"])) for each in robot["groups"]
                 ),
                 arms=tuple(str(each["name"]) for each in robot["arms"]),
                 grippers=tuple(map(str, robot["grippers"])),
@@ -96,6 +91,11 @@ class SeenRobot:
         """A position [rad; m] within the limits of a joint."""
         seen = self.joints[joint]
         return min(max(position, seen.lower), seen.upper)
+
+
+def _read(key: str, convert: Callable[[Any], Any]) -> Any:
+    """A field of `Standing`: its key in the panel, and what makes its value of the JSON."""
+    return field(metadata={"key": key, "convert": convert})
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,28 +119,26 @@ class Standing:
         message: what the node has to say.
         commander: who commands it.
         taken, refused, ignored: how many commands were.
-        refusals: how many were refused, by source.
     """
 
-    time: int
-    stamp: int
-    positions: tuple[float | None, ...]
-    targets: tuple[float, ...]
-    tips: tuple[Pose, ...]
-    references: tuple[Pose, ...]
-    aims: tuple[Pose | None, ...]
-    grippers: tuple[float, ...]
-    gripper_targets: tuple[float, ...]
-    is_stopped: bool
-    is_enabled: bool
-    is_homing: bool
-    is_silent: bool
-    message: str
-    commander: str
-    taken: int
-    refused: int
-    ignored: int
-    refusals: tuple[tuple[str, int], ...]
+    time: int = _read("time", int)
+    stamp: int = _read("stamp", int)
+    positions: tuple[float | None, ...] = _read("positions", tuple)
+    targets: tuple[float, ...] = _read("targets", lambda told: tuple(float(each or 0.0) for each in told))
+    tips: tuple[Pose, ...] = _read("tips", lambda told: tuple(map(pose_of, told)))
+    references: tuple[Pose, ...] = _read("references", lambda told: tuple(map(pose_of, told)))
+    aims: tuple[Pose | None, ...] = _read("aims", lambda told: tuple(_pose_or_none(each) for each in told))
+    grippers: tuple[float, ...] = _read("grippers", lambda told: tuple(map(float, told)))
+    gripper_targets: tuple[float, ...] = _read("gripper_targets", lambda told: tuple(map(float, told)))
+    is_stopped: bool = _read("stopped", bool)
+    is_enabled: bool = _read("enabled", bool)
+    is_homing: bool = _read("homing", bool)
+    is_silent: bool = _read("silent", bool)
+    message: str = _read("message", str)
+    commander: str = _read("commander", str)
+    taken: int = _read("taken", int)
+    refused: int = _read("refused", int)
+    ignored: int = _read("ignored", int)
 
     @classmethod
     def read(cls, panel: dict[str, Any]) -> Standing:
@@ -150,28 +148,8 @@ class Standing:
             MessageError: the answer is none.
         """
         try:
-            return cls(
-                time=int(panel["time"]),
-                stamp=int(panel["stamp"]),
-                positions=tuple(panel["positions"]),
-                targets=tuple(0.0 if each is None else float(each) for each in panel["targets"]),
-                tips=tuple(map(pose_of, panel["tips"])),
-                references=tuple(map(pose_of, panel["references"])),
-                aims=tuple(None if each is None else pose_of(each) for each in panel["aims"]),
-                grippers=tuple(map(float, panel["grippers"])),
-                gripper_targets=tuple(map(float, panel["gripper_targets"])),
-                is_stopped=bool(panel["stopped"]),
-                is_enabled=bool(panel["enabled"]),
-                is_homing=bool(panel["homing"]),
-                is_silent=bool(panel["silent"]),
-                message=str(panel["message"]),
-                commander=str(panel["commander"]),
-                taken=int(panel["taken"]),
-                refused=int(panel["refused"]),
-                ignored=int(panel["ignored"]),
-                refusals=tuple((str(source), int(count)) for source, count in panel["refusals"].items()),
-            )
-        except (KeyError, TypeError, ValueError, AttributeError) as fault:
+            return cls(**{each.name: each.metadata["convert"](panel[each.metadata["key"]]) for each in fields(cls)})
+        except (KeyError, TypeError, ValueError) as fault:
             raise MessageError(f"the panel tells of no robot: {fault!r}") from None
 
     @property
@@ -201,13 +179,17 @@ def pose_of(numbers: Any) -> Pose:
     return Pose((x, y, z), normalized((qw, qx, qy, qz)))
 
 
+def _pose_or_none(numbers: Any) -> Pose | None:
+    return None if numbers is None else pose_of(numbers)
+
+
 def _joint(told: dict[str, Any]) -> SeenJoint:
     unit = str(told["unit"])
     far = ROOM if unit == "m" else FULL_TURN
     lower, upper = (
         end if limit is None else float(limit) for limit, end in ((told["lower"], -far), (told["upper"], far))
     )
-    return SeenJoint(str(told["name"]), lower, upper, unit, bool(told["follows"]))
+    return SeenJoint(str(told["name"]), lower, upper, unit)
 
 
 POSITION_TOLERANCE = 0.005

@@ -116,8 +116,6 @@ class Worker:
         desk.sent(Now.STOP)
         return ""
 
-    # ---------------------------------------------------------------- its thread
-
     def _run(self) -> None:
         while not self._is_over:
             try:
@@ -196,8 +194,6 @@ class Worker:
         if self.desk is not None:
             self.desk.lose()
         self._stop_link.close()
-
-    # ---------------------------------------------------------------- services
 
     def _call(self, desk: Desk, ask: Ask) -> None:
         if self._service is not None and self._service.is_alive():

@@ -1,0 +1,171 @@
+"""Report of benchmarks: figures in words, the table in a terminal, the page as Markdown, and progress."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from benchmarks.benchmarks import Figure, Taken, Tell
+from cellwright.cli.output import progress_bar
+
+
+def value_text(figure: Figure) -> str:
+    """The value in about three digits and its unit; a dash where there is none."""
+    if not math.isfinite(figure.value):
+        return "-"
+    return f"{number_text(figure.value)} {figure.unit}".rstrip()
+
+
+def number_text(value: float) -> str:
+    """A number in about three digits, never as a power of ten; what was counted, whole."""
+    size = abs(value)
+    if isinstance(value, int) or size >= 100:
+        return f"{value:.0f}"
+    return f"{value:.{1 if size >= 10 else 2 if size >= 1 else 3}f}"
+
+
+def bound_text(figure: Figure) -> str:
+    """The bound that the value is held to; empty where there is none."""
+    bounds = [f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
+    return ", ".join(bounds)
+
+
+def verdict_text(figure: Figure) -> str:
+    """Whether the bound is held; empty where there is none."""
+    if not bound_text(figure):
+        return ""
+    return "held" if figure.is_held else "NOT HELD"
+
+
+def show(console: Console, taken: Taken, *, judged: bool) -> None:
+    """Print the figures of a benchmark.
+
+    Args:
+        console: where to.
+        taken: the benchmark.
+        judged: whether to say of each figure if its bound is held.
+    """
+    console.print()
+    console.print(Text(taken.benchmark.title, style="bold"))
+    if taken.figures:
+        console.print(_table(taken, judged=judged))
+    for word, reason in (("skipped", taken.skipped), ("failed", taken.failed)):
+        if reason:
+            console.print(f"{word}: {reason}", markup=False, soft_wrap=True, style="yellow")
+
+
+def _table(taken: Taken, *, judged: bool) -> Table:
+    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    found.add_column("figure", ratio=1)
+    for heading in ("value", "bound"):
+        found.add_column(heading, justify="right", no_wrap=True)
+    if judged:
+        found.add_column("", no_wrap=True)
+    for figure in taken.figures:
+        cells = [_named(figure), Text(value_text(figure)), Text(bound_text(figure))]
+        if judged:
+            cells.append(Text(verdict_text(figure), style="" if figure.is_held else "bold red"))
+        found.add_row(*cells)
+    return found
+
+
+def _named(figure: Figure) -> Text:
+    text = Text(figure.what)
+    if figure.note:
+        text.append(f"\n  {figure.note}", style="dim")
+    return text
+
+
+WIDTH = 120
+"""Of a line of text."""
+
+HEAD = """# Benchmarks
+
+What Cellwright costs, measured. This page is written by a command and not by hand: `make bench`, which is
+`python -m benchmarks --write docs/benchmarks.md`. It takes the figures on your machine, and exits with status 1 if one
+is outside its bound.
+
+## How to read it
+
+- **Ratios travel, times do not.** A ratio (`x`) compares two things measured in one run on one machine, and comes out
+  much the same elsewhere. A time is that of the machine below, in the state that it was in.
+- **Bounds** are what the project holds itself to. A figure without one is there to be known.
+- Of repeats the best counts, unless a note says otherwise: what else a machine does can only make things slower. The
+  repeats of things that are compared are taken in turn.
+- What is skipped lacks something on this machine, and says what.
+- To see where the time goes: `python -m cProfile -o FILE -m python -m benchmarks NAME`.
+"""
+
+
+def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date, *, quick: bool = False) -> str:
+    """The whole page.
+
+    Args:
+        taken: the benchmarks, in the order in which they are to stand.
+        machine: what they were taken on.
+        day: when.
+        quick: whether the figures are rough, which is then said.
+    """
+    rough = (
+        ["", "**These figures are rough:** taken with `--quick`, they only show that everything works."]
+        if quick
+        else []
+    )
+    about = [("date", day.isoformat()), *machine.items()]
+    lines = [HEAD.rstrip(), *rough, "", "## The machine", "", *table(("", ""), about)]
+    for each in taken:
+        lines += ["", f"## {each.benchmark.title}", *_section(each, judged=not quick)]
+    return "\n".join(lines) + "\n"
+
+
+def _section(taken: Taken, *, judged: bool) -> Iterator[str]:
+    for paragraph in (f"`python -m benchmarks {taken.benchmark.name}`", *taken.benchmark.about()):
+        yield from ("", *textwrap.wrap(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False))
+    if taken.figures:
+        yield ""
+        rows = [
+            (figure.what, value_text(figure), bound_text(figure), verdict_text(figure) if judged else "", figure.note)
+            for figure in taken.figures
+        ]
+        yield from table(("figure", "value", "bound", "", "note"), rows)
+    for word, reason in (("Skipped", taken.skipped), ("Failed", taken.failed)):
+        if reason:
+            yield from ("", f"{word}: {cell(reason)}.")
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """A table of Markdown, a line at a time."""
+    yield _row(heads)
+    yield "|" + "---|" * len(heads)
+    yield from map(_row, rows)
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "|" + "|".join(f" {cell(text)} " if text else " " for text in cells) + "|"
+
+
+def cell(text: str) -> str:
+    """A text as it can stand in a cell: on one line, and without what would end it."""
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+@contextmanager
+def telling(console: Console, title: str) -> Iterator[Tell]:
+    """What takes lines about a benchmark, as long as it lasts."""
+    with progress_bar(console, title, None) as moving:
+
+        def tell(line: str) -> None:
+            if moving is None:
+                console.print(f"{title}: {line}", markup=False, soft_wrap=True)
+            else:
+                moving(None, line)
+
+        yield tell
