@@ -33,7 +33,6 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.bus import Served
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene

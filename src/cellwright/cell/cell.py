@@ -32,9 +32,8 @@ from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_d
 from cellwright.cell.interface.publications import Publications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
-from cellwright.cell.model.build import World, build_world
 from cellwright.cell.model.arm import CUP_GEOM
-from cellwright.cell.model.build import World, build_world, demo_objects
+from cellwright.cell.model.build import World, build_world
 from cellwright.config.trial.trial import Camera as CameraDescription
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.config.trial.trial import ServoProfile, Trial

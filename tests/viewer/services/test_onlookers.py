@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.bus import Served
 from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.middleware.bus import Served
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import Server
 from cellwright.rendering.scene import Frame, Scene

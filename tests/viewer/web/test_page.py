@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.middleware.bus import Served
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError

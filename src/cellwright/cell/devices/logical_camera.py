@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import ClassVar, Unpack
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Unpack
 
 import mujoco
 import numpy as np

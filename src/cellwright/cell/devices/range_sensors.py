@@ -155,14 +155,14 @@ def _shown(length: float) -> float | None:
     return round(float(length), 4) if math.isfinite(length) else None
 
 
+RANGE_SD = 0.001
+"""Standard deviation of a measured range [m]."""
+
 BEAM_START = 0.025
 """Where the ray begins, along the +x axis of the sensor [m]."""
 
 BEAM_LENGTH = 1.0
 """[m]"""
-
-BEAM_RANGE_SD = 0.001
-"""Standard deviation of a measured range [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,7 +198,7 @@ class BreakBeam(Sensor[BeamReading]):
         """Whether the beam is interrupted now."""
         found = float(self._ray.cast(self.simulation)[0])
         if math.isfinite(found):
-            noisy = found + BEAM_RANGE_SD * float(self.normal(index, 1)[0])
+            noisy = found + RANGE_SD * float(self.normal(index, 1)[0])
             found = min(max(noisy, 0.0), BEAM_LENGTH)
         # at either end of the ray the beam counts as whole, as it did in the original cell
         detected = 0.0 < found < BEAM_LENGTH
@@ -269,8 +269,6 @@ CONE_HALF_ANGLE = 0.0625
 """Half the opening of the cone, horizontally and vertically [rad]."""
 
 RAYS_A_SIDE = 5
-PROXIMITY_RANGE_SD = 0.001
-"""Standard deviation of a measured range [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -297,7 +295,7 @@ class ProximitySensor(Sensor[ProximityReading]):
         nearest = float(self._rays.cast(self.simulation).min())
         if nearest < PROXIMITY_MAX_RANGE:
             # noise on the nearest range: the least of 25 noisy ranges would be too short on average
-            noisy = nearest + PROXIMITY_RANGE_SD * float(self.normal(index, 1)[0])
+            noisy = nearest + RANGE_SD * float(self.normal(index, 1)[0])
             nearest = max(noisy, PROXIMITY_MIN_RANGE)
         return ProximityReading(time_ns=self.simulation.now, sample=index, range=min(nearest, PROXIMITY_MAX_RANGE))
 
@@ -325,9 +323,6 @@ FAN_ANGLE_STEP = 2 * FAN_HALF_ANGLE / (FAN_RAY_COUNT - 1)
 PROFILER_MIN_RANGE = 0.181
 PROFILER_MAX_RANGE = 0.725
 """Ranges from the source [m]."""
-
-PROFILER_RANGE_SD = 0.001
-"""Standard deviation of a measured range [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -359,7 +354,7 @@ class LaserProfiler(Sensor[ProfileReading]):
         ranges = self._rays.cast(self.simulation)
         hits = ranges < math.inf
         if hits.any():
-            noisy = ranges + PROFILER_RANGE_SD * self.normal(index, FAN_RAY_COUNT)
+            noisy = ranges + RANGE_SD * self.normal(index, FAN_RAY_COUNT)
             ranges = np.where(hits, np.minimum(np.maximum(noisy, PROFILER_MIN_RANGE), PROFILER_MAX_RANGE), math.inf)
         ranges.flags.writeable = False
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)

@@ -146,9 +146,7 @@ SENSORS = (
     says("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Where.LOGICAL_CAMERA,
          "Types and poses of the things in view, hidden or not.", latch=True, handler="logical_camera", source=CAMERA),
 )
-# fmt: on
 
-# fmt: off
 PICTURES = (
     says("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Where.COLOUR_CAMERA,
          "A colour picture, `rgb8`.", handler="colour_picture"),
@@ -177,9 +175,6 @@ SENSOR_PLACES: dict[Where, SensorType] = {
     Where.LOGICAL_CAMERA: "logical_camera",
 }
 
-_IN_COMPETITION = {REFUSES: "refuse", SILENCED: "silence"}
-"""Handlers of competition mode."""
-
 CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
     Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
     Where.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
@@ -197,18 +192,18 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """
-    found: list[Row] = []
-    for row in GEAR:
-        if competition and row.competition is ABSENT:
-            continue
-        if competition:
-            row = replace(row, handler=_IN_COMPETITION.get(row.competition, row.handler))
-        found += [row.of(subject) for subject in _subjects(row.where, trial)]
+    table = [_in_competition(row) for row in GEAR if row.competition is not ABSENT] if competition else GEAR
+    found = [row.of(subject) for row in table for subject in _subjects(row.where, trial)]
     for camera in trial.sensors:
         if isinstance(camera, Camera):
             found += camera_rows(camera)
     _refuse_clashes(found)
     return tuple(found)
+
+
+def _in_competition(row: Row) -> Row:
+    """A row with its handler of competition mode."""
+    return replace(row, handler={REFUSES: "refuse", SILENCED: "silence"}.get(row.competition, row.handler))
 
 
 def camera_rows(camera: Camera) -> list[Row]:

@@ -26,13 +26,6 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
-from cellwright.cell.cell import Cell
-from cellwright.cell.devices import range_sensors
-from cellwright.cell.devices.logical_camera import CameraReading, LogicalCamera
-from cellwright.cell.devices.range_sensors import BeamReading, ProfileReading, ProximityReading
-from cellwright.cell.model.arm import CUP_GEOM
-from cellwright.engine.sensor import Reading, Sensor
-from cellwright.middleware.bus import Served
 from cellwright.middleware.bus import Served
 from cellwright.middleware.server import Server
 from cellwright.rendering.scene.engine import SceneTaker

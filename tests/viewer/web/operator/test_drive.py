@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from cellwright.clients.operators.robot import MoveBase, command_message
-from cellwright.clients.operators.robot import MoveBase
 from cellwright.config.robot.config import BaseMode
 from cellwright.middleware.messages.conversions import floats
 from cellwright.robot.base import MODE
