@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, shortened
@@ -161,28 +160,29 @@ AXES_OF_HEAD = ("roll", "pitch", "yaw")
 _NO_HOME = "; write the positions that the joints go home to [rad; m]"
 
 
-@dataclass(frozen=True, slots=True)
-class GroupReader:
+class GroupReader(References):
     """Reads groups, and reports what is wrong with them; what cannot be read is None.
 
-    Attributes:
+    Args:
+        robot: the robot.
+        joints: its joints as the file counts them.
         reader: reads single values.
-        references: finds joints and links.
-        max_accelerations: the bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several.
     """
 
-    reader: Reader
-    references: References
-    max_accelerations: dict[str, float] = field(default_factory=dict)
+    def __init__(self, robot: RobotModel, joints: Sequence[Joint], reader: Reader) -> None:
+        super().__init__(robot, joints, reader.problems)
+        self.reader = reader
+        self.max_accelerations: dict[str, float] = {}
+        """The bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several."""
 
     def arm(self, node: Node) -> Arm | None:
         """An arm."""
         table = self._table(node, config_keys.ARMS.names)
         if table is None:
             return None
-        joints = self._joints(table)
+        joints = self._joints_of(table)
         tip_node = self.reader.required(table, "ee_index")
-        tip = self.references.link(tip_node) if tip_node else None
+        tip = self.link(tip_node) if tip_node else None
         home = self._home(table, joints)
         self._bound(table, joints)
         if joints is None or tip is None or home is None:
@@ -192,15 +192,15 @@ class GroupReader:
     def gripper(self, node: Node) -> Gripper | None:
         """A gripper: its joints need limits, between which it opens and closes."""
         table = self._table(node, (*config_keys.GRIPPERS.names, *config_keys.GRIPPER_UNUSED))
-        joints = self._joints(table, may_follow=True) if table else None
+        joints = self._joints_of(table, may_follow=True) if table else None
         if table is None or joints is None:
             return None
         if all(joint.mimic is not None for joint in joints):
-            self.reader.problems.error(table, "all its joints mimic others; name those that they follow as well")
+            self._problems.error(table, "all its joints mimic others; name those that they follow as well")
             return None
         endless = [joint.name for joint in joints if not _has_range(joint)]
         if endless:
-            self.reader.problems.error(
+            self._problems.error(
                 table.get("joint_index") or table,
                 f"{', '.join(endless)}: a gripper opens and closes between the limits of its joints, and the URDF "
                 "gives none",
@@ -219,7 +219,7 @@ class GroupReader:
         if len(items) != count or len(ends) != count:
             choice = " or ".join(End)
             what = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
-            self.reader.problems.error(node, f"must be {choice}, or a list of {count} of them, not {what}")
+            self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {what}")
             return ()
         return tuple(ends) if End.UPPER in ends else ()
 
@@ -233,7 +233,7 @@ class GroupReader:
         table = self._table(node, (*config_keys.POSTURE, *unused))
         if table is None:
             return None
-        joints = self._joints(table)
+        joints = self._joints_of(table)
         home = self._home(table, joints)
         self._bound(table, joints)
         return Posture(joint_names(joints), home) if joints is not None and home is not None else None
@@ -244,7 +244,7 @@ class GroupReader:
         joint_node = self.reader.required(table, "joint_index") if table else None
         if table is None or joint_node is None:
             return None
-        joint = self.references.joint(_only(joint_node))
+        joint = self.joint(_only(joint_node))
         home_node = table.get("rest_j_pos")
         home = self.reader.number(_only(home_node)) if home_node else 0.0
         if joint is None or home is None:
@@ -264,7 +264,7 @@ class GroupReader:
         axes = tuple(axis for axis, item in enumerate(joint_items) if not _is_absent(item))
         homes = [self.reader.number(item) for item in home_items]
         there = Items(tuple(joint_items[axis] for axis in axes), table.place, f"{table.key}.joint_index")
-        joints = self.references.joints(there) if axes else ()
+        joints = self.joints(there) if axes else ()
         if not joints:
             return None, ()
         self._bound(table, [joints[axes.index(axis)] if axis in axes else None for axis in range(len(joint_items))])
@@ -278,9 +278,9 @@ class GroupReader:
             self.reader.ignored(table, known)
         return table
 
-    def _joints(self, table: Table, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
+    def _joints_of(self, table: Table, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
         node = self.reader.required(table, "joint_index")
-        return self.references.joints(node, may_follow=may_follow) if node else None
+        return self.joints(node, may_follow=may_follow) if node else None
 
     def _home(self, table: Table, joints: tuple[Joint, ...] | None) -> tuple[float, ...] | None:
         """A position for each joint [rad; m], within its limits."""
@@ -288,14 +288,14 @@ class GroupReader:
         if node is None:
             return None
         if not isinstance(node, Items):
-            self.reader.problems.error(node, f"must be a list of positions [rad; m], not {described(node)}")
+            self._problems.error(node, f"must be a list of positions [rad; m], not {described(node)}")
             return None
         positions = [self.reader.number(item) for item in node.items]
         if joints is None:
             return None
         if len(positions) != len(joints):
             counts = f"{len(joints)} joint{'' if len(joints) == 1 else 's'} and {len(positions)} positions"
-            self.reader.problems.error(node, f"must be one position for each joint: here are {counts}")
+            self._problems.error(node, f"must be one position for each joint: here are {counts}")
             return None
         found = zip(node.items, joints, positions, strict=True)
         home = [self._reachable(item, joint, position) for item, joint, position in found if position is not None]
@@ -314,9 +314,9 @@ class GroupReader:
         items = node.items if isinstance(node, Items) else (node,)
         values = [self.reader.number(item) for item in items]
         if any(value is not None and value <= 0.0 for value in values):
-            self.reader.problems.error(node, "must be above 0 [rad/s^2; m/s^2]; leave the entry out for no bound")
+            self._problems.error(node, "must be above 0 [rad/s^2; m/s^2]; leave the entry out for no bound")
         if isinstance(node, Items) and len(values) != len(joints):
-            self.reader.problems.error(
+            self._problems.error(
                 node, f"must be a number, or a list with one for each joint: here are {len(values)} for {len(joints)}"
             )
             return
@@ -329,7 +329,7 @@ class GroupReader:
         lower, upper = joint.limits.lower, joint.limits.upper
         nearest = min(max(position, lower), upper)
         if nearest != position:
-            self.reader.problems.warn(
+            self._problems.warn(
                 where,
                 f"{position:g} lies outside of the limits of {joint.name}, {lower:g} to {upper:g}: "
                 f"it goes home to {nearest:g}",
@@ -340,7 +340,7 @@ class GroupReader:
         if isinstance(node, Items) and len(node.items) == len(AXES_OF_HEAD):
             return node.items
         what = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        self.reader.problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {what}")
+        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {what}")
         return None
 
 

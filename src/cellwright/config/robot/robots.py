@@ -21,7 +21,7 @@ from cellwright.config.robot import config_keys
 from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import Arm, Posture, RobotConfig
 from cellwright.config.robot.config_keys import READ, UNUSED
-from cellwright.config.robot.group_reader import GroupReader, References, numbered
+from cellwright.config.robot.group_reader import GroupReader, numbered
 from cellwright.config.robot.groups import check_arms, check_shared, check_sides
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
@@ -140,17 +140,16 @@ class _Reading:
     def config(self, robot: RobotModel, urdf: Path) -> RobotConfig:
         """What the file comes to; worth nothing where errors were reported."""
         joints = numbered(robot, self.values.get("joint_index_order", config_keys.INDEX_ORDERS[0]))
-        references = References(robot, joints, self.reader.problems)
-        groups = GroupReader(self.reader, references)
+        groups = GroupReader(robot, joints, self.reader)
         arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
         grippers = [(node, groups.gripper(node)) for node in self._list("grippers", "grippers")]
         lift, head = self.root.get("dorsal"), self.root.get("head")
         dorsal = groups.lift(lift) if lift else None
         head_posture, head_axes = groups.head(head) if head else (None, ())
         fixed = self.root.get("fixed_link")
-        fixed_link = references.link(fixed, may_be_root=True) if fixed else None
+        fixed_link = groups.link(fixed, may_be_root=True) if fixed else None
         found_arms = [(node, arm) for node, arm in arms if arm is not None]
-        command_links, reference_links = self._controller(references, found_arms)
+        command_links, reference_links = self._controller(groups, found_arms)
         cameras = self.root.get("cameras")
         config = RobotConfig(
             robot=robot,
@@ -197,7 +196,7 @@ class _Reading:
         return Posture(joints, tuple(value for posture in parts for value in posture.home)) if parts else None
 
     def _controller(
-        self, references: References, arms: list[tuple[Node, Arm]]
+        self, groups: GroupReader, arms: list[tuple[Node, Arm]]
     ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
         """The links that poses of the hands command, and those in whose frames they are given."""
         node = self.root.get("controller_indices")
@@ -205,20 +204,20 @@ class _Reading:
         if table is not None:
             self.reader.ignored(table, config_keys.CONTROLLERS.names)
         own = tuple(arm.tip for _, arm in arms)
-        commanded = self._links(table, "cmd_ee", references, len(own), is_base=False)
-        bases = self._links(table, "base", references, len(own), is_base=True)
-        reference = tuple(None if link == references.robot.root else link for link in bases)
+        commanded = self._links(table, "cmd_ee", groups, len(own), is_base=False)
+        bases = self._links(table, "base", groups, len(own), is_base=True)
+        reference = tuple(None if link == groups.robot.root else link for link in bases)
         return (commanded or own), (reference or (None,) * len(own))
 
     def _links(
-        self, table: Table | None, name: str, references: References, count: int, *, is_base: bool
+        self, table: Table | None, name: str, groups: GroupReader, count: int, *, is_base: bool
     ) -> tuple[str, ...]:
         """A link for each arm; empty where there is no such entry."""
         node = table.get(name) if table else None
         if node is None:
             return ()
         items = node.items if isinstance(node, Items) else (node,)
-        links = [references.link(item, may_be_root=is_base) for item in items]
+        links = [groups.link(item, may_be_root=is_base) for item in items]
         if len(links) != count and not self.reader.problems.errors:
             self.reader.problems.error(
                 node, f"must be one link for each arm: here are {len(links)} for {count} arm{'' if count == 1 else 's'}"
