@@ -29,7 +29,7 @@ class Video:
         width: in pixels; even.
         height: in pixels; even.
         rate: pictures a second, as it is played.
-        fine: edges of four samples a pixel, which takes three times as long.
+        fine: smoother edges, which takes half as long again without a GPU.
         lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
 
     Raises:

@@ -143,13 +143,16 @@ class EngineScene:
     Args:
         scene: what is to be seen.
         layers: which of its shapes.
+        prepare: changes the engine's specification before it is compiled.
 
     Attributes:
         model: the model, with a body of its own for each of the scene's, in their order.
         data: its state, as the last frame said.
     """
 
-    def __init__(self, scene: Scene, *, layers: Collection[Layer] = SEEN) -> None:
+    def __init__(
+        self, scene: Scene, *, layers: Collection[Layer] = SEEN, prepare: Callable[[Any], None] = lambda _spec: None
+    ) -> None:
         spec = mujoco.MjSpec()
         spec.modelname = scene.name
         for number, mesh in enumerate(scene.meshes):
@@ -161,7 +164,6 @@ class EngineScene:
             )
         bodies: list[Any] = [spec.worldbody]
         bodies += [spec.worldbody.add_body(name=f"{index}", mocap=True) for index in range(1, len(scene.bodies))]
-        used: list[int] = []
         for shape in scene.shapes:
             if shape.layer not in layers:
                 continue
@@ -177,7 +179,7 @@ class EngineScene:
             )
             if shape.mesh is not None:
                 geom.meshname = f"mesh {shape.mesh}"
-                used.append(shape.mesh)
+        prepare(spec)
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)

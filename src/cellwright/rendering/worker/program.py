@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from cellwright.rendering import backend as gl
 from cellwright.rendering.backend import RAYS, requested_backend
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.engine_renderer import EngineRenderer
 from cellwright.rendering.picture import check_size
 from cellwright.rendering.renderer import CastRenderer, Renderer
 from cellwright.rendering.scene import Frame, Scene
@@ -150,9 +151,7 @@ def main() -> None:
             _become(later)
 
         def make(scene: Scene) -> Renderer:
-            from cellwright.rendering.gl.renderer import GLRenderer
-
-            return GLRenderer(opened, scene)
+            return EngineRenderer(opened, scene)
 
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a driver prints is no answer
