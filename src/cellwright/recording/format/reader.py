@@ -16,7 +16,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import FRAME, Entry, RecordedTopic, RecordingHeader
 from cellwright.recording.format.scan import ChannelRecord, ChunkPlace
-from cellwright.recording.format.scanned_file import ScannedFile
+from cellwright.recording.format.scanned_file import ScannedFile, named_errors
 from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
 
@@ -44,19 +44,12 @@ class Recording:
         self._file = ScannedFile(self.path)
         self._layout = self._file.layout
         try:
-            self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
-        except RecordingError as error:
-            self._file.close()
-            raise RecordingError(f"{self.path}: {error}") from None
-        except BaseException:
-            self._file.close()
-            raise
-        self.topics: dict[str, RecordedTopic] = {
-            each.topic: _topic(each) for each in self._layout.channels.values() if each.encoding == "cdr"
-        }
-        """The topics in it by name, those that Cellwright adds among them."""
-        self._names = {number: each.topic for number, each in self._layout.channels.items() if each.encoding == "cdr"}
-        try:
+            with named_errors(self.path):
+                self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
+            channels = {number: each for number, each in self._layout.channels.items() if each.encoding == "cdr"}
+            self.topics: dict[str, RecordedTopic] = {each.topic: _topic(each) for each in channels.values()}
+            """The topics in it by name, those that Cellwright adds among them."""
+            self._names = {number: each.topic for number, each in channels.items()}
             if any(each.is_cut and not any(self._entries(each)) for each in self._layout.chunks[-1:]):
                 self._layout.chunks.pop()
         except BaseException:

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene.scene import SEEN, Form, Frame, Layer, Mesh, Scene, Shape, geom_colours
 from cellwright.util.pose import Pose
 
-_FORMS = {
-    int(mujoco.mjtGeom.mjGEOM_PLANE): Form.PLANE,
-    int(mujoco.mjtGeom.mjGEOM_SPHERE): Form.SPHERE,
-    int(mujoco.mjtGeom.mjGEOM_CAPSULE): Form.CAPSULE,
-    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): Form.ELLIPSOID,
-    int(mujoco.mjtGeom.mjGEOM_CYLINDER): Form.CYLINDER,
-    int(mujoco.mjtGeom.mjGEOM_BOX): Form.BOX,
-    int(mujoco.mjtGeom.mjGEOM_MESH): Form.MESH,
+_TYPES = {
+    Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+    Form.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
+    Form.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    Form.MESH: mujoco.mjtGeom.mjGEOM_MESH,
 }
+_FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
 def _nobody() -> Collection[int]:
@@ -125,15 +126,6 @@ def _mesh(model: mujoco.MjModel, number: int) -> Mesh:
     )
 
 
-_TYPES = {
-    Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
-    Form.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
-    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
-    Form.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
-    Form.MESH: mujoco.mjtGeom.mjGEOM_MESH,
-}
 _OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
 
 
