@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -248,6 +248,9 @@ def _topic(channel: ChannelRecord) -> RecordedTopic:
     )
 
 
+_PROGRESS_PERIOD = 500  # messages
+
+
 @dataclass(frozen=True)
 class TimeRange:
     """The part of a recording that is wanted: its first and last time [ns], and whether something is before it."""
@@ -273,8 +276,22 @@ class TimeRange:
         """How much of it is over, 0..1."""
         return (time - self.begin) / max(1, self.end - self.begin)
 
-    def messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
-        """What was latched when it begins, as if it were said then, and what was said in it."""
+    def messages(
+        self, source: Recording, topics: Collection[str], on_progress: Callable[[float], None] | None = None
+    ) -> Iterator[RecordedMessage]:
+        """What was latched when it begins, as if it were said then, and what was said in it.
+
+        Args:
+            source: the recording.
+            topics: names of topics.
+            on_progress: takes now and then how much of it is over, 0..1.
+        """
+        for number, message in enumerate(self._messages(source, topics)):
+            if on_progress is not None and number % _PROGRESS_PERIOD == 0:
+                on_progress(self.share(message.time))
+            yield message
+
+    def _messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
         for topic in topics if self.begins_later else ():
             latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
             if latched is not None and latched.time < self.begin:
