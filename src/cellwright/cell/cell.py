@@ -45,7 +45,7 @@ from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
-from cellwright.rendering.cameras.studio import Studio, hire_painter
+from cellwright.rendering.cameras.studio import Studio
 
 
 class Cell(CellDevices):
@@ -119,7 +119,7 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.studio = Studio(self.simulation, hire_painter, hidden=self.out_of_sight, report=report)
+        self.studio = Studio(self.simulation, hidden=self.out_of_sight, report=report)
         """Where the pictures of cameras are drawn."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}

@@ -248,7 +248,7 @@ VideoFine = Annotated[
     typer.Option(
         "--video-fine",
         metavar="",
-        help="Smoother edges; without a GPU that takes three times as long.",
+        help="Smoother edges; without a GPU that takes half as long again.",
         rich_help_panel=VIDEO,
     ),
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import dataclass
 from typing import Any
 
 from cellwright.util.errors import CellwrightError, UsageError, did_you_mean, showable
@@ -42,7 +43,6 @@ else:
     OPENGL_BACKENDS = ("glfw",)
 """The ways that there are on this system, best first."""
 
-_MIN_VERSION = (4, 3)
 _CONTEXT_SIZE = 64  # [pixels] of what the context itself would show, which nobody sees
 
 
@@ -58,8 +58,21 @@ def select_platform(way: str) -> None:
         os.environ.pop("PYOPENGL_PLATFORM", None)
 
 
-def open_context(way: str) -> Any:
-    """A context of OpenGL, made current in this thread; it lives as long as what is returned.
+@dataclass(frozen=True)
+class OpenGLContext:
+    """An OpenGL context without a display; it lives as long as this.
+
+    Attributes:
+        context: the engine's.
+        says: renderer and version, for those who want to know.
+    """
+
+    context: Any
+    says: str
+
+
+def open_context(way: str) -> OpenGLContext:
+    """A context of OpenGL, made current in this thread, that the engine's renderer can draw with.
 
     Args:
         way: the one that was chosen.
@@ -70,15 +83,15 @@ def open_context(way: str) -> Any:
     try:
         context = _context_class(way)(_CONTEXT_SIZE, _CONTEXT_SIZE)
         context.make_current()
+        import mujoco
         from OpenGL import GL
 
-        said = GL.glGetString(GL.GL_VERSION)
-        version = (GL.glGetIntegerv(GL.GL_MAJOR_VERSION), GL.glGetIntegerv(GL.GL_MINOR_VERSION))
+        renderer, version = (GL.glGetString(name).decode(errors="replace") for name in (GL.GL_RENDERER, GL.GL_VERSION))
+        nothing = mujoco.MjSpec().compile()
+        mujoco.MjrContext(nothing, mujoco.mjtFontScale.mjFONTSCALE_50).free()  # which says what this OpenGL lacks
     except Exception as fault:  # drivers, their loaders and PyOpenGL fail in many ways, of types of their own
         raise NoOpenGL(f"{way}: {type(fault).__name__}: {' '.join(str(fault).split())[:200]}") from None
-    if tuple(int(part) for part in version) < _MIN_VERSION:
-        raise NoOpenGL(f"{way}: OpenGL {said!r} is too old: {_MIN_VERSION[0]}.{_MIN_VERSION[1]} at least")
-    return context
+    return OpenGLContext(context, f"{renderer}, OpenGL {version}")
 
 
 def _context_class(way: str) -> Any:

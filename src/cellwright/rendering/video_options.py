@@ -29,7 +29,7 @@ class VideoOptions:
         speed: simulated seconds a second of the video.
         width: in pixels.
         height: in pixels.
-        fine: edges of four samples a pixel.
+        fine: smoother edges.
     """
 
     file: Path

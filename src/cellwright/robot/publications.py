@@ -21,7 +21,7 @@ from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
-from cellwright.rendering.cameras.studio import Studio, hire_painter
+from cellwright.rendering.cameras.studio import Studio
 from cellwright.robot.commander import Commander
 from cellwright.robot.drivers import Driver
 from cellwright.robot.grippers import GripperRange
@@ -33,7 +33,7 @@ def add_cameras(
     config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
 ) -> dict[str, PictureCamera]:
     """The cameras of a robot, in their places, by name; one that cannot be made is reported and left out."""
-    studio = Studio(simulation, partial(hire_painter, about=config.base_pose.position), report=report)
+    studio = Studio(simulation, about=config.base_pose.position, report=report)
     found: dict[str, PictureCamera] = {}
     for described in config.cameras:
         try:

@@ -185,16 +185,16 @@ def test_a_difference_is_told_with_where_and_with_versions() -> None:
 
     text = StringIO()
     verdict = Verdict(
-        3,
-        700,
-        9,
-        Moment(5000, 10**10),
-        Moment(10000, 2 * 10**10),
-        Moment(6020, 12_040_000_000),
-        ("piston_rod_part_1", "wrist_3_link"),
-        Moment(0, 0),
-        Moment(10000, 2 * 10**10),
-        2.0,
+        begun=Moment(0, 0),
+        reached=Moment(10000, 2 * 10**10),
+        hashes=3,
+        frames=700,
+        commands=9,
+        equal_until=Moment(5000, 10**10),
+        different=Moment(10000, 2 * 10**10),
+        moved=Moment(6020, 12_040_000_000),
+        bodies=("piston_rod_part_1", "wrist_3_link"),
+        wall=2.0,
     )
     others = versions_that_differ({"mujoco": "4.0.1", "numpy": "2.4.6"}, {"mujoco": "4.1.0", "numpy": "2.4.6"})
 

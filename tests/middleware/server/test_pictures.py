@@ -9,7 +9,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import Image, PointCloud2
 from cellwright.middleware.wire.frames import Frame, Kind
-from tests.cell.devices.painters import FakePainter
+from tests.cell.devices.workers import FakeWorker
 from tests.middleware.server.talk import served
 
 EYE = "{type: rgbd_camera, pose: {xyz: [2.0, 0, 0]}, latency: 0, noise: {colour: 0, depth: 0, depth_growth: 0}}"
@@ -18,7 +18,7 @@ CAMERAS = f"cellwright: {{sensors: {{a: {EYE}, b: {EYE}, c: {EYE}}}}}"
 
 def new_cell() -> Cell:
     cell = Cell(load_trial(text=CAMERAS).trial)
-    cell.studio._hire = FakePainter
+    cell.studio._start = FakeWorker
     return cell
 
 

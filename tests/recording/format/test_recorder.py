@@ -20,7 +20,7 @@ from cellwright.rendering.scene import Scene
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError
-from tests.cell.devices.painters import FakePainter
+from tests.cell.devices.workers import FakeWorker
 from tests.cells import INITIAL, WHOLE, publish, run, start, way
 
 HEADER = RecordingHeader("cell", "whole", {"seed": 1})
@@ -148,22 +148,22 @@ def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
 def test_pictures_are_kept_when_somebody_listens_and_drawn_for_nobody_else(tmp_path: Path) -> None:
     camera = "{type: rgb_camera, pose: {}, width: 16, height: 8, latency: 0, rate: 20}"
     cell = Cell(load_trial(text=f"cellwright: {{sensors: {{eye: {camera}, other: {camera}}}}}").trial)
-    painters: list[FakePainter] = []
+    workers: list[FakeWorker] = []
 
-    def hire(scene: Scene) -> FakePainter:
-        painters.append(FakePainter(scene))
-        return painters[-1]
+    def start(scene: Scene) -> FakeWorker:
+        workers.append(FakeWorker(scene))
+        return workers[-1]
 
-    cell.studio._hire = hire
+    cell.studio._start = start
     recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
     run(cell, 0.11)
-    assert not painters
+    assert not workers
     listening = cell.bus.subscribe("/ariac/eye/image_raw", lambda _: None)
     run(cell, 0.1)
     listening.cancel()
     run(cell, 0.1)
     recorder.end({})
-    assert painters[0].count == 2
+    assert workers[0].count == 2
     with Recording(tmp_path / "run.mcap") as recording:
         kept = [len(list(recording.messages([f"/ariac/eye/{name}"]))) for name in ("image_raw", "camera_info")]
     assert kept == [2, 6]  # the matrix costs nothing

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from cellwright.middleware.messages import message_type, to_cdr
 from cellwright.middleware.messages.standard import Clock, String, Time
 from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic, RecordingHeader
-from cellwright.recording.format.reader import RecordedMessage
+from cellwright.recording.format.reader import RecordedMessage, Recording
 from cellwright.rendering.scene.scene import Frame
 
 SECOND = 1_000_000_000
 BODIES = 3
+HEADER = RecordingHeader("cell", "lesson", {"timestep": "1/500"})
 
 TOPICS = {
     topic.name: topic
@@ -27,17 +29,32 @@ TOPICS = {
 }
 
 
-@dataclass
-class Memory:
+class Memory(Recording):
     """Messages in the order of their times."""
 
-    list: list[RecordedMessage]
-    topics: dict[str, RecordedTopic] = field(default_factory=lambda: dict(TOPICS))
-    header: RecordingHeader = RecordingHeader("cell", "lesson", {"timestep": "1/500"})  # noqa: RUF009
-    scene: bytes | None = None
-    begin: int = 0
+    def __init__(
+        self,
+        messages: list[RecordedMessage],
+        topics: dict[str, RecordedTopic] = TOPICS,
+        header: RecordingHeader = HEADER,
+    ) -> None:
+        self.path = Path("memory")
+        self.list = messages
+        self.topics = dict(topics)
+        self.header = header
+        self.encoded_scene: bytes | None = None
 
     @property
+    def scene(self) -> bytes | None:
+        """What there is to be seen."""
+        return self.encoded_scene
+
+    @property
+    def begin(self) -> int:
+        """When it begins [ns]."""
+        return 0
+
+    @cached_property
     def end_time(self) -> int:
         """When the last message was written [ns]."""
         return self.list[-1].time if self.list else 0
@@ -49,7 +66,7 @@ class Memory:
         first, last = 0 if start is None else start, self.end_time + 1 if until is None else until
         return (e for e in self.list if first <= e.time < last and (topics is None or e.topic in topics))
 
-    def newest(self, topic: str, time: int) -> RecordedMessage | None:
+    def newest(self, topic: str, time: int, *, at_least: int | None = None) -> RecordedMessage | None:
         """The newest of a topic by a time."""
         found = [e for e in self.list if e.topic == topic and e.time <= time]
         return found[-1] if found else None

@@ -23,7 +23,7 @@ BALL = Shape(1, Form.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), Laye
 @pytest.fixture
 def memory() -> Memory:
     found = recording(2)
-    found.scene = encode_scene(Scene("lesson", ("world", "ball", "part"), (BALL,), ()))
+    found.encoded_scene = encode_scene(Scene("lesson", ("world", "ball", "part"), (BALL,), ()))
     return found
 
 
@@ -114,7 +114,7 @@ def test_what_was_not_recorded_is_out_of_sight(memory: Memory, server: Server) -
 
 @pytest.mark.parametrize("scene", [None, b"", b"nonsense"])
 def test_without_a_scene_there_is_an_empty_world(memory: Memory, server: Server, scene: bytes | None) -> None:
-    memory.scene = scene
+    memory.encoded_scene = scene
     told = services(memory, server)
 
     assert decode_scene(told.scene).bodies == ("world",)

@@ -19,8 +19,8 @@ from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.studio import Studio
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cell.devices.painters import FakePainter
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, push
+from tests.cell.devices.workers import FakeWorker
 
 MS = 1_000_000  # [ns]
 SILENT = PictureNoise(0.0, 0.0, 0.0)
@@ -34,22 +34,22 @@ class Room:
         spec = empty_spec()
         add_part(spec, "part", Pose((0.0, 0.0, 0.0)))
         self.simulation: Simulation = make_simulation(spec)
-        self.painters: list[FakePainter] = []
+        self.workers: list[FakeWorker] = []
         self.lines: list[str] = []
-        self.studio = Studio(self.simulation, self._hire, report=self.lines.append)
+        self.studio = Studio(self.simulation, self._start, report=self.lines.append)
         self.camera = PictureCamera(camera, self.studio, report=self.lines.append)
         self.simulation.add(self.camera)
         self.simulation.reset()
         push(self.simulation, "part", (0.1, 0.0, 0.0))
         self.pictures: list[tuple[int, Picture]] = []
 
-    def _hire(self, scene: Any) -> FakePainter:
-        self.painters.append(FakePainter(scene))
-        return self.painters[-1]
+    def _start(self, scene: Any) -> FakeWorker:
+        self.workers.append(FakeWorker(scene))
+        return self.workers[-1]
 
     @property
-    def painter(self) -> FakePainter:
-        return self.painters[-1]
+    def worker(self) -> FakeWorker:
+        return self.workers[-1]
 
     def look(self, *, colour: bool = True, depth: bool = True) -> Callable[[], None]:
         return self.camera.look(
@@ -89,15 +89,15 @@ def test_latency_is_kept_whatever_drawing_takes(latency: float, due: list[int]) 
 def test_nothing_is_drawn_for_nobody() -> None:
     room = Room()
     room.run(300)
-    assert not room.painters
+    assert not room.workers
     leave = room.look()
     room.run(450)
-    assert room.painter.count == 1
+    assert room.worker.count == 1
     leave()
     leave()
-    assert room.painter.forgotten == [1]  # it was being drawn
+    assert not room.worker.fetched
     room.run(900)
-    assert room.painter.count == 1
+    assert room.worker.count == 1
     assert not room.pictures
 
 
@@ -109,7 +109,7 @@ def test_only_what_somebody_wants_is_drawn(colour: bool, depth: bool) -> None:
     ((_, picture),) = room.pictures
     assert (picture.colour is not None, picture.depth is not None) == (colour, depth)
     if not (colour or depth):
-        assert not room.painters
+        assert not room.workers
 
 
 def test_what_several_want_is_drawn_once() -> None:
@@ -117,10 +117,10 @@ def test_what_several_want_is_drawn_once() -> None:
     leave = room.look(colour=True, depth=False)
     room.look(colour=False, depth=True)
     room.run(150)
-    assert [(view.colour, view.depth) for _, view in room.painter.asked.values()] == [(True, True)]
+    assert [kinds for _, _, kinds in room.worker.asked] == [["colour", "depth"]]
     leave()
     room.run(250)
-    assert [(view.colour, view.depth) for _, view in room.painter.asked.values()] == [(False, True)]
+    assert [kinds for _, _, kinds in room.worker.asked[1:]] == [["depth"]]
     ((_, picture),) = room.pictures  # the one that is still there gets what was begun for both
     assert picture.colour is not None
 
@@ -198,7 +198,7 @@ def test_time_waits_for_a_picture() -> None:
     room.simulation.is_paced = True
     room.look()
     room.run(150)
-    room.painter.is_quick = False  # what is fetched then is waited for
+    room.worker.is_quick = False  # what is fetched then is waited for
     room.run(410)
     assert [picture.sample for _, picture in room.pictures] == [1, 2, 3]
     assert room.camera.dropped == 0
@@ -208,11 +208,11 @@ def test_a_late_picture_comes_later_and_others_are_left_out_for_it() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()
     room.run(150)
-    room.painter.is_quick = False
+    room.worker.is_quick = False
     room.run(350)
     assert not room.pictures
-    assert (room.painter.count, room.camera.dropped) == (1, 2)  # none was begun meanwhile
-    room.painter.is_quick = True
+    assert (room.worker.count, room.camera.dropped) == (1, 2)  # none was begun meanwhile
+    room.worker.is_quick = True
     room.run(510)
     assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(352, 1), (500, 4)]
 
@@ -221,7 +221,7 @@ def test_without_latency_time_always_waits() -> None:
     room = Room(replace(EYE, when_late="drop", latency=0.0))
     room.look()
     room.run(110)
-    room.painter.is_quick = False
+    room.worker.is_quick = False
     room.run(310)
     assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(100, 1), (200, 2), (300, 3)]
     assert room.camera.dropped == 0
@@ -231,18 +231,18 @@ def test_pictures_left_out_are_reported_at_most_once_a_second() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()
     room.run(110)
-    room.painter.is_quick = False
+    room.worker.is_quick = False
     room.run(2500)
     assert room.lines[0] == ("camera eye: 1 picture left out, 1 in all: drawing takes longer than the time between two")
     assert len(room.lines) == 3
     assert "pictures left out" in room.lines[1]
 
 
-def test_nothing_is_reported_while_the_painter_gets_ready() -> None:
+def test_nothing_is_reported_while_the_worker_gets_ready() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()
     room.run(110)
-    room.painter.is_quick = room.painter.has_begun = False
+    room.worker.is_quick = room.worker.has_begun = False
     room.run(2500)
     assert room.camera.dropped > 10
     assert not room.lines
@@ -254,7 +254,7 @@ def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
     room.simulation.is_paced = is_paced
     room.look()
     room.run(150)
-    room.painter.is_quick = False
+    room.worker.is_quick = False
     room.run(210)
     assert (room.camera.dropped > 0, len(room.pictures)) == (is_paced, 0 if is_paced else 1)
 
@@ -262,14 +262,14 @@ def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
 # ---------------------------------------------------------------- what goes wrong
 
 
-def test_a_painter_that_fails_is_told_once_and_the_run_goes_on() -> None:
+def test_a_worker_that_fails_is_told_once_and_the_run_goes_on() -> None:
     room = Room()
     room.look()
     room.run(250)
-    room.painter.is_broken = True
+    room.worker.is_broken = True
     room.run(900)
     assert room.lines == ["cameras take no more pictures in this run: the brush is broken"]
-    assert room.painter.is_closed
+    assert room.worker.is_closed
     assert len(room.pictures) == 1
     with pytest.raises(UsageError, match="can take no picture"):
         room.camera.read()
@@ -279,11 +279,11 @@ def test_a_new_run_tries_again() -> None:
     room = Room()
     room.look()
     room.run(150)
-    room.painter.is_broken = True
+    room.worker.is_broken = True
     room.run(250)
     room.simulation.reset()
     room.run(210)
-    assert len(room.painters) == 2
+    assert len(room.workers) == 2
     assert [picture.sample for _, picture in room.pictures] == [1]
 
 
@@ -293,7 +293,7 @@ def test_switched_off_it_takes_none_and_loses_those_under_way() -> None:
     room.run(150)
     room.camera.enabled = False
     room.run(350)
-    assert (room.painter.count, room.painter.forgotten, room.pictures) == (1, [1], [])
+    assert (room.worker.count, room.worker.fetched, room.pictures) == (1, [], [])
     room.camera.enabled = True
     room.run(510)
     assert [picture.sample for _, picture in room.pictures] == [4]
@@ -308,15 +308,15 @@ def test_going_back_in_time_loses_what_is_under_way() -> None:
     restore_snapshot(room.simulation, moment)
     room.run(210)
     assert [picture.time_ns // MS for _, picture in room.pictures] == [100, 100]
-    assert room.painter.forgotten == [2]
+    assert room.worker.fetched == [1, 3]
 
 
-def test_closing_lets_the_painter_go() -> None:
+def test_closing_lets_the_worker_go() -> None:
     room = Room()
     room.look()
     room.run(150)
     room.simulation.close()
-    assert room.painter.is_closed
+    assert room.worker.is_closed
 
 
 @given(rate=st.sampled_from([1.0, 7.5, 10.0, 29.97, 100.0]), latency=st.floats(0.0, 0.2), ticks=st.integers(1, 200))

@@ -13,11 +13,10 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Studio, hire_painter
-from cellwright.rendering.painter import View
+from cellwright.rendering.cameras.studio import Studio, View
 from cellwright.util.pose import Pose
-from tests.cell.devices.painters import FakePainter
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
+from tests.cell.devices.workers import FakeWorker
 
 VIEW = View(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
 
@@ -30,7 +29,7 @@ def room() -> Simulation:
 
 
 def process_of(studio: Studio) -> Any:
-    return studio._painter._worker._process  # type: ignore[union-attr]
+    return studio._worker._process  # type: ignore[union-attr]
 
 
 @pytest.mark.slow
@@ -38,7 +37,7 @@ def process_of(studio: Studio) -> Any:
 def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, way)
     simulation = room()
-    studio = Studio(simulation, hire_painter)
+    studio = Studio(simulation)
     orders = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
@@ -58,7 +57,7 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
 @pytest.mark.slow
 def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
-    studio = Studio(room(), hire_painter, report=lines.append)
+    studio = Studio(room(), report=lines.append)
     order = studio.ask(VIEW)
     assert order is not None
     assert studio.fetch(order) is not None
@@ -80,27 +79,27 @@ def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> No
 
 
 @pytest.mark.slow
-def test_a_studio_that_is_forgotten_lets_its_painter_go() -> None:
-    painters: list[FakePainter] = []
+def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
+    workers: list[FakeWorker] = []
 
-    def hire(scene: Any) -> FakePainter:
-        painters.append(FakePainter(scene))
-        return painters[-1]
+    def start(scene: Any) -> FakeWorker:
+        workers.append(FakeWorker(scene))
+        return workers[-1]
 
-    studio = Studio(room(), hire)
+    studio = Studio(room(), start)
     studio.ask(VIEW)
     del studio
     gc.collect()
-    assert painters[0].is_closed
+    assert workers[0].is_closed
 
 
 def test_cameras_of_one_tick_share_its_frame() -> None:
-    studio = Studio(simulation := room(), FakePainter)
+    studio = Studio(simulation := room(), FakeWorker)
     for _ in range(2):
         studio.ask(VIEW)
     simulation.step()
     studio.ask(VIEW)
-    painter: Any = studio._painter
-    first, second, third = (painter.asked[number][0] for number in (1, 2, 3))
+    worker: Any = studio._worker
+    first, second, third = (frame for frame, _, _ in worker.asked)
     assert first is second
     assert (first.time, third.time) == (0, 2_000_000)

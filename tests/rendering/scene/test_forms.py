@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.rendering.scene import Form, Layer, Mesh, Scene, Shape
-from cellwright.rendering.scene.triangles import Fineness, Triangles, join_triangles, mesh_triangles, shape_triangles
+from cellwright.rendering.scene.triangles import Triangles, join_triangles, mesh_triangles, shape_triangles
 from cellwright.util.pose import Pose
 
 CUBE = Mesh(
@@ -23,21 +23,15 @@ CUBE = Mesh(
 )
 SOLIDS = st.sampled_from((Form.BOX, Form.CYLINDER, Form.SPHERE, Form.CAPSULE, Form.ELLIPSOID))
 SIZES = st.tuples(*[st.floats(0.005, 2.0)] * 3)
-FINE = Fineness(corners=lambda _: 48, endless=30.0, breaks_edges=True)
-FINENESSES = st.builds(
-    Fineness,
-    corners=st.sampled_from((16, 20, 48)).map(lambda count: lambda _radius: count),
-    endless=st.just(30.0),
-    breaks_edges=st.booleans(),
-)
+CORNERS = st.sampled_from((16, 20, 48))
 
 
 def of(
-    form: Form, size: tuple[float, float, float] = (0.0, 0.0, 0.0), pose: Pose | None = None, fineness: Fineness = FINE
+    form: Form, size: tuple[float, float, float] = (0.0, 0.0, 0.0), pose: Pose | None = None, corners: int = 48
 ) -> Triangles:
     mesh = 0 if form is Form.MESH else None
     shape = Shape(0, form, size, pose or Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, mesh)
-    return shape_triangles(shape, Scene("one", ("world",), (shape,), (CUBE,)), fineness)
+    return shape_triangles(shape, Scene("one", ("world",), (shape,), (CUBE,)), lambda _radius: corners)
 
 
 def volume(found: Triangles) -> float:
@@ -61,12 +55,11 @@ def right_volume(form: Form, size: tuple[float, float, float]) -> float:
 
 
 @settings(max_examples=25, deadline=None)
-@given(form=SOLIDS, size=SIZES, fineness=FINENESSES)
+@given(form=SOLIDS, size=SIZES, corners=CORNERS)
 def test_solids_are_closed_and_as_large_as_they_should_be(
-    form: Form, size: tuple[float, float, float], fineness: Fineness
+    form: Form, size: tuple[float, float, float], corners: int
 ) -> None:
-    found = of(form, size, fineness=fineness)
-    corners = fineness.corners(1.0)
+    found = of(form, size, corners=corners)
     assert volume(found) == pytest.approx(right_volume(form, size), rel=0.01 + 16 / corners**2)
     edges = np.concatenate([found.faces[:, pair] for pair in ((0, 1), (1, 2), (2, 0))])
     _, places = np.unique(np.round(found.points / min(size), 5), axis=0, return_inverse=True)
@@ -77,11 +70,9 @@ def test_solids_are_closed_and_as_large_as_they_should_be(
 
 
 @settings(max_examples=25, deadline=None)
-@given(form=SOLIDS, size=SIZES, fineness=FINENESSES)
-def test_normals_are_units_and_agree_with_the_faces(
-    form: Form, size: tuple[float, float, float], fineness: Fineness
-) -> None:
-    found = of(form, size, fineness=fineness)
+@given(form=SOLIDS, size=SIZES, corners=CORNERS)
+def test_normals_are_units_and_agree_with_the_faces(form: Form, size: tuple[float, float, float], corners: int) -> None:
+    found = of(form, size, corners=corners)
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1.0, atol=1e-9)
     a, b, c = (found.points[found.faces[:, corner]] for corner in range(3))
     facing = np.cross(b - a, c - a)
@@ -97,11 +88,9 @@ def test_a_pose_moves_it(pose: Pose) -> None:
     np.testing.assert_allclose(moved.normals[0], pose.rotate(tuple(still.normals[0].tolist())), atol=1e-9)
 
 
-def test_a_box_has_its_edges_broken_where_that_is_wanted_and_it_is_not_thin() -> None:
-    plain = Fineness(corners=FINE.corners, endless=30.0, breaks_edges=False)
+def test_a_box_has_its_edges_broken_unless_it_is_thin() -> None:
     assert len(of(Form.BOX, (0.2, 0.2, 0.2)).points) > 24
     assert len(of(Form.BOX, (0.2, 0.2, 0.001)).points) == 24
-    assert len(of(Form.BOX, (0.2, 0.2, 0.2), fineness=plain).points) == 24
 
 
 def test_a_broken_edge_leaves_the_sides_where_they_are() -> None:

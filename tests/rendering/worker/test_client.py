@@ -49,7 +49,7 @@ def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
     assert np.isinf(drawn[0]).all()
     assert both.mean() > 0.5
     apart = np.abs(drawn[both] - cast[both])
-    assert np.quantile(apart, 0.97) < 0.004  # [m]: a ball of triangles is a little thinner
+    assert np.quantile(apart, 0.97) < 0.008  # [m]: the engine's ball has 28 x 16 facets, up to 6 mm below the surface
     assert drawn[24, 37] == pytest.approx(cast[24, 37], abs=0.01)
 
 
@@ -101,7 +101,7 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
         waiting = [worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6) for _ in range(2)]
         assert not worker.has_room
         assert not worker.wait_for_room(0.01)
-        with pytest.raises(RenderingError, match=r"within 0\.01 s"):
+        with pytest.raises(TimeoutError):
             waiting[0].result(0.01)
         os.kill(worker._process.pid, signal.SIGKILL)
         for pending in waiting:

@@ -13,8 +13,6 @@ from cellwright.recording.format.reader import Recording, TimeRange
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.files import in_its_place
 
-_TOLD_EVERY = 500  # messages
-
 _EARLIEST = 1
 """[ns]: `rosbag play` passes over what is said at 0, such as the fixed frames."""
 
@@ -48,13 +46,13 @@ def write_bag(
     """
     try:
         with Recording(recording) as source, in_its_place(bag) as unfinished:
-            return _write(source, unfinished, TimeRange.of(source, start, until), tell or _nobody)
+            return _write(source, unfinished, TimeRange.of(source, start, until), tell)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise UsageError(f"{bag}: cannot be written: {reason or error}") from None
 
 
-def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float], None]) -> list[str]:
+def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float], None] | None) -> list[str]:
     connections: dict[str, Connection] = {}
     left_out = []
     with Writer(path) as writer:
@@ -75,16 +73,10 @@ def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float
                 latching=int(topic.latch),
             )
         before: dict[str, tuple[bytes, bytes]] = {}  # states are said over and over
-        for number, message in enumerate(span.messages(source, connections)):
-            if number % _TOLD_EVERY == 0:
-                tell(span.share(message.time))
+        for message in span.messages(source, connections, tell):
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:
                 data = to_ros1(source.decode(message))
                 before[message.topic] = message.data, data
             writer.write(connections[message.topic], max(message.time, _EARLIEST), data)
     return left_out
-
-
-def _nobody(_share: float) -> None:
-    pass

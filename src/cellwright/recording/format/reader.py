@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import FRAME, Entry, RecordedTopic, RecordingHeader
 from cellwright.recording.format.scan import ChannelRecord, ChunkPlace
-from cellwright.recording.format.scanned_file import ScannedFile
+from cellwright.recording.format.scanned_file import ScannedFile, named_errors
 from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
 
@@ -44,19 +44,12 @@ class Recording:
         self._file = ScannedFile(self.path)
         self._layout = self._file.layout
         try:
-            self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
-        except RecordingError as error:
-            self._file.close()
-            raise RecordingError(f"{self.path}: {error}") from None
-        except BaseException:
-            self._file.close()
-            raise
-        self.topics: dict[str, RecordedTopic] = {
-            each.topic: _topic(each) for each in self._layout.channels.values() if each.encoding == "cdr"
-        }
-        """The topics in it by name, those that Cellwright adds among them."""
-        self._names = {number: each.topic for number, each in self._layout.channels.items() if each.encoding == "cdr"}
-        try:
+            with named_errors(self.path):
+                self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
+            channels = {number: each for number, each in self._layout.channels.items() if each.encoding == "cdr"}
+            self.topics: dict[str, RecordedTopic] = {each.topic: _topic(each) for each in channels.values()}
+            """The topics in it by name, those that Cellwright adds among them."""
+            self._names = {number: each.topic for number, each in channels.items()}
             if any(each.is_cut and not any(self._entries(each)) for each in self._layout.chunks[-1:]):
                 self._layout.chunks.pop()
         except BaseException:
@@ -255,6 +248,9 @@ def _topic(channel: ChannelRecord) -> RecordedTopic:
     )
 
 
+_PROGRESS_PERIOD = 500  # messages
+
+
 @dataclass(frozen=True)
 class TimeRange:
     """The part of a recording that is wanted: its first and last time [ns], and whether something is before it."""
@@ -280,8 +276,22 @@ class TimeRange:
         """How much of it is over, 0..1."""
         return (time - self.begin) / max(1, self.end - self.begin)
 
-    def messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
-        """What was latched when it begins, as if it were said then, and what was said in it."""
+    def messages(
+        self, source: Recording, topics: Collection[str], on_progress: Callable[[float], None] | None = None
+    ) -> Iterator[RecordedMessage]:
+        """What was latched when it begins, as if it were said then, and what was said in it.
+
+        Args:
+            source: the recording.
+            topics: names of topics.
+            on_progress: takes now and then how much of it is over, 0..1.
+        """
+        for number, message in enumerate(self._messages(source, topics)):
+            if on_progress is not None and number % _PROGRESS_PERIOD == 0:
+                on_progress(self.share(message.time))
+            yield message
+
+    def _messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
         for topic in topics if self.begins_later else ():
             latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
             if latched is not None and latched.time < self.begin:

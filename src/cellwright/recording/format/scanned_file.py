@@ -7,6 +7,7 @@ import zlib
 from bisect import bisect_left
 from collections import OrderedDict
 from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -78,6 +79,17 @@ def _read_number(file: BinaryIO, place: int) -> int:
 _KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
 
 
+@contextmanager
+def named_errors(path: Path) -> Iterator[None]:
+    """Raise errors of reading a file as RecordingError that begins with its path."""
+    try:
+        yield
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
 class ScannedFile:
     """A recording's file, open for reading.
 
@@ -94,15 +106,13 @@ class ScannedFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
+        with named_errors(path):
             self._file = open_to_read(path)
-        except OSError as error:
-            raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from None
-        try:
-            self.layout = self._scanned()
-        except BaseException:
-            self._file.close()
-            raise
+            try:
+                self.layout = self._scanned()
+            except BaseException:
+                self._file.close()
+                raise
         self._kept: OrderedDict[int, bytes] = OrderedDict()
 
     def close(self) -> None:
@@ -124,10 +134,8 @@ class ScannedFile:
         Raises:
             RecordingError: the file is damaged.
         """
-        try:
+        with named_errors(self.path):
             yield from chunk_entries(self._content(chunk), channels)
-        except RecordingError as error:
-            raise RecordingError(f"{self.path}: {error}") from None
 
     def read(self, offset: int, length: int) -> bytes:
         """Bytes of the file.
@@ -135,14 +143,8 @@ class ScannedFile:
         Raises:
             RecordingError: it cannot be read any more.
         """
-        try:
-            self._file.seek(offset)
-            data = self._file.read(length)
-        except (OSError, ValueError) as error:
-            raise RecordingError(f"{self.path}: cannot be read: {error}") from None
-        if len(data) < length:
-            raise RecordingError(f"{self.path}: has become shorter while it was read")
-        return data
+        with named_errors(self.path):
+            return self._read(offset, length)
 
     def check_bytes(self) -> None:
         """Compare the checksums of the whole file with its bytes.
@@ -150,29 +152,29 @@ class ScannedFile:
         Raises:
             RecordingError: it is damaged; the text says where.
         """
-        try:
+        with named_errors(self.path):
             verify_checksums(self._file, self.layout)
-        except RecordingError as error:
-            raise RecordingError(f"{self.path}: {error}") from None
-        except OSError as error:
-            raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 
     def _scanned(self) -> Layout:
-        try:
-            size = self._file.seek(0, 2)
-            layout = scan_file(self._file, size)
-        except RecordingError as error:
-            raise RecordingError(f"{self.path}: {error}") from None
-        except OSError as error:
-            raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
+        layout = scan_file(self._file, self._file.seek(0, 2))
         if METADATA not in layout.metadata:
-            raise RecordingError(f"{self.path}: is an MCAP file, but no recording of Cellwright")
+            raise RecordingError("is an MCAP file, but no recording of Cellwright")
         return layout
+
+    def _read(self, offset: int, length: int) -> bytes:
+        try:
+            self._file.seek(offset)
+            data = self._file.read(length)
+        except ValueError as error:  # it was closed
+            raise RecordingError(f"cannot be read: {error}") from None
+        if len(data) < length:
+            raise RecordingError("has become shorter while it was read")
+        return data
 
     def _content(self, chunk: ChunkPlace) -> bytes:
         found = self._kept.get(chunk.offset)
         if found is None:
-            found = self._kept[chunk.offset] = unpack_chunk(self.read(chunk.offset, chunk.length), chunk)
+            found = self._kept[chunk.offset] = unpack_chunk(self._read(chunk.offset, chunk.length), chunk)
             if len(self._kept) > _KEPT:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(chunk.offset)

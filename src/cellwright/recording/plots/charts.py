@@ -349,11 +349,16 @@ def draw_commands(axes: Axes, story: Story) -> None:
         axes.text(1.0, row, f" {count}", transform=axes.get_yaxis_transform(), va="center", fontsize=6.8, color=FAINT)
         ticks.append(_short_name(track.name))
         row += 1
-    axes.set_ylim(max(row, 1) - 0.5, -0.5)
     axes.set_yticks(range(len(ticks)), ticks, fontsize=7)
+    _finish_rows(axes, row, "States and commands" if story.states else "Commands")
+
+
+def _finish_rows(axes: Axes, rows: int, title: str) -> None:
+    """Set up an axis along which rows stand, the first at the top."""
+    axes.set_ylim(max(rows, 1) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    axes.set_title("States and commands" if story.states else "Commands")
+    axes.set_title(title)
 
 
 def _short_name(name: str) -> str:
@@ -391,11 +396,8 @@ def draw_trays(axes: Axes, story: Story) -> None:
             if mark.tray == tray:
                 axes.plot([mark.time] * 2, [first - 0.5, row - 0.5], color=INK, linewidth=1.2)
         axes.axhline(row - 0.5, color=FAINT, linewidth=0.6)
-    axes.set_ylim(max(row, 1) - 0.5, -0.5)
     axes.set_yticks([place for place, _ in ticks], [words for _, words in ticks])
-    axes.grid(visible=False, axis="y")
-    axes.tick_params(axis="y", length=0)
-    axes.set_title("On the trays")
+    _finish_rows(axes, row, "On the trays")
     said = {part.verdict for part in story.tray_parts}
     handles: list[Any] = [
         axes.barh(-9, 0, color=colour, hatch=hatch, edgecolor="white", label=verdict or "not judged")

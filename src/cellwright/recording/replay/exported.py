@@ -217,9 +217,6 @@ def _places(frame: Frame) -> NDArray[np.float64]:
     return places
 
 
-_TOLD_EVERY = 500  # messages
-
-
 def write_mcap(
     recording: Recording,
     path: Path,
@@ -255,7 +252,7 @@ def write_mcap(
             unfinished.touch()  # where that fails, the reason is told of the file that was asked for
             failures: list[str] = []
             with McapFile(unfinished, report=failures.append) as file:
-                missing = _Export(recording, file, span, tell or _ignore_progress).write()
+                missing = _Export(recording, file, span, tell).write()
             if not file.is_whole:
                 raise UsageError(f"{path}: {failures[0].removeprefix(f'{unfinished}: ')}")
     except OSError as error:
@@ -266,7 +263,9 @@ def write_mcap(
 class _Export:
     """One way through a part of a recording."""
 
-    def __init__(self, recording: Recording, file: McapFile, span: TimeRange, tell: Callable[[float], None]) -> None:
+    def __init__(
+        self, recording: Recording, file: McapFile, span: TimeRange, tell: Callable[[float], None] | None
+    ) -> None:
         self._recording, self._file, self._span, self._tell = recording, file, span, tell
         self._missing: list[str] = []
         self._channels: dict[str, int] = {}
@@ -316,16 +315,9 @@ class _Export:
                 self._file.add(channel, time, to_cdr(said))
 
         say_frame(self._span.begin)
-        messages = self._span.messages(self._recording, [*self._channels, FRAME])
-        for number, message in enumerate(messages):
-            if number % _TOLD_EVERY == 0:
-                self._tell(self._span.share(message.time))
+        for message in self._span.messages(self._recording, [*self._channels, FRAME], self._tell):
             if message.topic != FRAME:
                 self._file.add(self._channels[message.topic], message.time, message.data)
             elif transforms is not None:
                 sight.take(message)
                 say_frame(message.time)
-
-
-def _ignore_progress(_share: float) -> None:
-    pass

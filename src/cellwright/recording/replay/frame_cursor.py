@@ -1,58 +1,17 @@
-"""Frame cursor: frame and panel at the playback position, and the protocol of what can be played."""
+"""Frame cursor: frame and panel at the playback position."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
-from cellwright.recording.format.format import FRAME, PANEL, RecordedTopic, RecordingHeader
-from cellwright.recording.format.reader import RecordedMessage, frame_bytes
+from cellwright.recording.format.format import FRAME, PANEL
+from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes
 from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
-
-
-class Source(Protocol):
-    """Something recorded. Messages are in the order of their times."""
-
-    @property
-    def header(self) -> RecordingHeader:
-        """What it is of."""
-        ...
-
-    @property
-    def topics(self) -> Mapping[str, RecordedTopic]:
-        """The topics by name, those that Cellwright adds among them."""
-        ...
-
-    @property
-    def begin(self) -> int:
-        """Time of the first message [ns]."""
-        ...
-
-    @property
-    def end_time(self) -> int:
-        """Time of the last message [ns]."""
-        ...
-
-    @property
-    def scene(self) -> bytes | None:
-        """What there is to be seen, encoded; None where that is missing."""
-        ...
-
-    def messages(
-        self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
-    ) -> Iterator[RecordedMessage]:
-        """The messages of some topics, or of all, from `start` [ns] on and before `until` [ns]."""
-        ...
-
-    def newest(self, topic: str, time: int) -> RecordedMessage | None:
-        """The newest message of a topic at or before a time [ns]; None when there is none yet."""
-        ...
-
 
 _BACK = 2 * NANOSECONDS  # so far back a whole frame is looked for first [ns]
 
@@ -66,7 +25,7 @@ class Sight:
         source: what is played.
     """
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Recording) -> None:
         self._source = source
         self._waiting: list[bytes] = []
         self._frame: Frame | None = None

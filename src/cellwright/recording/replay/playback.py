@@ -20,8 +20,8 @@ from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.middleware.server import Server
 from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.recording.format.format import FRAME, PANEL, RecordedTopic
-from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.replay.frame_cursor import Sight, Source
+from cellwright.recording.format.reader import RecordedMessage, Recording
+from cellwright.recording.replay.frame_cursor import Sight
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError
 
 WHY_NOT = "this is a recording: it plays what was, and hears no commands"
@@ -55,7 +55,7 @@ _MAX_MESSAGES = 2000  # messages that are looked at
 _LEAST_OFFSET = NANOSECONDS  # a stamp that is nearer to simulation time than this [ns] is simulation time
 
 
-def clock_offset(source: Source) -> int:
+def clock_offset(source: Recording) -> int:
     """By how much the stamps of what was said are ahead of simulation time [ns]; 0 where they tell that time."""
     said = [name for name, topic in source.topics.items() if topic.direction == "out" and not topic.is_own]
     for message in islice(source.messages(said), _MAX_MESSAGES):
@@ -83,7 +83,7 @@ class Player(Device):
         bus: where the recorded topics are advertised and their messages published.
     """
 
-    def __init__(self, source: Source, bus: Bus) -> None:
+    def __init__(self, source: Recording, bus: Bus) -> None:
         super().__init__("player")
         self._source = source
         self._bus = bus
@@ -188,7 +188,7 @@ class Recorded:
     in_competition = True
     """Nothing can be changed of what has been."""
 
-    def __init__(self, source: Source, *, report: Callable[[str], None] = lambda _line: None) -> None:
+    def __init__(self, source: Recording, *, report: Callable[[str], None] = lambda _line: None) -> None:
         self.source = source
         self.name = source.header.name
         self.simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
@@ -233,7 +233,7 @@ class Recorded:
         return ()
 
 
-def recorded_timestep(source: Source) -> Fraction:
+def recorded_timestep(source: Recording) -> Fraction:
     """Length of a tick [s] of what was recorded; 1/500 s where the recording does not say it."""
     told = source.header.facts.get("timestep")
     try:

@@ -14,8 +14,7 @@ from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
-from cellwright.recording.format.reader import RecordedMessage, frame_bytes
-from cellwright.recording.replay.frame_cursor import Source
+from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, decode_frame
@@ -35,7 +34,7 @@ class HashPoint:
 Step: TypeAlias = Command | HashPoint | Frame
 
 
-def recorded_steps(source: Source) -> Iterator[Step]:
+def recorded_steps(source: Recording) -> Iterator[Step]:
     """Commands, state hashes and frames.
 
     Raises:
@@ -97,11 +96,13 @@ class Moment:
         return f"tick {self.tick} ({seconds(self.time):.3f} s)"
 
 
-@dataclass(frozen=True)
+@dataclass
 class Verdict:
-    """What came of running it again.
+    """What came of running it again, so far.
 
     Attributes:
+        begun: where it began.
+        reached: how far it was run.
         hashes: how many state hashes were compared and equal.
         frames: how many times all bodies were where they had been.
         commands: how many commands were carried out.
@@ -109,22 +110,20 @@ class Verdict:
         different: the first moment whose state hash is another; None when there is none.
         moved: the first moment at which bodies stand elsewhere; None when there is none.
         bodies: names of some of those.
-        begun: where it began.
-        reached: how far it was run.
         wall: how long that took [s].
         fault: what ended the run before that; empty when nothing did.
     """
 
-    hashes: int
-    frames: int
-    commands: int
-    equal_until: Moment | None
-    different: Moment | None
-    moved: Moment | None
-    bodies: tuple[str, ...]
     begun: Moment
     reached: Moment
-    wall: float
+    hashes: int = 0
+    frames: int = 0
+    commands: int = 0
+    equal_until: Moment | None = None
+    different: Moment | None = None
+    moved: Moment | None = None
+    bodies: tuple[str, ...] = ()
+    wall: float = 0.0
     fault: str = ""
 
     @property
@@ -170,43 +169,27 @@ class Verification:
         self._rebuilt = rebuilt
         self._simulation = rebuilt.served.simulation
         self._on_progress = on_progress
-        self._begun = self._now()
-        self._hashes = self._frames = self._commands = 0
-        self._equal_until: Moment | None = None
-        self._different: Moment | None = None
-        self._moved: Moment | None = None
-        self._bodies: tuple[str, ...] = ()
+        self._verdict = Verdict(self._now(), self._now())
         self._taker = SceneTaker(self._simulation.model, hidden=rebuilt.served.out_of_sight)
 
     def run(self, steps: Iterable[Step]) -> Verdict:
         """Go through what was recorded, until its end or the first hash that is another."""
-        begun, fault = time.perf_counter(), ""
+        begun, verdict = time.perf_counter(), self._verdict
         try:
             for step in steps:
                 self._take(step)
-                if self._different is not None:
+                if verdict.different is not None:
                     break
         except SimulationError as error:
-            fault = str(error)
-        return Verdict(
-            hashes=self._hashes,
-            frames=self._frames,
-            commands=self._commands,
-            equal_until=self._equal_until,
-            different=self._different,
-            moved=self._moved,
-            bodies=self._bodies,
-            begun=self._begun,
-            reached=self._now(),
-            wall=time.perf_counter() - begun,
-            fault=fault,
-        )
+            verdict.fault = str(error)
+        verdict.reached, verdict.wall = self._now(), time.perf_counter() - begun
+        return verdict
 
     def _take(self, step: Step) -> None:
         match step:
             case Command():
                 self._pass_until(self._simulation.clock.time_of(step.tick))
-                self._commands += 1
+                self._verdict.commands += 1
                 self._rebuilt.carry_out(step)
             case HashPoint():
                 self._pass_until(self._simulation.clock.time_of(step.tick))
@@ -223,24 +206,24 @@ class Verification:
 
     def _compare_hash(self, point: HashPoint) -> None:
         if self._simulation.state_hash() == point.hash:
-            self._hashes += 1
-            self._equal_until = self._now()
+            self._verdict.hashes += 1
+            self._verdict.equal_until = self._now()
         else:
-            self._different = self._now()
+            self._verdict.different = self._now()
 
     def _compare_frame(self, frame: Frame) -> None:
-        if self._moved is not None:
+        if self._verdict.moved is not None:
             return
         self._simulation.refresh()
         here = self._taker.frame(self._simulation.data, self._simulation.now)
         if here.encode() == frame.encode():
-            self._frames += 1
+            self._verdict.frames += 1
             return
-        self._moved = self._now()
+        self._verdict.moved = self._now()
         if len(here.poses) == len(frame.poses):
             others = (here.poses != frame.poses).any(axis=1) | (here.shown != frame.shown)
             names = [name for name, is_other in zip(self._taker.scene.bodies, others, strict=True) if is_other]
-            self._bodies = tuple(names[:_MOST_NAMED])
+            self._verdict.bodies = tuple(names[:_MOST_NAMED])
 
     def _now(self) -> Moment:
         return Moment(self._simulation.clock.tick, self._simulation.now)

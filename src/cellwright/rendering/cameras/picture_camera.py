@@ -23,8 +23,7 @@ from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Studio
-from cellwright.rendering.painter import Drawn, View
+from cellwright.rendering.cameras.studio import Drawn, Order, Studio, View
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -105,13 +104,13 @@ class _Exposure:
         time_ns: simulation time of the tick that it shows [ns].
         sample: its number.
         world_T_camera: where the camera stood.
-        order: its number in the studio; None where nothing is to be drawn.
+        order: what was asked of the studio; None where nothing is to be drawn.
     """
 
     time_ns: int
     sample: int
     world_T_camera: Pose
-    order: int | None
+    order: Order | None
 
 
 class PictureCamera(Sensor[Picture]):
@@ -245,7 +244,7 @@ class PictureCamera(Sensor[Picture]):
         if not self._latency_ns:
             self._deliver_due(0)
 
-    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> int | None:
+    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> Order | None:
         shadows = self.description.shadows
         return self._studio.ask(View(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows))
 
@@ -253,7 +252,7 @@ class PictureCamera(Sensor[Picture]):
         latest = self.simulation.now - self._latency_ns
         while self._exposures and self._exposures[0].time_ns <= latest:
             order = self._exposures[0].order
-            if order is not None and self._drops and not self._studio.is_drawn(order):
+            if order is not None and self._drops and not order.is_drawn:
                 break  # it comes when it is there
             exposure = self._exposures.popleft()
             drawn = Drawn(None, None) if order is None else self._studio.fetch(order)
@@ -295,7 +294,7 @@ class PictureCamera(Sensor[Picture]):
     def _is_behind(self) -> bool:
         """Whether so much is being drawn already that more would be late as well."""
         most = max(1, -(-self._latency_ns // self._period_ns))
-        waiting = sum(each.order is not None and not self._studio.is_drawn(each.order) for each in self._exposures)
+        waiting = sum(each.order is not None and not each.order.is_drawn for each in self._exposures)
         return waiting >= most
 
     def _leave_out(self) -> None:
@@ -332,7 +331,4 @@ class PictureCamera(Sensor[Picture]):
 
     def _lose_under_way(self) -> None:
         super()._lose_under_way()
-        for exposure in self._exposures:
-            if exposure.order is not None:
-                self._studio.forget(exposure.order)
         self._exposures.clear()

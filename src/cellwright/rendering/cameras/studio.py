@@ -8,23 +8,91 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Collection
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.engine.simulation import Simulation
-from cellwright.rendering.painter import Drawn, Painter, View
+from cellwright.rendering.camera import VIEWS, Pinhole
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, Scene
 from cellwright.util.errors import RenderingError
-from cellwright.util.pose import Vector3
+from cellwright.util.pose import Pose, Vector3
+
+if TYPE_CHECKING:
+    from cellwright.rendering.worker import RenderWorker
+
+_ABANDON_TIMEOUT = 0.5  # [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A picture as it was drawn, without noise.
+
+    Attributes:
+        colour: (height, width, 3) sRGB, if it was asked for.
+        depth: (height, width) [m] along the line of sight, infinite where there is nothing; if it was asked for.
+    """
+
+    colour: NDArray[np.uint8] | None
+    depth: NDArray[np.float32] | None
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What is to be drawn of a frame.
+
+    Attributes:
+        pinhole: the camera.
+        world_T_camera: where it stands.
+        colour: whether in colour.
+        depth: whether in depth.
+        shadows: whether things throw shadows where it is in colour.
+    """
+
+    pinhole: Pinhole
+    world_T_camera: Pose
+    colour: bool
+    depth: bool
+    shadows: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A picture that was asked for.
+
+    Attributes:
+        colour: what will be its colours, if they were asked for.
+        depth: what will be its depths, if they were asked for.
+    """
+
+    colour: Future[NDArray[np.uint8]] | None
+    depth: Future[NDArray[np.float32]] | None
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether it is there, or will never be."""
+        return all(each is None or each.done() for each in (self.colour, self.depth))
+
+
+def start_worker(scene: Scene) -> RenderWorker:
+    """A process that draws a scene."""
+    from cellwright.rendering.worker import RenderWorker
+
+    return RenderWorker(scene)
 
 
 class Studio:
-    """Takes frames of a simulation, and has a painter draw them.
+    """Takes frames of a simulation, and has a process draw them.
 
     Args:
         simulation: whose model and state are seen.
-        hire: makes the painter of a scene; called when the first picture is wanted.
+        start: starts the process; called when the first picture is wanted.
+        about: the point [m] that the lamp is placed by.
         hidden: tells the engine's ids of bodies that are not there to be seen at the moment.
         report: takes a line when nothing more can be drawn.
     """
@@ -32,17 +100,19 @@ class Studio:
     def __init__(
         self,
         simulation: Simulation,
-        hire: Callable[[Scene], Painter],
+        start: Callable[[Scene], RenderWorker] = start_worker,
         *,
+        about: Vector3 = VIEWS["overview"].target,
         hidden: Callable[[], Collection[int]] = tuple,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self._simulation = simulation
-        self._hire = hire
+        self._start = start
+        self._about = about
         self._hidden = hidden
         self._report = report
         self._taker: SceneTaker | None = None
-        self._painter: Painter | None = None
+        self._worker: RenderWorker | None = None
         self._frame: Frame | None = None
         self._tick = -1
         self._is_broken = False
@@ -52,57 +122,53 @@ class Studio:
         """The engine's model."""
         return self._simulation.model
 
-    def ask(self, view: View) -> int | None:
-        """Ask for a picture of this tick; its number, or None when nothing can be drawn."""
+    def ask(self, view: View) -> Order | None:
+        """Ask for a picture of this tick; None when nothing can be drawn."""
         if self._is_broken:
             return None
-        try:
-            if self._taker is None:
-                self._taker = SceneTaker(self.model, hidden=self._hidden)
-            if self._painter is None:
-                self._painter = painter = self._hire(self._taker.scene)
-                self._end = weakref.finalize(
-                    self, painter.close
-                )  # also for those who forget a cell and do not close it
-            return self._painter.submit(self._this_frame(self._taker), view)
-        except RenderingError as error:
-            self._give_up(error)
-            return None
+        if self._taker is None:
+            self._taker = SceneTaker(self.model, hidden=self._hidden)
+        if self._worker is None:
+            self._worker = worker = self._start(self._taker.scene)
+            # also for those who forget a cell and do not close it; pictures that nobody fetches are not waited for
+            self._end = weakref.finalize(self, worker.close, _ABANDON_TIMEOUT)
+        frame, camera = self._this_frame(self._taker), view.pinhole.at(view.world_T_camera)
+        width, height, worker = view.pinhole.width, view.pinhole.height, self._worker
+        return Order(
+            worker.colour(frame, camera, width, height, samples=1, shadows=view.shadows, about=self._about)
+            if view.colour
+            else None,
+            worker.depth(frame, camera, width, height) if view.depth else None,
+        )
 
     @property
     def is_ready(self) -> bool:
         """Whether pictures are being drawn, and no longer prepared for."""
-        return self._painter is not None and self._painter.is_ready
+        return self._worker is not None and self._worker.ready.done()
 
-    def is_drawn(self, number: int) -> bool:
-        """Whether a picture can be fetched without waiting."""
-        return self._painter is None or self._painter.is_drawn(number)
-
-    def fetch(self, number: int) -> Drawn | None:
+    def fetch(self, order: Order) -> Drawn | None:
         """A picture that was asked for; waits for it. None when it could not be drawn."""
-        if self._painter is None:
+        if self._worker is None:
             return None
         try:
-            return self._painter.fetch(number)
+            return Drawn(
+                None if order.colour is None else order.colour.result(),
+                None if order.depth is None else order.depth.result(),
+            )
         except RenderingError as error:
             self._give_up(error)
             return None
 
-    def forget(self, number: int) -> None:
-        """A picture is not wanted any more."""
-        if self._painter is not None:
-            self._painter.forget(number)
-
     def reopen(self) -> None:
-        """Try again, with another painter, what has failed; called when a run begins."""
+        """Try again, with another process, what has failed; called when a run begins."""
         self._is_broken = False
         self._tick = -1
 
     def close(self) -> None:
-        """Let the painter go."""
-        if self._painter is not None:
+        """Let the process go."""
+        if self._worker is not None:
             self._end()
-            self._painter = None
+            self._worker = None
 
     def _this_frame(self, taker: SceneTaker) -> Frame:
         """The frame of this tick; cameras that look in one tick share it."""
@@ -118,16 +184,3 @@ class Studio:
             self._is_broken = True
             self._report(f"cameras take no more pictures in this run: {error}")
             self.close()
-
-
-def hire_painter(scene: Scene, *, about: Vector3 | None = None) -> Painter:
-    """The painter of a cell or a robot: a process that draws.
-
-    Args:
-        scene: what there is to be seen.
-        about: the point [m] that the lamp is placed by; None takes that of a cell's pictures.
-    """
-    from cellwright.rendering.camera import VIEWS
-    from cellwright.rendering.worker.client import WorkerPainter
-
-    return WorkerPainter(scene, about=VIEWS["overview"].target if about is None else about)

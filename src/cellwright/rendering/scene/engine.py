@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene.scene import SEEN, Form, Frame, Layer, Mesh, Scene, Shape, geom_colours
 from cellwright.util.pose import Pose
 
-_FORMS = {
-    int(mujoco.mjtGeom.mjGEOM_PLANE): Form.PLANE,
-    int(mujoco.mjtGeom.mjGEOM_SPHERE): Form.SPHERE,
-    int(mujoco.mjtGeom.mjGEOM_CAPSULE): Form.CAPSULE,
-    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): Form.ELLIPSOID,
-    int(mujoco.mjtGeom.mjGEOM_CYLINDER): Form.CYLINDER,
-    int(mujoco.mjtGeom.mjGEOM_BOX): Form.BOX,
-    int(mujoco.mjtGeom.mjGEOM_MESH): Form.MESH,
+_TYPES = {
+    Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+    Form.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
+    Form.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    Form.MESH: mujoco.mjtGeom.mjGEOM_MESH,
 }
+_FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
 def _nobody() -> Collection[int]:
@@ -125,15 +126,6 @@ def _mesh(model: mujoco.MjModel, number: int) -> Mesh:
     )
 
 
-_TYPES = {
-    Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
-    Form.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
-    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
-    Form.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
-    Form.MESH: mujoco.mjtGeom.mjGEOM_MESH,
-}
 _OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
 
 
@@ -143,13 +135,16 @@ class EngineScene:
     Args:
         scene: what is to be seen.
         layers: which of its shapes.
+        prepare: changes the engine's specification before it is compiled.
 
     Attributes:
         model: the model, with a body of its own for each of the scene's, in their order.
         data: its state, as the last frame said.
     """
 
-    def __init__(self, scene: Scene, *, layers: Collection[Layer] = SEEN) -> None:
+    def __init__(
+        self, scene: Scene, *, layers: Collection[Layer] = SEEN, prepare: Callable[[Any], None] = lambda _spec: None
+    ) -> None:
         spec = mujoco.MjSpec()
         spec.modelname = scene.name
         for number, mesh in enumerate(scene.meshes):
@@ -161,7 +156,6 @@ class EngineScene:
             )
         bodies: list[Any] = [spec.worldbody]
         bodies += [spec.worldbody.add_body(name=f"{index}", mocap=True) for index in range(1, len(scene.bodies))]
-        used: list[int] = []
         for shape in scene.shapes:
             if shape.layer not in layers:
                 continue
@@ -177,7 +171,7 @@ class EngineScene:
             )
             if shape.mesh is not None:
                 geom.meshname = f"mesh {shape.mesh}"
-                used.append(shape.mesh)
+        prepare(spec)
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)

@@ -35,21 +35,6 @@ class Triangles:
         return Triangles(self.points @ turn + np.array(pose.position), self.normals @ turn, self.faces)
 
 
-@dataclass(frozen=True, slots=True)
-class Fineness:
-    """How close to a form its triangles come: what draws them knows what they cost.
-
-    Attributes:
-        corners: how many corners a circle of some radius [m] has; a multiple of 4.
-        endless: half the side [m] of a plane without end.
-        breaks_edges: whether the edges of boxes are broken a little, as those of real things are, to catch the light.
-    """
-
-    corners: Callable[[float], int]
-    endless: float
-    breaks_edges: bool
-
-
 def join_triangles(surfaces: Iterable[Triangles]) -> Triangles:
     """Several surfaces as one."""
     found = list(surfaces)
@@ -107,10 +92,10 @@ _Corner = tuple[dict[int, int], int]
 """In which octant a corner is, as a sign for each axis, and on the side of which axis: broken, it is three corners."""
 
 
-def box_triangles(half: Vector3, *, breaks_edges: bool) -> Triangles:
-    """A box of these half sides [m]."""
+def box_triangles(half: Vector3) -> Triangles:
+    """A box of these half sides [m]; unless it is thin its edges are broken a little, to catch the light."""
     least = min(half)
-    bevel = min(_BEVEL * least, _MOST_BEVEL) if breaks_edges and least > _LEAST_BEVELLED else 0.0
+    bevel = min(_BEVEL * least, _MOST_BEVEL) if least > _LEAST_BEVELLED else 0.0
     octants, set_back, normals, faces = _pattern(is_broken=bevel > 0)
     return Triangles(octants * np.array(half) - bevel * set_back, normals, faces)
 
@@ -153,24 +138,28 @@ def _pieces(*, is_broken: bool) -> list[list[_Corner]]:
 
 
 _NO_AREA = 1e-14  # [m²]
+_ENDLESS = 30.0  # [m], half the side of a plane without end
 
 
-def shape_triangles(shape: Shape, scene: Scene, fineness: Fineness) -> Triangles:
-    """The surface of a shape of a scene, in the frame of its body."""
+def shape_triangles(shape: Shape, scene: Scene, corners: Callable[[float], int]) -> Triangles:
+    """The surface of a shape of a scene, in the frame of its body; `corners` gives those of a circle by its radius [m].
+
+    The number of corners is a multiple of 4.
+    """
     x, y, z = shape.size
     match shape.form:
         case Form.BOX:
-            found = box_triangles((x, y, z), breaks_edges=fineness.breaks_edges)
+            found = box_triangles((x, y, z))
         case Form.CYLINDER:
-            found = _cylinder(x, y, fineness.corners(x))
+            found = _cylinder(x, y, corners(x))
         case Form.SPHERE:
-            found = _ball((x, x, x), 0.0, fineness.corners(x))
+            found = _ball((x, x, x), 0.0, corners(x))
         case Form.CAPSULE:
-            found = _ball((x, x, x), y, fineness.corners(x))
+            found = _ball((x, x, x), y, corners(x))
         case Form.ELLIPSOID:
-            found = _ball((x, y, z), 0.0, fineness.corners(max(x, y, z)))
+            found = _ball((x, y, z), 0.0, corners(max(x, y, z)))
         case Form.PLANE:
-            found = _plane(x or fineness.endless, y or fineness.endless)
+            found = _plane(x or _ENDLESS, y or _ENDLESS)
         case Form.MESH:
             assert shape.mesh is not None
             found = mesh_triangles(scene.meshes[shape.mesh])

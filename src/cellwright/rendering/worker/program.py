@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from cellwright.rendering import backend as gl
 from cellwright.rendering.backend import RAYS, requested_backend
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.engine_renderer import EngineRenderer
 from cellwright.rendering.picture import check_size
 from cellwright.rendering.renderer import CastRenderer, Renderer
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.scene.scene import decode_frame, decode_scene
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import CellwrightError, in_a_line
 
@@ -52,57 +52,52 @@ class Drawing:
     def work(self, asked: SimpleQueue[Any]) -> None:
         """Do what is asked until nobody asks any more, and then finish."""
         while (said := asked.get()) is not None:
-            head, payload = said
+            number, what, arguments, options = said
+            value, error = None, ""
             try:
-                done = getattr(self, f"_do_{head['what']}")(head, payload)
-            except CellwrightError as error:
-                self._answer(head, {"error": str(error)})
-            except Exception as error:  # drivers and what stands before them have errors of their own
-                self._answer(head, {"error": in_a_line(error)})
-            else:
-                if isinstance(done, np.ndarray):
-                    self._answer(head, {"shape": done.shape, "kind": done.dtype.str}, np.ascontiguousarray(done))
-                else:
-                    self._answer(head, {"value": done})
+                value = getattr(self, f"_do_{what}")(*arguments, **options)
+            except CellwrightError as fault:
+                error = str(fault)
+            except Exception as fault:  # drivers and what stands before them have errors of their own
+                error = in_a_line(fault)
+            self._answer(number, value, error)
         try:
-            self._do_finish({}, b"")
+            self._do_finish()
         except CellwrightError as error:
             sys.stderr.write(f"{error}\n")
 
-    def _do_scene(self, _head: dict[str, Any], payload: bytes) -> str:
-        self._scene_renderer = self._make(decode_scene(payload))
+    def _do_scene(self, scene: Scene) -> str:
+        self._scene_renderer = self._make(scene)
         return self._scene_renderer.says
 
-    def _do_colour(self, head: dict[str, Any], payload: bytes) -> NDArray[np.uint8]:
-        return self._picture(head, decode_frame(payload), wire.to_camera(head["camera"]))
+    def _do_colour(self, frame: Frame, camera: Camera, width: int, height: int, **quality: Any) -> NDArray[np.uint8]:
+        check_size(width, height)
+        return np.ascontiguousarray(self._renderer.colour(frame, camera, width, height, **quality))
 
-    def _do_depth(self, head: dict[str, Any], payload: bytes) -> NDArray[np.float32]:
-        check_size(head["width"], head["height"])
-        return self._renderer.depth(
-            decode_frame(payload), wire.to_camera(head["camera"]), head["width"], head["height"]
-        )
+    def _do_depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
+        check_size(width, height)
+        return np.ascontiguousarray(self._renderer.depth(frame, camera, width, height))
 
-    def _do_film(self, head: dict[str, Any], _payload: bytes) -> None:
+    def _do_film(self, file: Path, rate: Fraction, width: int, height: int, **quality: Any) -> None:
         from cellwright.rendering.worker.film import Film
 
-        check_size(head["width"], head["height"])
-        self._film = Film(Path(head["file"]), head["width"], head["height"], Fraction(*head["rate"]))
-        self._shot = head
+        self._film = Film(file, width, height, rate)
+        self._shot = {"width": width, "height": height, **quality}
 
-    def _do_take(self, head: dict[str, Any], payload: bytes) -> None:
+    def _do_take(self, frame: Frame, camera: Camera, caption: str, repeats: int) -> None:
         if self._film is None:
             raise CellwrightError("no video is under way")
-        self._repeat(head["repeats"])
-        picture = self._picture(self._shot, decode_frame(payload), wire.to_camera(head["camera"]))
-        if head["caption"]:
+        self._repeat(repeats)
+        picture = self._do_colour(frame, camera, **self._shot)
+        if caption:
             from cellwright.rendering.worker.lettering import write_line
 
-            write_line(picture, head["caption"])
+            write_line(picture, caption)
         self._film.add(picture)
         self._last = picture
 
-    def _do_finish(self, head: dict[str, Any], _payload: bytes) -> int:
-        self._repeat(head.get("repeats", 0))
+    def _do_finish(self, repeats: int = 0) -> int:
+        self._repeat(repeats)
         film, self._film = self._film, None
         return 0 if film is None else film.finish()
 
@@ -118,17 +113,11 @@ class Drawing:
             raise CellwrightError("there is no scene to draw")
         return self._scene_renderer
 
-    def _picture(self, head: dict[str, Any], frame: Frame, camera: Camera) -> NDArray[np.uint8]:
-        check_size(head["width"], head["height"])
-        quality = {name: head[name] for name in ("samples", "shadows", "about", "lamp") if name in head}
-        return self._renderer.colour(frame, camera, head["width"], head["height"], **quality)
-
-    def _answer(self, head: dict[str, Any], about: dict[str, Any], payload: NDArray[Any] | None = None) -> None:
+    def _answer(self, number: int, value: object, error: str) -> None:
         if self._answers is None:
             return
-        data = b"" if payload is None else payload.data.cast("B")
         try:
-            wire.write(self._answers, {"number": head["number"], **about}, data)
+            wire.write(self._answers, (number, value, error))
         except OSError:  # nobody is there to be told any more; what was asked for is done all the same
             self._answers = None
 
@@ -150,9 +139,7 @@ def main() -> None:
             _become(later)
 
         def make(scene: Scene) -> Renderer:
-            from cellwright.rendering.gl.renderer import GLRenderer
-
-            return GLRenderer(opened, scene)
+            return EngineRenderer(opened, scene)
 
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a driver prints is no answer

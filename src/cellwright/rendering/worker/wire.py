@@ -1,18 +1,15 @@
-"""How a process that draws is started, and what goes through the pipes to and from it: a head of JSON, and bytes."""
+"""Render process: its command, and messages through the pipes to and from it."""
 
 from __future__ import annotations
 
-import json
-import struct
+import pickle
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import cellwright
-from cellwright.rendering.camera import Camera
 
-_LENGTHS = struct.Struct("<II")
 _PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
 
 
@@ -25,36 +22,19 @@ def command(ways: Iterable[str] = ()) -> list[str]:
     return [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1]), *ways]
 
 
-def write(pipe: BinaryIO, head: dict[str, Any], payload: bytes | memoryview = b"") -> None:
-    """Send a head and bytes.
+def write(pipe: BinaryIO, message: object) -> None:
+    """Send a message; both ends are programs of ours, so it may be any object.
 
     Raises:
-        OSError: nobody reads them any more.
+        OSError: nobody reads it any more.
     """
-    said = json.dumps(head).encode()
-    pipe.write(_LENGTHS.pack(len(said), len(payload)) + said)
-    pipe.write(payload)
+    pickle.dump(message, pipe, pickle.HIGHEST_PROTOCOL)
     pipe.flush()
 
 
-def read(pipe: BinaryIO) -> tuple[dict[str, Any], bytes] | None:
-    """A head and bytes; None at the end."""
-    lengths = pipe.read(_LENGTHS.size)
-    if len(lengths) < _LENGTHS.size:
+def read(pipe: BinaryIO) -> Any:
+    """A message; None at the end, also at one within a message."""
+    try:
+        return pickle.load(pipe)  # noqa: S301 (from a program of ours)
+    except (EOFError, pickle.UnpicklingError):
         return None
-    head_length, length = _LENGTHS.unpack(lengths)
-    head, payload = pipe.read(head_length), pipe.read(length)
-    if len(head) < head_length or len(payload) < length:
-        return None
-    found: dict[str, Any] = json.loads(head)
-    return found, payload
-
-
-def of_camera(camera: Camera) -> dict[str, Any]:
-    """A camera as JSON."""
-    return {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": camera.fov}
-
-
-def to_camera(said: dict[str, Any]) -> Camera:
-    """The camera that was said."""
-    return Camera(tuple(said["eye"]), tuple(said["target"]), tuple(said["up"]), said["fov"])

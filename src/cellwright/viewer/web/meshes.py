@@ -14,21 +14,18 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.scene import Scene, Shape
 from cellwright.rendering.scene.scene import linear
-from cellwright.rendering.scene.triangles import Fineness, Triangles, join_triangles, shape_triangles
+from cellwright.rendering.scene.triangles import Triangles, join_triangles, shape_triangles
 
 _FINEST, _COARSEST = 48, 12  # corners of a circle
 
 
 def surface(shape: Shape, scene: Scene) -> Triangles:
     """A shape's surface, in the frame of its body."""
-    return shape_triangles(shape, scene, _FINENESS)
+    return shape_triangles(shape, scene, _corners)
 
 
 def _corners(radius: float) -> int:
     return int(min(max(round(220 * math.sqrt(max(radius, 0.0))), _COARSEST), _FINEST) // 4 * 4)
-
-
-_FINENESS = Fineness(corners=_corners, endless=30.0, breaks_edges=True)
 
 
 def node_name(name: str) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from typing import Any
 
 import numpy as np
 
-from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.standard import JointState, PoseArray
 from cellwright.recording.format.format import PANEL
@@ -67,32 +66,18 @@ class JointStates:
             raise MessageError("joint states in an order of bytes that is not ours")
         if len(message.position) != len(message.name):
             raise MessageError("joint states with other numbers of names and positions")
-        place = _HEAD + _STAMP
-        try:
-            place = _past_text(data, place)
-            (count,) = struct.unpack_from("<I", data, place := _aligned(place, 4))
-            place += 4
-            for _ in range(count):
-                place = _past_text(data, _aligned(place, 4))
-            place = _aligned(place, 4) + 4  # how many positions
-        except struct.error:
-            raise MessageError("joint states that end in the middle") from None
-        place = _aligned(place, 8) if count else place
+        count = len(message.position)
+        none = np.zeros(0)
+        place = (
+            len(to_cdr(JointState(message.header, message.name, none, none, none))) - 8
+        )  # two numbers of none follow
+        place += (_HEAD - place) % 8 if count else 0  # what CDR leaves free before numbers of 8 bytes
         self._before, self._count = data[_HEAD + _STAMP : place], count
         names = tuple(message.name)
         if not self._names or self._names[-1] != names:
             self._names.append(names)
             self._times.append([])
             self._rows.append([])
-
-
-def _aligned(place: int, size: int) -> int:
-    return place + (_HEAD - place) % size
-
-
-def _past_text(data: bytes, place: int) -> int:
-    (length,) = struct.unpack_from("<I", data, place)
-    return place + 4 + int(length)
 
 
 _APART = 20_000_000  # poses of the tips are read so far apart [ns]

@@ -1,0 +1,199 @@
+"""Engine renderer: scenes drawn by MuJoCo's own renderer through OpenGL, in the look of the ray renderer."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cellwright.rendering.backend import OpenGLContext
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import LAMP
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.engine import EngineScene
+from cellwright.rendering.shading import HORIZON, LINE, LINE_SHADE, TILE, background, to_screen
+from cellwright.util.pose import Vector3
+
+_NEAR, _FAR = 0.02, 200.0  # [m]
+_HAZE = (18.0, 36.0)
+"""From where to where floors fade [m]; what lies beyond is not drawn. The engine's haze is a surface, which would cut
+through things of a cell if it began at the ray renderer's 9 m."""
+_MAX_SAMPLES, _MAX_SIDE = 3, 8192  # along a side of a pixel; [pixels] of what is drawn before it is made smaller
+_SHADOW_SIZE = 2048  # [texels], side of the shadow map
+_SHADOW_REACH = (2.5, 6.5)  # [m], least and most, around the point that the lamp is placed by
+_CUTOFF = 80.0  # [degrees], half the opening angle of the lamp; the engine has none wider
+_SKY_SIDE, _FLOOR_SIDE = 64, 512  # [texels]
+_TRANSLUCENT = 5  # a geom group of the engine that no layer has
+
+# Fitted to pictures of the ray renderer. The engine adds light up in sRGB, not linearly: these are no amounts of light.
+_AMBIENT = (0.643, 0.656, 0.664)
+_DIFFUSE = (0.578, 0.556, 0.522)
+_SPECULAR = (0.22, 0.22, 0.22)
+
+
+class EngineRenderer:
+    """Draws a scene by OpenGL, in the thread that made it; see `Renderer`.
+
+    Args:
+        context: an OpenGL context, current in this thread.
+        scene: what is to be seen.
+    """
+
+    def __init__(self, context: OpenGLContext, scene: Scene) -> None:
+        self._context = context
+        self.says = context.says
+        """What draws, for those who want to know."""
+        self._scene = EngineScene(scene, prepare=_set_surroundings)
+        self._model = model = self._scene.model
+        model.geom_group[model.geom_rgba[:, 3] < 1] = _TRANSLUCENT
+        self._drawn: Any = mujoco.MjvScene(model, model.ngeom + 100)
+        self._drawn.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
+        self._shadow_angle = _CUTOFF  # [degrees], half the opening angle of the cone in which things throw shadows
+        self._target: Any = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)  # two disturb each other
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._target)
+        self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+
+    def colour(
+        self,
+        frame: Frame,
+        camera: Camera,
+        width: int,
+        height: int,
+        *,
+        samples: int = 2,
+        shadows: bool = True,
+        about: Vector3 | None = None,
+        lamp: Vector3 = LAMP,
+    ) -> NDArray[np.uint8]:
+        """See `Renderer`.
+
+        A picture is drawn up to three times as wide and high and then made smaller. Edges of shadows come out smooth;
+        multisampling would leave them jagged, and takes as long without a GPU.
+        """
+        self._place(frame, camera, width / height, depth=False)
+        reach = _SHADOW_REACH[1]
+        if about is None:  # a camera that no other shares its light with: shadows are as sharp as its picture needs
+            about = camera.target
+            reach = min(max(math.dist(camera.eye, about), _SHADOW_REACH[0]), reach)
+        self._shadow_angle = math.degrees(math.asin(min(0.9, reach / math.hypot(*lamp))))
+        spot, directional = mujoco.mjtLightType.mjLIGHT_SPOT, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+        at = np.add(about, lamp)
+        self._drawn.nlight = 2
+        _set_light(self._drawn.lights[0], spot, at, np.negative(lamp), diffuse=_DIFFUSE, specular=_SPECULAR)
+        _set_light(self._drawn.lights[1], directional, at, (0.0, 0.0, -1.0), ambient=_AMBIENT)
+        self._drawn.lights[0].castshadow = shadows
+        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        times = max(1, min(samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
+        large = np.empty((times * height, times * width, 3), np.uint8)
+        self._draw(large, None)
+        if times == 1:
+            return large[::-1]
+        total = np.full((height, width, 3), times**2 // 2, np.uint16)
+        for row in range(times):
+            for column in range(times):
+                total += large[row::times, column::times]
+        return (total // times**2).astype(np.uint8)[::-1]
+
+    def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
+        """See `Renderer`."""
+        self._place(frame, camera, width / height, depth=True)
+        self._drawn.nlight = 0
+        nearness = np.empty((height, width), np.float32)  # 1 at the near plane, 0 at the far plane
+        self._draw(None, nearness)
+        depth: NDArray[np.float32] = _NEAR * _FAR / (_NEAR + nearness[::-1] * np.float32(_FAR - _NEAR))
+        depth[nearness[::-1] <= 0] = np.inf
+        return depth
+
+    def _place(self, frame: Frame, camera: Camera, aspect: float, *, depth: bool) -> None:
+        """Put the bodies and the camera where they belong."""
+        self._scene.show(frame)
+        option = mujoco.MjvOption()
+        option.geomgroup[:] = 1
+        option.geomgroup[_TRANSLUCENT] = not depth
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        free = mujoco.MjvCamera()
+        far = _FAR if depth else _HAZE[1]
+        self._aim(camera, aspect, far)  # endless floors are put under the camera, which the update then moves away
+        mujoco.mjv_updateScene(self._model, self._scene.data, option, None, free, everything, self._drawn)
+        self._aim(camera, aspect, far)
+        for flag in (mujoco.mjtRndFlag.mjRND_HAZE, mujoco.mjtRndFlag.mjRND_SKYBOX):
+            self._drawn.flags[flag] = not depth
+
+    def _aim(self, camera: Camera, aspect: float, far: float) -> None:
+        turn, top = camera.world_R_optical, _NEAR * math.tan(camera.fov / 2)
+        for eye in self._drawn.camera:
+            eye.pos, eye.forward, eye.up = camera.eye, turn[:, 2], -turn[:, 1]
+            eye.frustum_near, eye.frustum_far = _NEAR, far
+            eye.frustum_bottom, eye.frustum_top = -top, top
+            eye.frustum_center, eye.frustum_width = 0.0, top * aspect
+
+    def _draw(self, colour: NDArray[np.uint8] | None, depth: NDArray[np.float32] | None) -> None:
+        """Draw into one of the arrays (height, width, …), whose first row is the lowest."""
+        (array,) = (each for each in (colour, depth) if each is not None)
+        height, width = array.shape[:2]
+        target = self._target
+        target.shadowScale = self._shadow_angle / _CUTOFF
+        if (target.offWidth, target.offHeight) != (width, height):
+            mujoco.mjr_resizeOffscreen(width, height, target)
+        area = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(area, self._drawn, target)
+        mujoco.mjr_readPixels(colour, depth, area, target)
+
+
+def _set_light(
+    light: Any,
+    kind: Any,
+    position: ArrayLike,
+    direction: ArrayLike,
+    *,
+    ambient: Vector3 = (0.0, 0.0, 0.0),
+    diffuse: Vector3 = (0.0, 0.0, 0.0),
+    specular: Vector3 = (0.0, 0.0, 0.0),
+) -> None:
+    light.type, light.pos, light.dir = kind, position, np.divide(direction, np.linalg.norm(direction))
+    light.attenuation, light.cutoff, light.exponent = (1.0, 0.0, 0.0), _CUTOFF, 0.0
+    light.headlight, light.castshadow = False, False
+    light.ambient, light.diffuse, light.specular = ambient, diffuse, specular
+
+
+def _set_surroundings(spec: Any) -> None:
+    """Give a model sky, haze and lines on its floors, as the ray renderer has them."""
+    spec.stat.extent = 1.0  # the unit of these figures
+    spec.visual.map.znear, spec.visual.map.zfar = _NEAR, _FAR
+    spec.visual.map.haze = 1 - _HAZE[0] / _HAZE[1]
+    spec.visual.rgba.haze = (*(to_screen(HORIZON) / 255).tolist(), 1.0)
+    spec.visual.quality.shadowsize, spec.visual.quality.offsamples = _SHADOW_SIZE, 0
+    for name, kind, picture in (
+        ("sky", mujoco.mjtTexture.mjTEXTURE_SKYBOX, _sky()),
+        ("floor", mujoco.mjtTexture.mjTEXTURE_2D, _tile()),
+    ):
+        height, width, _ = picture.shape
+        spec.add_texture(name=name, type=kind, width=width, height=height, nchannel=3).data = picture.tobytes()
+    repeat = 2 / TILE  # the engine counts in halves of a metre
+    floor = spec.add_material(name="floor", texuniform=True, texrepeat=(repeat, repeat))
+    floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
+    for geom in spec.geoms:
+        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
+            geom.material = "floor"
+
+
+def _sky() -> NDArray[np.uint8]:
+    """The sky on the sides of a cube, one below the other: right, left, up, down, front, back."""
+    middle = (np.arange(_SKY_SIDE) + 0.5) / _SKY_SIDE * 2 - 1
+    across, up = np.meshgrid(middle, -middle)
+    length = np.sqrt(1 + across**2 + up**2)
+    side, above = up / length, 1 / length
+    heights = np.concatenate([side, side, above, -above, side, side]).reshape(-1)
+    return to_screen(background(np.column_stack([heights, heights, heights]))).reshape(-1, _SKY_SIDE, 3)
+
+
+def _tile() -> NDArray[np.uint8]:
+    """A white tile with lines through its middle, where the engine has the whole metres of a floor."""
+    tile = np.full((_FLOOR_SIDE, _FLOOR_SIDE, 3), 255, np.uint8)
+    middle, half = _FLOOR_SIDE // 2, round(LINE / TILE * _FLOOR_SIDE / 2)
+    line = slice(middle - half, middle + half)
+    tile[line] = tile[:, line] = to_screen(np.full(3, LINE_SHADE, np.float32))
+    return tile
