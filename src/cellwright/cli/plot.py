@@ -9,27 +9,19 @@ import typer
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import Recorded
+from cellwright.cli.declarations import option
 from cellwright.cli.main import DONE, NOT_DONE
-from cellwright.util.errors import UnknownNameError
 
 
 def plot(
     file: Recorded,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            metavar="FILE",
-            help="The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out.",
-        ),
+        option("FILE", "The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out."),
     ] = None,
     what: Annotated[
         str | None,
-        typer.Option(
-            "--what",
-            metavar="NAMES",
-            help="Parts of it, with commas: score, trays, joints, tool, commands; all when left out.",
-        ),
+        option("NAMES", "Parts of it, with commas: score, trays, joints, tool, commands; all when left out."),
     ] = None,
 ) -> None:
     """Draw what was recorded, over simulation time, on one page.
@@ -72,11 +64,7 @@ def _wanted(what: str | None) -> tuple[str, ...]:
 
     if what is None:
         return PANELS
-    names = tuple(name.strip() for name in what.split(","))
-    for name in names:
-        if name not in PANELS:
-            options.refuse(f"--what: {UnknownNameError('part of a figure', name, PANELS).sentence()}")
-    return names
+    return tuple(options.one_of("--what", "part of a figure", name.strip(), PANELS) for name in what.split(","))
 
 
 def _figure_file(recording: Path, out: Path | None) -> Path:
