@@ -215,13 +215,9 @@ def evaluate(
     with store:
         results, failures = _work(wanted, store, limits, workers, console, records=record)
     left = len(wanted) - len(results)
-    short = [shortcoming(result, least) for result in results]
-    status = NOT_DONE if left or failures or any(short) else DONE
-    told = len(failures)
     failures += write_result(out / "junit.xml", junit(results, least))
     failures += write_result(out / "report.html", report(results, least))
-    if len(failures) > told:
-        status = NOT_DONE
+    status = NOT_DONE if left or failures or any(shortcoming(result, least) for result in results) else DONE
     document = json.dumps(summary_document(results, least, status), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
     show_summary(console, results, least)
@@ -229,11 +225,10 @@ def evaluate(
         console.print(f"interrupted: {left} runs are left; the same command goes on with them")
     note(console, "report", str(out / "report.html"))
     for failure in failures:
-        status = NOT_DONE
         typer.echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
-    raise typer.Exit(status)
+    raise typer.Exit(NOT_DONE if failures else status)
 
 
 def _work(

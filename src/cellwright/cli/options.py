@@ -36,6 +36,7 @@ ABOVE_0, FINITE = math.ulp(0.0), sys.float_info.max
 """Bounds of `in_range`: the smallest number above 0, and the largest that is finite."""
 
 N = TypeVar("N", float, int, Fraction, float | None, int | None)
+P = TypeVar("P", Path, Path | None)
 S = TypeVar("S", bound=str)
 
 
@@ -156,10 +157,10 @@ def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
     return Fraction(str(when)), path
 
 
-def output_file(option: str, path: Path | None, suffix: str) -> Path | None:
-    """A file that can be written, its name ending as it should."""
+def output_file(option: str, path: P, suffix: str) -> P:
+    """A file that can be written, its name ending as it should; None for None."""
     if path is None:
-        return None
+        return path
     if path.suffix.lower() != suffix:
         refuse(f"{option} {path}: give a file whose name ends in {suffix}")
     _check_file(f"{option} {path}", path)

@@ -76,6 +76,4 @@ def _figure_file(recording: Path, out: Path | None) -> Path:
         options.refuse(
             f"--out {path}: give a file whose name ends in {', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
         )
-    found = options.output_file("--out", path, path.suffix.lower())
-    assert found is not None
-    return found
+    return options.output_file("--out", path, path.suffix.lower())

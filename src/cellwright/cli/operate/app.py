@@ -163,7 +163,7 @@ def record(
     Exit status: 0 recorded; 1 the node has ended, nothing was told, or the disk is full; 2 bad input.
     """
     suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
-    path = options.output_file("FILE", file, suffix) or file
+    path = options.output_file("FILE", file, suffix)
     options.in_range("--duration", duration, options.ABOVE_0, options.LATEST, "a time above 0 s")
     link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
     failures: list[str] = []

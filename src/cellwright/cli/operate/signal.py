@@ -6,14 +6,13 @@ import fnmatch
 import json
 import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from cellwright.cli import options
@@ -216,19 +215,18 @@ def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: 
     found: list[Exercise] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=1.0, at="")
+
+        def show(part: float) -> None:
+            progress.update(task, completed=part)
+
         for number, joint in enumerate(joints, start=1):
-            task = progress.add_task(joint, total=1.0, at=f"{number} of {len(joints)}")
-            show = partial(_update, progress, task)
+            progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
             try:
                 found.append(exercise(robot, joint, wave, on_beat=show))
             except (CellwrightError, RunEndedError) as error:
                 return found, f"{joint}: {error}"
-            progress.remove_task(task)
     return found, ""
-
-
-def _update(progress: Progress, task: TaskID, part: float) -> None:
-    progress.update(task, completed=part)
 
 
 def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:

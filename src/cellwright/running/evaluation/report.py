@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from statistics import fmean
 from typing import Any
@@ -252,9 +252,14 @@ def _tile(value: str, words: str, kind: str = "") -> str:
 def _trials(results: Sequence[Result]) -> str:
     heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("min", "n"), ("max", "n"), ("within reach", "n")]
     heads += [("share", "n"), ("outcomes", ""), ("x real time", "n")]
+    rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
+    return f'<div class="card">{_table(heads, rows)}</div>'
+
+
+def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
+    """A table; heads are texts and the kinds of their columns."""
     head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
-    rows = "".join(_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
-    return f'<div class="card"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
 
 def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
@@ -318,10 +323,8 @@ def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
     words, _, more = kit_words(kit).partition(": ")
     title = f"<h3>{escape(order['order_id'])}, kit {escape(kit['kit_type'])}: {escape(words)}</h3><p>{escape(more)}</p>"
     heads = [("part", ""), ("there", "n"), ("pose", "n"), ("why", "")]
-    head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
-    rows = "".join(map(_part, kit["parts"]))
     besides = "".join(f"<p>besides: {escape(each['name'])} ({escape(each['reason'])})</p>" for each in kit["extras"])
-    return f"{title}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{besides}"
+    return f"{title}{_table(heads, map(_part, kit['parts']))}{besides}"
 
 
 def _part(part: Mapping[str, Any]) -> str:
