@@ -38,12 +38,13 @@ def plot(
 
     Exit status: 0 done; 1 the figure could not be written; 2 bad input.
     """
-    wanted = _wanted(what)
-    path = _figure_file(file, out)
     from cellwright.recording.format.reader import Recording
-    from cellwright.recording.plots.figure import draw_figure, write_figure
+    from cellwright.recording.plots.figure import PANELS, draw_figure, write_figure
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
+    names = PANELS if what is None else map(str.strip, what.split(","))
+    wanted = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
+    path = _figure_file(file, out)
     with Recording(file) as opened:
         told = load_plot_data(opened)
     if told.warning:
@@ -56,15 +57,6 @@ def plot(
         raise typer.Exit(NOT_DONE) from None
     typer.echo(f"figure      {path}")
     raise typer.Exit(DONE)
-
-
-def _wanted(what: str | None) -> tuple[str, ...]:
-    """Names of what is to be drawn."""
-    from cellwright.recording.plots.figure import PANELS
-
-    if what is None:
-        return PANELS
-    return tuple(options.one_of("--what", "part of a figure", name.strip(), PANELS) for name in what.split(","))
 
 
 def _figure_file(recording: Path, out: Path | None) -> Path:

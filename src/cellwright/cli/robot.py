@@ -154,20 +154,10 @@ def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) ->
     home = config.home.get(joint.name)
     limits = joint.limits
     is_fixed = joint.type is JointType.FIXED
-    numbers = (
-        [limits.lower, limits.upper] if is_narrow else [limits.lower, limits.upper, limits.effort, limits.velocity]
-    )
+    numbers = [limits.lower, limits.upper, *([] if is_narrow else [limits.effort, limits.velocity])]
     figures = ["" if is_fixed else _figure(number) for number in numbers]
-    return [
-        str(index),
-        Text(joint.name),
-        str(joint.type),
-        Text(joint.child),
-        on,
-        *figures,
-        group,
-        "" if home is None else _figure(home),
-    ]
+    names: list[str | Text] = [str(index), Text(joint.name), str(joint.type), Text(joint.child), on]
+    return [*names, *figures, group, "" if home is None else _figure(home)]
 
 
 def _label(config: RobotConfig, key: str) -> str:

@@ -52,9 +52,6 @@ class Word(StrEnum):
     CLEAR_STOP = "clear-stop"
 
 
-_ASKS = {Word.HOME: Ask.HOME, Word.ENABLE: Ask.ENABLE, Word.DISABLE: Ask.DISABLE, Word.CLEAR_STOP: Ask.CLEAR_STOP}
-
-
 def call(
     word: Annotated[
         Word, argument("WORD", "`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.")
@@ -80,7 +77,7 @@ def call(
                 done = robot.status is None or bool(robot.status.emergency_stop)
                 said = "stopped" if done else "sent, and the node does not say that it has stopped"
             else:
-                response = robot.session.call(*service_request(_ASKS[word]))
+                response = robot.session.call(*service_request(Ask[word.name]))
                 done, said = bool(response.success), str(response.message)
         except (CellwrightError, RunEndedError) as error:
             done, said = False, str(error)

@@ -39,7 +39,7 @@ def described_limits(environment: Mapping[str, str]) -> JointLimits:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"{PARAMETER}.urdf"
             path.write_text(text, encoding="utf-8")
-            robot = read_urdf(path, warn=_ignore)
+            robot = read_urdf(path, warn=lambda _line: None)
     except CellwrightError:  # a robot can be driven without
         return JointLimits()
     return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
@@ -150,7 +150,7 @@ class NodeConnection:
         if self._ros1 is not None:
             limits = described_limits(self._ros1.environment)
         elif called in bundled():
-            limits = JointLimits.of(load_robot(called, _ignore).robot)
+            limits = JointLimits.of(load_robot(called, lambda _line: None).robot)
         else:
             return JointLimits()
         return limits if set(limits.joints) <= set(robot.joints) else JointLimits()
@@ -170,7 +170,3 @@ def warn_of_unknown(limits: JointLimits) -> None:
     """Say that nothing was checked against limits, where none are known."""
     if not limits.joints:
         output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
-
-
-def _ignore(_line: object) -> None:
-    pass

@@ -170,18 +170,14 @@ def _kit_mark(kit: Mapping[str, Any], y: float, end: float) -> str:
 def _axis(end: float, y: float) -> str:
     step = next((each for each in _STEPS if end / each <= 10), math.ceil(end / 10))
     lines = []
-    for time in _ticks(end, step):
+    for number in range(int(end / step) + 1):
+        time = round(number * step, 3)
         x = _x(time, end)
         lines.append(
             f'<line class="rule" x1="{x:.1f}" y1="0" x2="{x:.1f}" y2="{y + 4}"/>'
             f'<text class="tick" x="{x:.1f}" y="{y + 18}" text-anchor="middle">{time:g} s</text>'
         )
     return "".join(lines)
-
-
-def _ticks(end: float, step: float) -> Iterator[float]:
-    for number in range(int(end / step) + 1):
-        yield round(number * step, 3)
 
 
 def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
