@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from io import StringIO
+from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -52,3 +53,26 @@ def test_the_pace_has_its_unit() -> None:
     stood = Pace(0.5, 0.0123, 2.04)
     assert output.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
     assert output.pace_text(Pace(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
+
+
+def test_a_line_is_said_as_it_is() -> None:
+    out = StringIO()
+    output.say(Console(file=out, width=10), "[red] is no markup, and nothing is folded", "yellow")
+    assert out.getvalue() == "[red] is no markup, and nothing is folded\n"
+
+
+def test_a_table_has_its_columns_and_rows() -> None:
+    out = StringIO()
+    columns = {"name": output.FOLD, "figure": output.RIGHT, "more": output.WHOLE}
+    Console(file=out, width=40).print(output.table(columns, [("a", "1", "x y"), ("b", "22")]))
+    lines = [line.rstrip() for line in out.getvalue().splitlines()]
+    assert lines[0].split() == ["name", "figure", "more"]
+    assert [line.split() for line in lines[2:]] == [["a", "1", "x", "y"], ["b", "22"]]
+    assert lines[2].index("1") == lines[3].index("22") + 1
+
+
+def test_a_result_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    assert output.write_result(tmp_path / "a.txt", "done") == []
+    assert (tmp_path / "a.txt").read_text() == "done"
+    (problem,) = output.write_result(tmp_path / "none" / "a.txt", b"done")
+    assert problem == f"{tmp_path / 'none' / 'a.txt'}: cannot be written: No such file or directory"

@@ -11,18 +11,16 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-import typer
-
 from cellwright.cell.cell import Cell
 from cellwright.cli import options, output
-from cellwright.cli.options import refuse
+from cellwright.cli.declarations import argument, flag, option
+from cellwright.cli.options import in_range, refuse
 from cellwright.config.parsing.sources import sources_collected
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
-from cellwright.rendering.camera import VIEWS, Camera, camera_of
+from cellwright.rendering.camera import VIEWS, camera_of
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
 from cellwright.running.run import RecordOptions
-from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
@@ -31,84 +29,64 @@ if TYPE_CHECKING:
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings in the help, under which options are listed."""
 
-TRIAL = typer.Argument(
-    metavar="TRIAL",
-    help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, as by the "
+TRIAL = argument(
+    "TRIAL",
+    "A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, as by the "
     "original's launcher: `final01 kitter_sensors`.",
-    show_default=False,
 )
 
 Files = Annotated[list[str], TRIAL]
 
 Servo = Annotated[
     str | None,
-    typer.Option(
-        metavar="PROFILE",
-        help="Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
-        rich_help_panel=WORK,
+    option(
+        "PROFILE",
+        "Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
+        WORK,
     ),
 ]
 
-Seed = Annotated[
-    int | None, typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=WORK)
-]
+Seed = Annotated[int | None, option("N", "Root of all chance; the file's own, else 0.", WORK)]
 
 Vary = Annotated[
     bool,
-    typer.Option(
-        "--vary",
-        metavar="",
-        help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
-        rich_help_panel=WORK,
+    flag(
+        "--vary", "Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.", WORK
     ),
 ]
 
 Development = Annotated[
-    bool,
-    typer.Option(
-        "--development-mode",
-        "-d",
-        metavar="",
-        help="Allow what a competition refuses, such as setting the belt's power.",
-        rich_help_panel=WORK,
-    ),
+    bool, flag("--development-mode -d", "Allow what a competition refuses, such as setting the belt's power.", WORK)
 ]
 
-Until = Annotated[
-    float | None, typer.Option(metavar="T", help="Stop at this simulation time [s].", rich_help_panel=END)
-]
+Until = Annotated[float | None, option("T", "Stop at this simulation time [s].", END)]
 
 Record = Annotated[
     list[Path] | None,
-    typer.Option(
-        metavar="FILE.mcap",
-        help="Record everything to this file, to be replayed and looked at; FILE.bag for the tools of ROS 1; "
-        "repeatable.",
-        rich_help_panel=OUTPUT,
+    option(
+        "FILE.mcap",
+        "Record everything to this file, to be replayed and looked at; FILE.bag for the tools of ROS 1; repeatable.",
+        OUTPUT,
     ),
 ]
 
-Recorded = Annotated[
-    Path, typer.Argument(metavar="FILE.mcap", help="What `--record` wrote, whole or cut short.", show_default=False)
-]
+Recorded = Annotated[Path, argument("FILE.mcap", "What `--record` wrote, whole or cut short.")]
 
-Host = Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=REACH)]
+Host = Annotated[str, option("HOST", "Address to listen at.", REACH)]
 
 Port = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
-        help="Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.",
-        rich_help_panel=REACH,
+    option(
+        "N", "Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.", REACH
     ),
 ]
 
 Log = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE.jsonl",
-        help="Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
-        rich_help_panel=OUTPUT,
+    option(
+        "FILE.jsonl",
+        "Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
+        OUTPUT,
     ),
 ]
 
@@ -116,34 +94,24 @@ Log = Annotated[
 LOOK = "Looking on"
 """Heading in the help."""
 
-View = Annotated[
-    bool,
-    typer.Option(
-        "--view",
-        metavar="",
-        help="Show it on a page, in a browser; the page's address is printed.",
-        rich_help_panel=LOOK,
-    ),
-]
+View = Annotated[bool, flag("--view", "Show it on a page, in a browser; the page's address is printed.", LOOK)]
 ViewHost = Annotated[
     str | None,
-    typer.Option(
-        metavar="HOST",
-        help=f"Address at which the page is; {LOOPBACK} when left out. Any other needs the token that is printed.",
-        rich_help_panel=LOOK,
+    option(
+        "HOST",
+        f"Address at which the page is; {LOOPBACK} when left out. Any other needs the token that is printed.",
+        LOOK,
     ),
 ]
 ViewPort = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
-        help=f"Port of the page: {DEFAULT_PORT} when left out, and one of the next where it is in use. 0: a free one.",
-        rich_help_panel=LOOK,
+    option(
+        "N",
+        f"Port of the page: {DEFAULT_PORT} when left out, and one of the next where it is in use. 0: a free one.",
+        LOOK,
     ),
 ]
-OpenPage = Annotated[
-    bool, typer.Option("--open", metavar="", help="Open the page in this desktop's browser.", rich_help_panel=LOOK)
-]
+OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's browser.", LOOK)]
 
 
 @dataclass(frozen=True)
@@ -175,8 +143,7 @@ def page_options(*, view: bool, host: str | None, port: int | None, opens: bool)
             refuse(f"{given[0]}: there is no page; say --view as well")
         return None
     host, port = LOOPBACK if host is None else host, DEFAULT_PORT if port is None else port
-    if not 0 <= port <= 65535:
-        refuse(f"--view-port {port}: give a port from 0 to 65535")
+    in_range("--view-port", port, 0, 65535, "a port from 0 to 65535")
     return PageOptions(host, port, "" if _is_local(host) else secrets.token_urlsafe(16), opens)
 
 
@@ -211,47 +178,32 @@ VIDEO = "Video"
 
 VideoFile = Annotated[
     Path | None,
-    typer.Option(
-        "--video",
-        metavar="FILE.mp4",
-        help="Write a video of it, 25 pictures a simulated second; one that is killed leaves it playable.",
-        rich_help_panel=VIDEO,
+    option(
+        "FILE.mp4",
+        "Write a video of it, 25 pictures a simulated second; one that is killed leaves it playable.",
+        VIDEO,
+        name="--video",
     ),
 ]
 
 VideoCamera = Annotated[
     str | None,
-    typer.Option(
-        "--video-camera",
-        metavar="VIEW",
-        help="Where it is taken from: a view as for pictures, or `x,y,z:x,y,z`, place and target in m.",
-        rich_help_panel=VIDEO,
+    option(
+        "VIEW",
+        "Where it is taken from: a view as for pictures, or `x,y,z:x,y,z`, place and target in m.",
+        VIDEO,
+        name="--video-camera",
     ),
 ]
 
 VideoSpeed = Annotated[
     float,
-    typer.Option(
-        "--video-speed",
-        metavar="FACTOR",
-        help="Simulated seconds a second of video: 10 makes 10 minutes one.",
-        rich_help_panel=VIDEO,
-    ),
+    option("FACTOR", "Simulated seconds a second of video: 10 makes 10 minutes one.", VIDEO, name="--video-speed"),
 ]
 
-VideoSize = Annotated[
-    str, typer.Option("--video-size", metavar="WxH", help="In pixels, such as 1920x1080.", rich_help_panel=VIDEO)
-]
+VideoSize = Annotated[str, option("WxH", "In pixels, such as 1920x1080.", VIDEO, name="--video-size")]
 
-VideoFine = Annotated[
-    bool,
-    typer.Option(
-        "--video-fine",
-        metavar="",
-        help="Smoother edges; without a GPU that takes half as long again.",
-        rich_help_panel=VIDEO,
-    ),
-]
+VideoFine = Annotated[bool, flag("--video-fine", "Smoother edges; without a GPU that takes half as long again.", VIDEO)]
 
 DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
@@ -263,11 +215,10 @@ def video_options(file: Path | None, view: str | None, speed: float, size: str, 
         UsageError: something that cannot be, or that goes with --video and stands without it.
     """
     checked = options.output_file("--video", file, ".mp4")
-    camera = None if view is None else _video_camera(view)
-    try:
+    with options.errors_of("--video-camera"):
+        camera = None if view is None else camera_of(view)
+    with options.errors_of("--video-speed:"):
         period_of(speed)
-    except UsageError as error:
-        options.refuse(f"--video-speed: {error}")
     width, height = _video_size(size)
     if checked is None:
         if view is not None or speed != 1.0 or size != DEFAULT_VIDEO_SIZE or fine:
@@ -316,24 +267,13 @@ def video_sentence(told: Made) -> str:
     return f"{told['file']}, {told['length']:.1f} s"
 
 
-def _video_camera(text: str) -> Camera:
-    try:
-        return camera_of(text)
-    except UnknownNameError as error:
-        options.refuse(f"--video-camera: {error.sentence()}")
-    except UsageError as error:
-        options.refuse(f"--video-camera {error}")
-
-
 def _video_size(text: str) -> tuple[int, int]:
     width, _, height = text.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal() and len(text) < 20):
         options.refuse(f"--video-size {text}: give width and height in pixels, such as {DEFAULT_VIDEO_SIZE}")
     size = int(width), int(height)
-    try:
+    with options.errors_of(f"--video-size {text}:"):
         check_video_size(*size)
-    except UsageError as error:
-        options.refuse(f"--video-size {text}: {error}")
     return size
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import typer
-from rich import box
 from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
@@ -18,7 +17,10 @@ from rich.text import Text
 from cellwright.cell.kitting.reach import reach
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT, WORK, Vary
+from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.options import N
+from cellwright.cli.output import FOLD, RIGHT, note, say, table, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
@@ -38,8 +40,6 @@ from cellwright.running.evaluation.summary import (
     summary_document,
     worst_first,
 )
-from cellwright.util.errors import UsageError
-from cellwright.util.files import write_whole
 
 _MOST_TOLD = 10
 
@@ -51,30 +51,22 @@ def show_summary(console: Console, results: Sequence[Result], threshold: Thresho
     short = [(result, shortcoming(result, threshold)) for result in worst_first(results)]
     short = [(result, why) for result, why in short if why]
     for result, why in short[:_MOST_TOLD]:
-        console.print(f"  {result.name}: {why}", markup=False, soft_wrap=True)
+        say(console, f"  {result.name}: {why}")
     if len(short) > _MOST_TOLD:
         console.print(f"  and {len(short) - _MOST_TOLD} more")
-    lines = [
-        ("passed", f"{len(results) - len(short)} of {len(results)} runs"),
-        ("speed", f"{real_time_factor(results):.1f} x real time in each process"),
-    ]
-    for name, text in lines:
-        console.print(f"{name:<10}  {text}", markup=False)
+    note(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
+    note(console, "speed", f"{real_time_factor(results):.1f} x real time in each process")
 
 
 def summary_table(results: Sequence[Result]) -> Table:
     """A row for each trial."""
-    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    found.add_column("trial", overflow="fold")
-    for heading in ("runs", "mean", "min", "max", "reach", "share"):
-        found.add_column(heading, justify="right", no_wrap=True)
-    found.add_column("outcomes")
+    figures = dict.fromkeys(("runs", "mean", "min", "max", "reach", "share"), RIGHT)
+    rows = []
     for each in summarize(results):
         outcomes = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in each.outcomes.items())
-        numbers = (each.mean, each.least, each.most, each.reachable)
-        cells = [f"{number:.4g}" for number in numbers]
-        found.add_row(each.trial, str(each.runs), *cells, f"{each.share:.0%}", outcomes)
-    return found
+        points = [f"{number:.4g}" for number in (each.mean, each.least, each.most, each.reachable)]
+        rows.append([each.trial, str(each.runs), *points, f"{each.share:.0%}", outcomes])
+    return table({"trial": FOLD, **figures, "outcomes": {}}, rows)
 
 
 _REFRESH = 4.0  # [1/s]
@@ -104,9 +96,10 @@ class EvalProgress:
         """Say what there is to do, and what of it is done."""
         self._results = list(known)
         count = len(self._jobs)
-        self._line(f"{count} {'run' if count == 1 else 'runs'}, agent {self._jobs[0].agent}, results in {folder}")
+        runs = "run" if count == 1 else "runs"
+        say(self._console, f"{count} {runs}, agent {self._jobs[0].agent}, results in {folder}")
         if known:
-            self._line(f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before")
+            say(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before")
 
     def take(self, result: Result) -> None:
         """A new result."""
@@ -115,35 +108,23 @@ class EvalProgress:
         outcome = result.outcome.replace("_", " ")
         text = f"{done} {result.name}: {result.points:g} of {result.reachable:g} points, {outcome}"
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
-        self._line(text + tail, None if result.is_done else "yellow")
+        say(self._console, text + tail, None if result.is_done else "yellow")
 
     def show_running(self, running: Sequence[Running]) -> None:
         """What is being worked at this moment."""
         self._running = running
-
-    def _line(self, text: str, style: str | None = None) -> None:
-        self._console.print(text, markup=False, soft_wrap=True, style=style)
 
     def _table(self) -> Group:
         # what moves stands above: where there are more trials than lines, the end of the table is not seen
         return Group(Text(), self._runs(), Text(), self._trials())
 
     def _trials(self) -> Table:
-        found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-        found.add_column("trial")
-        for heading in ("done", "mean", "min", "share", "lost"):
-            found.add_column(heading, justify="right")
-        summaries = {each.trial: each for each in summarize(self._results)}
-        lost_of = Counter(result.trial for result in self._results if result.is_lost)
-        for trial, count in self._counts.items():
-            summary = summaries.get(trial)
-            if summary is None:
-                found.add_row(trial, f"0/{count}", "", "", "", "")
-                continue
-            lost = lost_of[trial]
-            numbers = [f"{summary.mean:.4g}", f"{summary.least:.4g}", f"{summary.share:.0%}", str(lost or "")]
-            found.add_row(trial, f"{summary.runs}/{count}", *numbers)
-        return found
+        rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
+        lost = Counter(result.trial for result in self._results if result.is_lost)
+        for each in summarize(self._results):
+            figures = [f"{each.mean:.4g}", f"{each.least:.4g}", f"{each.share:.0%}", str(lost[each.trial] or "")]
+            rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
+        return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
 
     def _runs(self) -> Table:
         found = Table(box=None, show_header=False, pad_edge=False)
@@ -167,65 +148,37 @@ _LIMITS = "Limits of each run"
 def evaluate(
     trials: Annotated[
         list[str],
-        typer.Argument(
-            metavar="TRIAL",
-            help="Trials that come with Cellwright, such as `lesson`, and YAML files; each is a trial of its own.",
-            show_default=False,
+        argument(
+            "TRIAL", "Trials that come with Cellwright, such as `lesson`, and YAML files; each is a trial of its own."
         ),
     ],
     agent: Annotated[
-        str,
-        typer.Option(
-            metavar="AGENT",
-            help="What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.",
-            rich_help_panel=WORK,
-        ),
+        str, option("AGENT", "What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.", WORK)
     ] = "kitter",
     joined: Annotated[
         list[str] | None,
-        typer.Option(
-            "--with",
-            metavar="FILE",
-            help="A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
+        option(
+            "FILE",
+            "A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
             f"Without it a trial that has no arm gets `{ARM_AND_SENSORS}`.",
-            rich_help_panel=WORK,
+            WORK,
+            name="--with",
         ),
     ] = None,
-    seeds: Annotated[
-        int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=WORK)
-    ] = 1,
+    seeds: Annotated[int, option("N", "Each trial runs with the seeds 1 to N.", WORK)] = 1,
     vary: Vary = False,
-    jobs: Annotated[
-        int | None,
-        typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=WORK),
-    ] = None,
-    time_limit: Annotated[
-        float, typer.Option(metavar="T", help="Time on the wall clock [s].", rich_help_panel=_LIMITS)
-    ] = 600.0,
-    memory_limit: Annotated[float, typer.Option(metavar="M", help="Memory [MiB].", rich_help_panel=_LIMITS)] = 2048.0,
+    jobs: Annotated[int | None, option("J", "Runs at a time; as many as processors when left out.", WORK)] = None,
+    time_limit: Annotated[float, option("T", "Time on the wall clock [s].", _LIMITS)] = 600.0,
+    memory_limit: Annotated[float, option("M", "Memory [MiB].", _LIMITS)] = 2048.0,
     min_score: Annotated[
         str | None,
-        typer.Option(
-            metavar="SCORE",
-            help="Exit with status 1 when a run is below: points, or `75%` of what is within reach.",
-            rich_help_panel=OUTPUT,
-        ),
+        option("SCORE", "Exit with status 1 when a run is below: points, or `75%` of what is within reach.", OUTPUT),
     ] = None,
-    out: Annotated[
-        Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=OUTPUT)
-    ] = Path("evaluation"),
+    out: Annotated[Path, option("FOLDER", "Where results, logs and reports go.", OUTPUT)] = Path("evaluation"),
     record: Annotated[
-        bool,
-        typer.Option(
-            "--record",
-            metavar="",
-            help="Record each run that has no result yet, to FOLDER/recordings.",
-            rich_help_panel=OUTPUT,
-        ),
+        bool, flag("--record", "Record each run that has no result yet, to FOLDER/recordings.", OUTPUT)
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT)
-    ] = False,
+    as_json: Annotated[bool, flag("--json", "Print the summary as JSON on stdout.", OUTPUT)] = False,
 ) -> None:
     """Judge a program in many runs, each in a process of its own.
 
@@ -240,13 +193,14 @@ def evaluate(
 
     Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
     """
-    least = None if min_score is None else _threshold(min_score)
+    with options.errors_of("--min-score"):
+        least = None if min_score is None else Threshold.read(min_score)
     limits = Limits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
-    numbers = range(1, int(_within("--seeds", seeds, 1, _MOST_SEEDS)) + 1)
-    workers = int(_within("--jobs", usable_processors() if jobs is None else jobs, 1, _MOST_JOBS))
+    numbers = range(1, _within("--seeds", seeds, 1, _MOST_SEEDS) + 1)
+    workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MOST_JOBS)
     try:
         wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
     except OSError as error:
@@ -261,34 +215,20 @@ def evaluate(
     with store:
         results, failures = _work(wanted, store, limits, workers, console, records=record)
     left = len(wanted) - len(results)
-    short = [shortcoming(result, least) for result in results]
-    status = NOT_DONE if left or failures or any(short) else DONE
-    told = len(failures)
-    failures += _write(out / "junit.xml", junit(results, least))
-    failures += _write(out / "report.html", report(results, least))
-    if len(failures) > told:
-        status = NOT_DONE
+    failures += write_result(out / "junit.xml", junit(results, least))
+    failures += write_result(out / "report.html", report(results, least))
+    status = NOT_DONE if left or failures or any(shortcoming(result, least) for result in results) else DONE
     document = json.dumps(summary_document(results, least, status), indent=2)
-    failures += _write(out / "summary.json", document + "\n")
+    failures += write_result(out / "summary.json", document + "\n")
     show_summary(console, results, least)
     if left:
         console.print(f"interrupted: {left} runs are left; the same command goes on with them")
-    console.print(f"report      {out / 'report.html'}", markup=False, soft_wrap=True)
+    note(console, "report", str(out / "report.html"))
     for failure in failures:
-        status = NOT_DONE
         typer.echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
-    raise typer.Exit(status)
-
-
-def _write(file: Path, content: str | bytes) -> list[str]:
-    """Write a file that is made of the results; what went wrong, if something did."""
-    try:
-        write_whole(file, content)
-    except OSError as error:  # the results are told all the same
-        return [f"{file}: cannot be written: {error.strerror or error}"]
-    return []
+    raise typer.Exit(NOT_DONE if failures else status)
 
 
 def _work(
@@ -344,14 +284,5 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
     ]
 
 
-def _threshold(text: str) -> Threshold:
-    try:
-        return Threshold.read(text)
-    except UsageError as error:
-        options.refuse(f"--min-score {error}")
-
-
-def _within(option: str, value: float, least: float, most: float) -> float:
-    if not least <= value <= most:
-        options.refuse(f"{option} {value:g}: give a number from {least:g} to {most:g}")
-    return value
+def _within(option: str, value: N, least: float, most: float) -> N:
+    return options.in_range(option, value, least, most, f"a number from {least:g} to {most:g}")

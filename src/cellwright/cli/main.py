@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, MutableMapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
@@ -68,24 +68,18 @@ class CommandsOnDemand(TyperGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        self.commands = _OnDemand()
+        self.commands = cast("Any", _OnDemand())
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
         """Their names; none of them is loaded."""
-        return [*self.commands]
+        return [*COMMANDS]
 
 
-class _OnDemand(MutableMapping[str, Any]):
-    """Loads what is looked up. It is complete as it is, though the group's type is of one that grows."""
+class _OnDemand(Mapping[str, Any]):
+    """Loads what is looked up. It takes no other command, though the group's type is of one that grows."""
 
     def __getitem__(self, name: str) -> Any:
         return _loaded(name, COMMANDS[name])
-
-    def __setitem__(self, name: str, command: Any) -> None:
-        raise TypeError(f"{name}: commands stand in COMMANDS")
-
-    def __delitem__(self, name: str) -> None:
-        raise TypeError(f"{name}: commands stand in COMMANDS")
 
     def __iter__(self) -> Iterator[str]:
         return iter(COMMANDS)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import os
 import stat
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
-from typing import NoReturn, get_args
+from typing import NoReturn, TypeVar, get_args
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
@@ -30,6 +32,13 @@ LEAST_RATE, MOST_RATE = 100, 10_000
 LARGEST_SEED = 2**63 - 1
 """As in a trial's file."""
 
+ABOVE_0, FINITE = math.ulp(0.0), sys.float_info.max
+"""Bounds of `in_range`: the smallest number above 0, and the largest that is finite."""
+
+N = TypeVar("N", float, int, Fraction, float | None, int | None)
+P = TypeVar("P", Path, Path | None)
+S = TypeVar("S", bound=str)
+
 
 def refuse(message: str) -> NoReturn:
     """Say why the input cannot be used, and stop.
@@ -38,6 +47,49 @@ def refuse(message: str) -> NoReturn:
         UsageError: always.
     """
     raise UsageError(message)
+
+
+@contextmanager
+def errors_of(option: str) -> Iterator[None]:
+    """Have errors in the input say from which option they come.
+
+    Args:
+        option: what the message begins with, such as `--camera`.
+
+    Raises:
+        UsageError: in place of the error inside.
+    """
+    try:
+        yield
+    except UnknownNameError as error:
+        refuse(f"{option}: {error.sentence()}")
+    except UsageError as error:
+        refuse(f"{option} {error}")
+
+
+def one_of(option: str, kind: str, name: str, known: Sequence[S]) -> S:
+    """The known name that this is; `kind` says in the error what the name stands for."""
+    for each in known:
+        if each == name:
+            return each
+    refuse(f"{option}: {UnknownNameError(kind, name, known).sentence()}")
+
+
+def in_range(option: str, value: N, low: float, high: float, remedy: str, text: str | None = None) -> N:
+    """A number within bounds, which are both allowed; None for None.
+
+    Args:
+        option: where it comes from.
+        value: the number.
+        low: the least.
+        high: the greatest.
+        remedy: what to give instead, for the error.
+        text: the number as it was given, where it was given as text.
+    """
+    if value is not None and not low <= value <= high:
+        shown = text if text is not None else value if isinstance(value, int) else f"{value:g}"
+        refuse(f"{option} {shown}: give {remedy}")
+    return value
 
 
 def paths(files: Sequence[str]) -> list[Path]:
@@ -105,10 +157,10 @@ def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
     return Fraction(str(when)), path
 
 
-def output_file(option: str, path: Path | None, suffix: str) -> Path | None:
-    """A file that can be written, its name ending as it should."""
+def output_file(option: str, path: P, suffix: str) -> P:
+    """A file that can be written, its name ending as it should; None for None."""
     if path is None:
-        return None
+        return path
     if path.suffix.lower() != suffix:
         refuse(f"{option} {path}: give a file whose name ends in {suffix}")
     _check_file(f"{option} {path}", path)
@@ -149,10 +201,7 @@ def speed(text: str, name: str = "--speed") -> float | None:
     """Simulated seconds a second; None for `max`."""
     if text == "max":
         return None
-    value = _number(text)
-    if not 0.0 < value < math.inf:
-        refuse(f"{name} {text}: give a factor above 0, such as 1 for real time, or max")
-    return value
+    return in_range(name, _number(text), ABOVE_0, FINITE, "a factor above 0, such as 1 for real time, or max", text)
 
 
 def physics_rate(text: str) -> Fraction:
@@ -161,39 +210,30 @@ def physics_rate(text: str) -> Fraction:
         value = Fraction(text)
     except (ValueError, ZeroDivisionError):
         value = Fraction(0)
-    if not LEAST_RATE <= value <= MOST_RATE:
-        refuse(f"--rate {text}: give a number of steps a second from {LEAST_RATE} to {MOST_RATE}, such as 240")
-    return value
+    remedy = f"a number of steps a second from {LEAST_RATE} to {MOST_RATE}, such as 240"
+    return in_range("--rate", value, LEAST_RATE, MOST_RATE, remedy, text)
 
 
 def joint_speed(text: str) -> tuple[str, float]:
     """A pattern of joint names and a speed [rad/s; m/s], from `PATTERN=SPEED`; a speed alone is for all joints."""
     pattern, _, value = text.rpartition("=")
-    found = _number(value)
-    if not 0.0 < found < math.inf:
-        refuse(f"--max-speed {text}: give a speed above 0, such as 1.5, or J_arm_*=1.5 for some joints")
-    return pattern or "*", found
+    remedy = "a speed above 0, such as 1.5, or J_arm_*=1.5 for some joints"
+    return pattern or "*", in_range("--max-speed", _number(value), ABOVE_0, FINITE, remedy, text)
 
 
 def seed(value: int | None) -> int | None:
     """A root of chance."""
-    if value is not None and not 0 <= value <= LARGEST_SEED:
-        refuse(f"--seed {value}: give a whole number from 0 to 2**63 - 1")
-    return value
+    return in_range("--seed", value, 0, LARGEST_SEED, "a whole number from 0 to 2**63 - 1")
 
 
 def until(value: float | None) -> float | None:
     """A time to stop at [s]."""
-    if value is not None and not 0.0 < value <= LATEST:
-        refuse(f"--until {value:g}: give a time above 0 s and up to {LATEST:g} s")
-    return value
+    return in_range("--until", value, ABOVE_0, LATEST, f"a time above 0 s and up to {LATEST:g} s")
 
 
 def min_score(value: float | None) -> float | None:
     """A score that is to be reached."""
-    if value is not None and not math.isfinite(value):
-        refuse(f"--min-score {value}: give a number")
-    return value
+    return in_range("--min-score", value, -FINITE, FINITE, "a number")
 
 
 def averages(text: str | None, trial: Trial) -> Averages | None:
@@ -206,47 +246,32 @@ def averages(text: str | None, trial: Trial) -> Averages | None:
         return None
     cost, *times = map(_number, text.split(","))
     given = Averages(cost, tuple(times))
-    try:
+    with errors_of(f"--averages {text}:"):
         trial_score(trial.sensors, [OrderScore(order.order_id) for order in trial.orders], given)
-    except UsageError as error:
-        refuse(f"--averages {text}: {error}")
     return given
 
 
 def address(option: str, text: str) -> tuple[str, int]:
     """Host and port from `HOST:PORT`."""
-    try:
+    with errors_of(option):
         return parse_address(text)
-    except UsageError as error:
-        refuse(f"{option} {error}")
 
 
 def servo(name: str | None) -> ServoProfile | None:
     """The servo profile of this name; None for None."""
-    for profile in get_args(ServoProfile):
-        if profile == name:
-            found: ServoProfile = profile
-            return found
-    if name is not None:
-        refuse(f"--servo: {UnknownNameError('servo profile', name, get_args(ServoProfile)).sentence()}")
-    return None
+    profiles: tuple[ServoProfile, ...] = get_args(ServoProfile)
+    return None if name is None else one_of("--servo", "servo profile", name, profiles)
 
 
 def camera(name: str) -> Camera:
     """The camera of a named view, or of numbers."""
-    try:
+    with errors_of("--camera"):
         return camera_of(name)
-    except UnknownNameError as error:
-        refuse(f"--camera: {error.sentence()}")
-    except UsageError as error:
-        refuse(f"--camera {error}")
 
 
 def topics(names: Sequence[str], cell: Cell) -> None:
     """Refuse names of topics that the cell does not have; `all` stands for all of them."""
     for name in names:
-        try:
-            if name != "all":
+        if name != "all":
+            with errors_of("--listen"):
                 cell.bus.topic(name)
-        except UnknownNameError as error:
-            refuse(f"--listen: {error.sentence()}")

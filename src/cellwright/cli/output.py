@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
-from rich.console import Console
+from rich import box
+from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+from rich.table import Table
 
 from cellwright.util.errors import showable
+from cellwright.util.files import write_whole
 
 if TYPE_CHECKING:
     from cellwright.middleware.server import Server
@@ -24,15 +28,51 @@ def warn(what: object) -> None:
     typer.echo(f"warning: {what}", err=True)
 
 
+def say(console: Console, text: str, style: str | None = None) -> None:
+    """Print a line as it is: no markup, and folded by the terminal alone."""
+    console.print(text, markup=False, soft_wrap=True, style=style)
+
+
 def note(console: Console, name: str, text: str) -> None:
     """Print a line of a summary; what is told in it may come from a file of somebody else."""
-    console.print(f"{name:<10}  {showable(text, _LONGEST)}", markup=False, soft_wrap=True)
+    say(console, f"{name:<10}  {showable(text, _LONGEST)}")
 
 
 def note_files(console: Console, name: str, files: Iterable[object]) -> None:
     """Print a line for each file of a kind that was written, such as `picture`."""
     for file in files:
         note(console, name, str(file))
+
+
+FOLD: Mapping[str, Any] = {"overflow": "fold"}
+RIGHT: Mapping[str, Any] = {"justify": "right", "no_wrap": True}
+WHOLE: Mapping[str, Any] = {"no_wrap": True}
+"""Columns of a table: names that may be broken, figures, words that stay in one piece."""
+
+
+def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[RenderableType]], **settings: Any) -> Table:
+    """A table with a line below its headings.
+
+    Args:
+        columns: the settings of each column, by its heading.
+        rows: their cells.
+        settings: of the table, beside or in place of the usual ones.
+    """
+    found = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
+    for heading, column in columns.items():
+        found.add_column(heading, **column)
+    for row in rows:
+        found.add_row(*row)
+    return found
+
+
+def write_result(file: Path, content: str | bytes) -> list[str]:
+    """Write a file that is made of results; what went wrong, if something did. The results are printed all the same."""
+    try:
+        write_whole(file, content)
+    except OSError as error:
+        return [f"{file}: cannot be written: {error.strerror or error}"]
+    return []
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

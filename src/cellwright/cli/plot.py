@@ -9,27 +9,19 @@ import typer
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import Recorded
+from cellwright.cli.declarations import option
 from cellwright.cli.main import DONE, NOT_DONE
-from cellwright.util.errors import UnknownNameError
 
 
 def plot(
     file: Recorded,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            metavar="FILE",
-            help="The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out.",
-        ),
+        option("FILE", "The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out."),
     ] = None,
     what: Annotated[
         str | None,
-        typer.Option(
-            "--what",
-            metavar="NAMES",
-            help="Parts of it, with commas: score, trays, joints, tool, commands; all when left out.",
-        ),
+        option("NAMES", "Parts of it, with commas: score, trays, joints, tool, commands; all when left out."),
     ] = None,
 ) -> None:
     """Draw what was recorded, over simulation time, on one page.
@@ -46,12 +38,13 @@ def plot(
 
     Exit status: 0 done; 1 the figure could not be written; 2 bad input.
     """
-    wanted = _wanted(what)
-    path = _figure_file(file, out)
     from cellwright.recording.format.reader import Recording
-    from cellwright.recording.plots.figure import draw_figure, write_figure
+    from cellwright.recording.plots.figure import PANELS, draw_figure, write_figure
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
+    names = PANELS if what is None else map(str.strip, what.split(","))
+    wanted = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
+    path = _figure_file(file, out)
     with Recording(file) as opened:
         told = load_plot_data(opened)
     if told.warning:
@@ -66,19 +59,6 @@ def plot(
     raise typer.Exit(DONE)
 
 
-def _wanted(what: str | None) -> tuple[str, ...]:
-    """Names of what is to be drawn."""
-    from cellwright.recording.plots.figure import PANELS
-
-    if what is None:
-        return PANELS
-    names = tuple(name.strip() for name in what.split(","))
-    for name in names:
-        if name not in PANELS:
-            options.refuse(f"--what: {UnknownNameError('part of a figure', name, PANELS).sentence()}")
-    return names
-
-
 def _figure_file(recording: Path, out: Path | None) -> Path:
     """The figure's file; beside nothing that is there under another name: in the folder in which one works."""
     from cellwright.recording.plots.figure import FIGURE_SUFFIXES
@@ -88,6 +68,4 @@ def _figure_file(recording: Path, out: Path | None) -> Path:
         options.refuse(
             f"--out {path}: give a file whose name ends in {', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
         )
-    found = options.output_file("--out", path, path.suffix.lower())
-    assert found is not None
-    return found
+    return options.output_file("--out", path, path.suffix.lower())

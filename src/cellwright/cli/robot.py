@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import output
+from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.config_keys import UNUSED
 from cellwright.config.robot.groups import groups_of, parent_index, robot_document
@@ -91,7 +92,7 @@ def show_robot(config: RobotConfig) -> None:
     console = _console()
     robot = config.robot
     counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
-    console.print(f"{config.name}: {counts}; root link {robot.root} (-1)", markup=False, soft_wrap=True)
+    output.say(console, f"{config.name}: {counts}; root link {robot.root} (-1)")
     console.print()
     whole = joint_table(config)
     needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
@@ -102,7 +103,7 @@ def show_robot(config: RobotConfig) -> None:
     if is_narrow:
         notes.insert(1, ("left out", f"effort and speed, for which a terminal needs {needed} columns, or `| cat`"))
     for name, text in notes:
-        console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
+        output.note(console, name, text)
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
@@ -112,19 +113,11 @@ def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
         config: the robot.
         is_narrow: whether to leave out what one asks for least, so that names stay in one piece.
     """
-    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
-    found.add_column("#", justify="right", no_wrap=True)
-    found.add_column("joint", overflow="fold")
-    found.add_column("type", no_wrap=True)
-    found.add_column("link", overflow="fold")
-    found.add_column("on", justify="right", no_wrap=True)
-    for heading in ("lower", "upper") if is_narrow else ("lower", "upper", "effort", "speed"):
-        found.add_column(heading, justify="right", no_wrap=True)
-    found.add_column("group", overflow="fold")
-    found.add_column("home", justify="right", no_wrap=True)
-    for index, joint in enumerate(config.robot.joints):
-        found.add_row(*_cells(config, index, joint, is_narrow=is_narrow))
-    return found
+    columns = {"#": RIGHT, "joint": FOLD, "type": WHOLE, "link": FOLD, "on": RIGHT, "lower": RIGHT, "upper": RIGHT}
+    columns |= {} if is_narrow else {"effort": RIGHT, "speed": RIGHT}
+    columns |= {"group": FOLD, "home": RIGHT}
+    rows = (_cells(config, index, joint, is_narrow=is_narrow) for index, joint in enumerate(config.robot.joints))
+    return table(columns, rows, padding=(0, 1, 0, 0), collapse_padding=True)
 
 
 def show_bundled(*, as_json: bool) -> None:
@@ -145,14 +138,12 @@ def show_bundled(*, as_json: bool) -> None:
         ]
         typer.echo(json.dumps({"robots": entries}, indent=2))
         return
-    rows = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    rows.add_column("robot", no_wrap=True)
-    for heading in ("joints", "driven", "arms", "grippers"):
-        rows.add_column(heading, justify="right")
+    rows: list[list[str | Text]] = []
     for name, config in found.items():
         counts = (len(config.robot.joints), len(config.robot.driven), len(config.arms), len(config.grippers))
-        rows.add_row(Text(name), *map(str, counts))
-    _print(_console(), rows)
+        rows.append([Text(name), *map(str, counts)])
+    columns = {"robot": WHOLE, **dict.fromkeys(("joints", "driven", "arms", "grippers"), RIGHT)}
+    _print(_console(), table(columns, rows))
 
 
 def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) -> list[str | Text]:
@@ -163,20 +154,10 @@ def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) ->
     home = config.home.get(joint.name)
     limits = joint.limits
     is_fixed = joint.type is JointType.FIXED
-    numbers = (
-        [limits.lower, limits.upper] if is_narrow else [limits.lower, limits.upper, limits.effort, limits.velocity]
-    )
+    numbers = [limits.lower, limits.upper, *([] if is_narrow else [limits.effort, limits.velocity])]
     figures = ["" if is_fixed else _figure(number) for number in numbers]
-    return [
-        str(index),
-        Text(joint.name),
-        str(joint.type),
-        Text(joint.child),
-        on,
-        *figures,
-        group,
-        "" if home is None else _figure(home),
-    ]
+    names: list[str | Text] = [str(index), Text(joint.name), str(joint.type), Text(joint.child), on]
+    return [*names, *figures, group, "" if home is None else _figure(home)]
 
 
 def _label(config: RobotConfig, key: str) -> str:
@@ -237,30 +218,26 @@ def _figure(number: float) -> str:
 def robot(
     name: Annotated[
         str | None,
-        typer.Argument(
-            metavar="ROBOT",
-            help="A robot that comes with Cellwright, a robot configuration (`vr_configs.yml`), a folder with one, or "
+        argument(
+            "ROBOT",
+            "A robot that comes with Cellwright, a robot configuration (`vr_configs.yml`), a folder with one, or "
             "a URDF or xacro file.",
-            show_default=False,
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print joints, groups and the poses of all links as JSON.")
-    ] = False,
+    as_json: Annotated[bool, flag("--json", "Print joints, groups and the poses of all links as JSON.")] = False,
     pose: Annotated[
         str | None,
-        typer.Option(
-            metavar="JSON",
-            help="With --json: the posture for the poses of the links, such as "
+        option(
+            "JSON",
+            "With --json: the posture for the poses of the links, such as "
             """`'{"elbow": 1.57}'`; joints that are left out stand at 0 [rad; m].""",
         ),
     ] = None,
     init: Annotated[
         Path | None,
-        typer.Option(
-            "--init",
-            metavar="FILE.yml",
-            help="Write the beginning of a robot configuration for a URDF: arms, grippers and head as names and joints "
+        option(
+            "FILE.yml",
+            "Write the beginning of a robot configuration for a URDF: arms, grippers and head as names and joints "
             "suggest, to be gone through.",
         ),
     ] = None,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 from contextlib import closing
 from enum import StrEnum
@@ -16,6 +15,7 @@ from rich.live import Live
 from rich.progress import BarColumn, Progress, TextColumn
 
 from cellwright.cli import options
+from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.operate.link import (
     NODE,
@@ -29,6 +29,7 @@ from cellwright.cli.operate.link import (
     warn_of_unknown,
 )
 from cellwright.cli.operate.signal import signal
+from cellwright.cli.output import say
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.clients.operators import playback
 from cellwright.clients.operators.keyboard import Jog, Keyboard
@@ -51,17 +52,9 @@ class Word(StrEnum):
     CLEAR_STOP = "clear-stop"
 
 
-_ASKS = {Word.HOME: Ask.HOME, Word.ENABLE: Ask.ENABLE, Word.DISABLE: Ask.DISABLE, Word.CLEAR_STOP: Ask.CLEAR_STOP}
-
-
 def call(
     word: Annotated[
-        Word,
-        typer.Argument(
-            metavar="WORD",
-            help="`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.",
-            show_default=False,
-        ),
+        Word, argument("WORD", "`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.")
     ],
     connect: Connect = None,
     ros1: OverRos1 = False,
@@ -84,7 +77,7 @@ def call(
                 done = robot.status is None or bool(robot.status.emergency_stop)
                 said = "stopped" if done else "sent, and the node does not say that it has stopped"
             else:
-                response = robot.session.call(*service_request(_ASKS[word]))
+                response = robot.session.call(*service_request(Ask[word.name]))
                 done, said = bool(response.success), str(response.message)
         except (CellwrightError, RunEndedError) as error:
             done, said = False, str(error)
@@ -135,7 +128,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
             ended = str(error)
     if ended:
         typer.echo(f"error: {ended}", err=True)
-    console.print(f"{there.sent} messages sent; the robot stays where it was told to go", markup=False)
+    say(console, f"{there.sent} messages sent; the robot stays where it was told to go")
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
@@ -147,25 +140,12 @@ APPLIED = "/io_teleop/applied_joint_cmd"
 
 
 def record(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="A file that ends in .csv or .jsonl.", show_default=False)
-    ],
+    file: Annotated[Path, argument("FILE", "A file that ends in .csv or .jsonl.")],
     duration: Annotated[
-        float | None,
-        typer.Option(
-            metavar="T",
-            help="How long [s], from the first message on; until Ctrl-C when left out.",
-            rich_help_panel=WHAT,
-        ),
+        float | None, option("T", "How long [s], from the first message on; until Ctrl-C when left out.", WHAT)
     ] = None,
     targets: Annotated[
-        bool,
-        typer.Option(
-            "--targets",
-            metavar="",
-            help="Write the targets that the node applies, instead of what is measured.",
-            rich_help_panel=WHAT,
-        ),
+        bool, flag("--targets", "Write the targets that the node applies, instead of what is measured.", WHAT)
     ] = False,
     connect: Connect = None,
     ros1: OverRos1 = False,
@@ -180,9 +160,8 @@ def record(
     Exit status: 0 recorded; 1 the node has ended, nothing was told, or the disk is full; 2 bad input.
     """
     suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
-    path = options.output_file("FILE", file, suffix) or file
-    if duration is not None and not 0.0 < duration <= options.LATEST:
-        options.refuse(f"--duration {duration:g}: give a time above 0 s")
+    path = options.output_file("FILE", file, suffix)
+    options.in_range("--duration", duration, options.ABOVE_0, options.LATEST, "a time above 0 s")
     link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
     failures: list[str] = []
     with link.robot() as robot:
@@ -201,7 +180,7 @@ def record(
         failures.append(f"nothing came on {APPLIED if targets else JOINT_STATES}")
     for failure in failures:
         typer.echo(f"error: {failure}", err=True)
-    console.print(f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}", markup=False, soft_wrap=True)
+    say(console, f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}")
     raise typer.Exit(NOT_DONE if failures else DONE)
 
 
@@ -210,43 +189,26 @@ class _StopRequestedError(Exception):
 
 
 def play(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE",
-            help="Targets: CSV, JSON lines, a ROS 1 bag, or the folder of a ROS 2 bag.",
-            show_default=False,
-        ),
-    ],
-    speed: Annotated[
-        float, typer.Option(metavar="FACTOR", help="Seconds of the file a second.", rich_help_panel=WHAT)
-    ] = 1.0,
+    file: Annotated[Path, argument("FILE", "Targets: CSV, JSON lines, a ROS 1 bag, or the folder of a ROS 2 bag.")],
+    speed: Annotated[float, option("FACTOR", "Seconds of the file a second.", WHAT)] = 1.0,
     approach: Annotated[
         float | None,
-        typer.Option(
-            metavar="T",
-            help="How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
-            rich_help_panel=WHAT,
+        option(
+            "T",
+            "How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
+            WHAT,
         ),
     ] = None,
-    loop: Annotated[
-        bool, typer.Option("--loop", metavar="", help="Begin again at the end, until Ctrl-C.", rich_help_panel=WHAT)
-    ] = False,
+    loop: Annotated[bool, flag("--loop", "Begin again at the end, until Ctrl-C.", WHAT)] = False,
     topic: Annotated[
         str | None,
-        typer.Option(
-            metavar="TOPIC",
-            help="Of a bag: take this topic's joint states as targets; all commands in it when left out.",
-            rich_help_panel=WHAT,
-        ),
+        option("TOPIC", "Of a bag: take this topic's joint states as targets; all commands in it when left out.", WHAT),
     ] = None,
     connect: Connect = None,
     ros1: OverRos1 = False,
     robot: Robot = None,
     node: Node = NODE,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print what was played as JSON.", rich_help_panel=RESULT)
-    ] = False,
+    as_json: Annotated[bool, flag("--json", "Print what was played as JSON.", RESULT)] = False,
 ) -> None:
     """Play a file of targets: move slowly to the first of them, then say each in its time.
 
@@ -264,10 +226,8 @@ def play(
     Exit status: 0 played, or stopped by Ctrl-C; 1 the robot did not come to the first targets, refused a command, or is
     gone; 2 bad input, and nothing was moved.
     """
-    if not 0.0 < speed < math.inf:
-        options.refuse(f"--speed {speed:g}: give a factor above 0")
-    if approach is not None and not 0.0 <= approach <= options.LATEST:
-        options.refuse(f"--approach {approach:g}: give a time from 0 s on")
+    options.in_range("--speed", speed, options.ABOVE_0, options.FINITE, "a factor above 0")
+    options.in_range("--approach", approach, 0.0, options.LATEST, "a time from 0 s on")
     targets = _read_any_targets(file, topic)
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
@@ -304,7 +264,7 @@ def play(
         typer.echo(json.dumps(document, indent=2))
     elif not failure:
         times = f"{rounds} times, " if loop else ""
-        console.print(f"{outcome}: {times}{there.sent} messages sent", markup=False, soft_wrap=True)
+        say(console, f"{outcome}: {times}{there.sent} messages sent")
     raise typer.Exit(status)
 
 

@@ -8,9 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from cellwright.cli import options, output
+from cellwright.cli.declarations import flag, option
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import Session
 from cellwright.clients.client.socket_transport import SocketTransport
@@ -40,14 +39,10 @@ def described_limits(environment: Mapping[str, str]) -> JointLimits:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"{PARAMETER}.urdf"
             path.write_text(text, encoding="utf-8")
-            robot = read_urdf(path, warn=_ignore_line)
+            robot = read_urdf(path, warn=lambda _line: None)
     except CellwrightError:  # a robot can be driven without
         return JointLimits()
     return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
-
-
-def _ignore_line(_line: str) -> None:
-    pass
 
 
 WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
@@ -58,31 +53,21 @@ NODE = "/operator"
 _WAIT = 5.0  # [s] for a node to appear in ROS
 
 Connect = Annotated[
-    str | None,
-    typer.Option(
-        metavar="HOST:PORT",
-        help=f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.",
-        rich_help_panel=WHERE,
-    ),
+    str | None, option("HOST:PORT", f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.", WHERE)
 ]
 
-OverRos1 = Annotated[
-    bool,
-    typer.Option(
-        "--ros1", metavar="", help="Over ROS 1, at the master that ROS_MASTER_URI names.", rich_help_panel=WHERE
-    ),
-]
+OverRos1 = Annotated[bool, flag("--ros1", "Over ROS 1, at the master that ROS_MASTER_URI names.", WHERE)]
 
-Node = Annotated[str, typer.Option(metavar="NAME", help="Name of the operator's node.", rich_help_panel=WHERE)]
+Node = Annotated[str, option("NAME", "Name of the operator's node.", WHERE)]
 
 
 Robot = Annotated[
     str | None,
-    typer.Option(
-        metavar="ROBOT",
-        help="The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
+    option(
+        "ROBOT",
+        "The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
         "of a robot that comes along, or what is at the master as `robot_description`.",
-        rich_help_panel=WHERE,
+        WHERE,
     ),
 ]
 
@@ -165,7 +150,7 @@ class NodeConnection:
         if self._ros1 is not None:
             limits = described_limits(self._ros1.environment)
         elif called in bundled():
-            limits = JointLimits.of(load_robot(called, _ignore).robot)
+            limits = JointLimits.of(load_robot(called, lambda _line: None).robot)
         else:
             return JointLimits()
         return limits if set(limits.joints) <= set(robot.joints) else JointLimits()
@@ -185,7 +170,3 @@ def warn_of_unknown(limits: JointLimits) -> None:
     """Say that nothing was checked against limits, where none are known."""
     if not limits.joints:
         output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
-
-
-def _ignore(_line: object) -> None:
-    pass

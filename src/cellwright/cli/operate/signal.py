@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import fnmatch
 import json
+import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from cellwright.cli import options
-from cellwright.cli import output as lines
+from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.operate.link import (
     NODE,
@@ -29,29 +29,26 @@ from cellwright.cli.operate.link import (
     Robot,
     warn_of_unknown,
 )
+from cellwright.cli.output import RIGHT, WHOLE, say, table, warn, write_result
 from cellwright.clients.operators.exercise import Exercise, Shape, StepResponse, Wave, check_signal, exercise
 from cellwright.clients.operators.plots import Curve, terminal_plot, tracking_svg
 from cellwright.clients.operators.robot import OperatedRobot
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
-from cellwright.util.files import write_whole
 
 _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 
 
 def figures_table(exercises: Sequence[Exercise]) -> Table:
     """The figures of all joints, a line each."""
-    found = Table(box=None, header_style="bold")
-    found.add_column("joint", no_wrap=True)
     has_steps = any(each.tracking.step for each in exercises)
-    names = ["RMS", "greatest", "delay"]
-    names += ["rise", "settled", "over", "rest"] if has_steps else []
-    for name in names:
-        found.add_column(name, justify="right", no_wrap=True)
+    headings = ["RMS", "greatest", "delay", *(["rise", "settled", "over", "rest"] if has_steps else [])]
+    rows = []
     for each in exercises:
         figures = each.tracking
         row = [each.trace.joint, f"{figures.rms:.4f}", f"{figures.worst:.4f}", _milliseconds(figures.delay)]
-        found.add_row(*row, *(_step(figures.step) if has_steps else []))
-    return found
+        rows.append([*row, *(_step(figures.step) if has_steps else [])])
+    columns = {"joint": WHOLE, **dict.fromkeys(headings, RIGHT)}
+    return table(columns, rows, box=None, header_style="bold", show_edge=True, pad_edge=True)
 
 
 def show_plot(console: Console, exercise: Exercise) -> None:
@@ -112,60 +109,39 @@ def _milliseconds(time: float | None) -> str:
 def signal(
     joints: Annotated[
         list[str],
-        typer.Argument(
-            metavar="JOINT",
-            help="Joints, one after another in this order; `J_arm_r_*` stands for all that match, the last of the "
+        argument(
+            "JOINT",
+            "Joints, one after another in this order; `J_arm_r_*` stands for all that match, the last of the "
             "robot first.",
-            show_default=False,
         ),
     ],
     wave: Annotated[
         Shape,
-        typer.Option(
-            metavar="SHAPE",
-            help="`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
-            rich_help_panel=WHAT,
+        option(
+            "SHAPE",
+            "`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
+            WHAT,
         ),
     ] = Shape.SINE,
-    amplitude: Annotated[
-        float, typer.Option(metavar="A", help="How far [rad; m]; below 0, downwards first.", rich_help_panel=WHAT)
-    ] = 0.1,
-    frequency: Annotated[float, typer.Option(metavar="F", help="Periods a second [Hz].", rich_help_panel=WHAT)] = 0.5,
-    duration: Annotated[
-        float, typer.Option(metavar="T", help="How long for each joint [s]; made whole periods.", rich_help_panel=WHAT)
-    ] = 4.0,
+    amplitude: Annotated[float, option("A", "How far [rad; m]; below 0, downwards first.", WHAT)] = 0.1,
+    frequency: Annotated[float, option("F", "Periods a second [Hz].", WHAT)] = 0.5,
+    duration: Annotated[float, option("T", "How long for each joint [s]; made whole periods.", WHAT)] = 4.0,
     connect: Connect = None,
     ros1: OverRos1 = False,
     robot: Robot = None,
     node: Node = NODE,
     max_error: Annotated[
         float | None,
-        typer.Option(
-            metavar="E",
-            help="Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.",
-            rich_help_panel=RESULT,
+        option(
+            "E", "Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.", RESULT
         ),
     ] = None,
     max_delay: Annotated[
-        float | None,
-        typer.Option(
-            metavar="MS", help="Exit status 1 if a joint comes later [ms], or does not follow.", rich_help_panel=RESULT
-        ),
+        float | None, option("MS", "Exit status 1 if a joint comes later [ms], or does not follow.", RESULT)
     ] = None,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", metavar="", help="Print the figures as JSON, and nothing else on stdout.", rich_help_panel=RESULT
-        ),
-    ] = False,
-    csv: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.csv", help="Write every measured position to this file.", rich_help_panel=RESULT),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.svg", help="Draw targets, positions and errors.", rich_help_panel=RESULT),
-    ] = None,
+    as_json: Annotated[bool, flag("--json", "Print the figures as JSON, and nothing else on stdout.", RESULT)] = False,
+    csv: Annotated[Path | None, option("FILE.csv", "Write every measured position to this file.", RESULT)] = None,
+    plot: Annotated[Path | None, option("FILE.svg", "Draw targets, positions and errors.", RESULT)] = None,
 ) -> None:
     """Give joints a test signal, and tell how well they follow it.
 
@@ -190,21 +166,24 @@ def signal(
     was moved.
     """
     wanted = Wave.lasting(wave, amplitude, frequency, duration)
-    for option, value in (("--max-error", max_error), ("--max-delay", max_delay)):
-        if value is not None and not value >= 0.0:
-            options.refuse(f"{option} {value:g}: give a number from 0 on")
-    files = (options.output_file("--csv", csv, ".csv"), options.output_file("--plot", plot, ".svg"))
+    options.in_range("--max-error", max_error, 0.0, math.inf, "a number from 0 on")
+    options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number from 0 on")
+    options.output_file("--csv", csv, ".csv")
+    options.output_file("--plot", plot, ".svg")
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as there:
         chosen = _chosen(there, joints)
         limits = link.limits(there)
         for warning in check_signal(there, chosen, wanted, limits):
-            lines.warn(warning)
+            warn(warning)
         warn_of_unknown(limits)
         found, failure = _exercise(there, chosen, wanted, console)
     failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
-    failures += _write(found, *files)
+    if csv is not None:
+        failures += write_result(csv, csv_text(found))
+    if plot is not None and found:
+        failures += write_result(plot, tracking_svg(found))
     status = NOT_DONE if failures else DONE
     if as_json:
         document: dict[str, Any] = {"joints": [figures_document(each) for each in found]}
@@ -236,19 +215,18 @@ def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: 
     found: list[Exercise] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=1.0, at="")
+
+        def show(part: float) -> None:
+            progress.update(task, completed=part)
+
         for number, joint in enumerate(joints, start=1):
-            task = progress.add_task(joint, total=1.0, at=f"{number} of {len(joints)}")
-            show = partial(_update, progress, task)
+            progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
             try:
                 found.append(exercise(robot, joint, wave, on_beat=show))
             except (CellwrightError, RunEndedError) as error:
                 return found, f"{joint}: {error}"
-            progress.remove_task(task)
     return found, ""
-
-
-def _update(progress: Progress, task: TaskID, part: float) -> None:
-    progress.update(task, completed=part)
 
 
 def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
@@ -264,26 +242,13 @@ def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: flo
     return lines
 
 
-def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> list[str]:
-    """Write the files that were asked for; what could not be written."""
-    failures = []
-    texts = [(csv, csv_text), (plot if found else None, tracking_svg)]
-    for path, text in texts:
-        try:
-            if path is not None:
-                write_whole(path, text(found))
-        except OSError as error:  # what was measured is told all the same
-            failures.append(f"{path}: cannot be written: {error.strerror or error}")
-    return failures
-
-
 def _show(console: Console, found: Sequence[Exercise]) -> None:
     for each in found:
-        console.print(f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}", markup=False)
+        say(console, f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}")
         show_plot(console, each)
         console.print()
     if found:
         console.print(figures_table(found))
     for each in found:
         if each.note:
-            console.print(f"{each.trace.joint}: {each.note}", markup=False, soft_wrap=True, style="yellow")
+            say(console, f"{each.trace.joint}: {each.note}", "yellow")

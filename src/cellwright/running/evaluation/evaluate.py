@@ -12,8 +12,15 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, Limits, WorkerProcess, memory_of_sessions
-from cellwright.running.evaluation.result import Lost, Result, ResultsFile, lost
+from cellwright.running.evaluation.process import (
+    MEBIBYTE,
+    MEMORY_IS_LIMITED,
+    JobOrder,
+    Limits,
+    WorkerProcess,
+    memory_of_sessions,
+)
+from cellwright.running.evaluation.result import Lost, Result, ResultsFile
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, showable
 
@@ -85,8 +92,7 @@ class Evaluation:
         Raises:
             OSError: there can be no such process, or no log of it.
         """
-        order = self._order(agent) | {"check": True}
-        worker = WorkerProcess(order, self._log("check.log"))
+        worker = WorkerProcess(self._order(agent), self._log("check.log"))
         try:
             worker.wait(_START + self._limits.wall)
         finally:
@@ -134,19 +140,20 @@ class Evaluation:
     # ---------------------------------------------------------------- inside
 
     def _begin(self, job: Job) -> None:
-        worker = WorkerProcess(self._order_for(job), self._log(job.log_name), self._wakes)
-        self._running[worker] = job
+        log = self._log(job.log_name)
+        record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else ""
+        order = replace(
+            self._order(job.agent),
+            files=[str(file) for file in job.trial.files],
+            seed=job.seed,
+            vary=job.vary,
+            run_log=str(log.with_suffix(".jsonl")),
+            record=record,
+        )
+        self._running[WorkerProcess(order, log, self._wakes)] = job
 
-    def _order(self, agent: str) -> dict[str, Any]:
-        memory = self._limits.memory if MEMORY_IS_LIMITED else 0
-        return {"agent": agent, "check": False, "wall": self._limits.wall, "memory": memory}
-
-    def _order_for(self, job: Job) -> dict[str, Any]:
-        files = [str(file) for file in job.trial.files]
-        run_log = str(self._log(job.log_name).with_suffix(".jsonl"))
-        record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else None
-        about = {"files": files, "seed": job.seed, "vary": job.vary, "run_log": run_log, "record": record}
-        return self._order(job.agent) | about
+    def _order(self, agent: str) -> JobOrder:
+        return JobOrder(agent, self._limits.wall, self._limits.memory if MEMORY_IS_LIMITED else 0)
 
     def _log(self, name: str) -> Path:
         return self._beside(LOGS, name)
@@ -172,7 +179,8 @@ class Evaluation:
             if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _HASTE:
                 broken = Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"
             kind, why = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
-            result = lost(job, kind, why, self._limits, wall=far.wall, simulated=far.simulated)
+            figures = {"points": 0.0, "wall": far.wall, "simulated": far.simulated}
+            result = Result.of(job, self._limits, outcome=kind.value, reason=why, **figures)
         if not result.is_done:
             result = replace(result, log=worker.last_lines())
         try:
@@ -184,19 +192,7 @@ class Evaluation:
         content = dict(told)
         error = content.pop("error").strip()
         last = showable(error.splitlines()[-1], _LONGEST_REASON) if error else ""
-        result = Result(
-            key=job.key,
-            trial=job.trial.name,
-            agent=job.agent,
-            seed=job.seed,
-            vary=job.vary,
-            reachable=job.trial.reachable,
-            best=job.trial.best,
-            limits=asdict(self._limits),
-            reason=last,
-            command=job.command,
-            **content,
-        )
+        result = Result.of(job, self._limits, reason=last, **content)
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
             return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")
         if not last and not result.is_done:

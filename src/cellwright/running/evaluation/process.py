@@ -10,9 +10,9 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -89,23 +89,48 @@ _TAIL = 30  # lines of a log that are told
 _TAIL_BYTES = 16384
 
 
+@dataclass(frozen=True, slots=True)
+class JobOrder:
+    """What a worker process has to do; it reaches the process as JSON.
+
+    Attributes:
+        agent: who works the cell, as for `find_agent`.
+        wall: time that it may take on the wall clock [s].
+        memory: memory that it may have [bytes]; 0: not limited.
+        files: those of the trial; none: the agent is only made, and nothing is run.
+        seed: root of all chance.
+        vary: whether the cell is varied, by the seed.
+        run_log: file for what happens.
+        record: file for a recording; empty for none.
+    """
+
+    agent: str
+    wall: float
+    memory: int
+    files: Sequence[str] = ()
+    seed: int = 0
+    vary: bool = False
+    run_log: str = ""
+    record: str = ""
+
+
 class WorkerProcess:
     """A process of `cellwright.running.evaluation.worker`.
 
     Args:
-        order: what it is told to do.
+        order: what it has to do.
         log: file that takes what it prints.
         wakes: takes this object whenever there is something new to look at.
     """
 
-    def __init__(self, order: Mapping[str, Any], log: Path, wakes: SimpleQueue[Any] | None = None) -> None:
+    def __init__(self, order: JobOrder, log: Path, wakes: SimpleQueue[Any] | None = None) -> None:
         self.log = log
         self.started = time.monotonic()
         self.begun: float | None = None
         self.progress: Mapping[str, Any] = {}
         self.result: Mapping[str, Any] | None = None
         self.refused = ""
-        self._wakes = wakes
+        self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
         with log.open("wb") as stderr:
             self._process = subprocess.Popen(  # noqa: S603 (this program, with arguments of ours)
                 [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1])],
@@ -116,10 +141,13 @@ class WorkerProcess:
                 start_new_session=True,  # Ctrl-C is for the evaluation, which ends the workers itself
                 creationflags=_APART,
             )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._stdin, self._stdout = self._process.stdin, self._process.stdout
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
         with suppress(OSError):  # it may be dead already, and that will be noticed
-            self._stdin.write(json.dumps(order).encode() + b"\n")
+            self._stdin.write(json.dumps(asdict(order)).encode() + b"\n")
             self._stdin.flush()
 
     @property
@@ -149,10 +177,9 @@ class WorkerProcess:
         self._kill()
         self._process.wait()
         self._listener.join(5.0)
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                with suppress(OSError):  # what was written last has found no reader
-                    stream.close()
+        for stream in (self._stdin, self._stdout):
+            with suppress(OSError):  # what was written last has found no reader
+                stream.close()
         return "" if status is None else _ending(status)
 
     def log_size(self) -> int:
@@ -172,10 +199,6 @@ class WorkerProcess:
             return ()
         return tuple(text.splitlines()[-_TAIL:])
 
-    @property
-    def _stdin(self) -> Any:
-        return self._process.stdin
-
     def _kill(self) -> None:
         if sys.platform == "win32":
             command = ["taskkill", "/F", "/T", "/PID", str(self.number)]
@@ -187,28 +210,18 @@ class WorkerProcess:
                 os.killpg(self.number, signal.SIGKILL)
 
     def _listen(self) -> None:
-        stdout = self._process.stdout
-        if stdout is None:
-            return
-        for line in stdout:
+        for line in self._stdout:
             try:
                 told = json.loads(line)
             except ValueError:
                 break  # half a line: it was killed while it wrote
             if "begun" in told:
                 self.begun = time.monotonic()
-            elif "progress" in told:
-                self.progress = told["progress"]
-            elif "refused" in told:
-                self.refused = told["refused"]
-            elif "result" in told:
-                self.result = told["result"]
-            self._wake()
-        self._wake()
-
-    def _wake(self) -> None:
-        if self._wakes is not None:
+            self.progress = told.get("progress", self.progress)
+            self.refused = told.get("refused", self.refused)
+            self.result = told.get("result", self.result)
             self._wakes.put(self)
+        self._wakes.put(self)
 
 
 def _environment() -> dict[str, str]:

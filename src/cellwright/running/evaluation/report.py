@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from statistics import fmean
 from typing import Any
@@ -170,18 +170,14 @@ def _kit_mark(kit: Mapping[str, Any], y: float, end: float) -> str:
 def _axis(end: float, y: float) -> str:
     step = next((each for each in _STEPS if end / each <= 10), math.ceil(end / 10))
     lines = []
-    for time in _ticks(end, step):
+    for number in range(int(end / step) + 1):
+        time = round(number * step, 3)
         x = _x(time, end)
         lines.append(
             f'<line class="rule" x1="{x:.1f}" y1="0" x2="{x:.1f}" y2="{y + 4}"/>'
             f'<text class="tick" x="{x:.1f}" y="{y + 18}" text-anchor="middle">{time:g} s</text>'
         )
     return "".join(lines)
-
-
-def _ticks(end: float, step: float) -> Iterator[float]:
-    for number in range(int(end / step) + 1):
-        yield round(number * step, 3)
 
 
 def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
@@ -252,9 +248,14 @@ def _tile(value: str, words: str, kind: str = "") -> str:
 def _trials(results: Sequence[Result]) -> str:
     heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("min", "n"), ("max", "n"), ("within reach", "n")]
     heads += [("share", "n"), ("outcomes", ""), ("x real time", "n")]
+    rows = (_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
+    return f'<div class="card">{_table(heads, rows)}</div>'
+
+
+def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
+    """A table; heads are texts and the kinds of their columns."""
     head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
-    rows = "".join(_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
-    return f'<div class="card"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
 
 def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
@@ -318,10 +319,8 @@ def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
     words, _, more = kit_words(kit).partition(": ")
     title = f"<h3>{escape(order['order_id'])}, kit {escape(kit['kit_type'])}: {escape(words)}</h3><p>{escape(more)}</p>"
     heads = [("part", ""), ("there", "n"), ("pose", "n"), ("why", "")]
-    head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
-    rows = "".join(map(_part, kit["parts"]))
     besides = "".join(f"<p>besides: {escape(each['name'])} ({escape(each['reason'])})</p>" for each in kit["extras"])
-    return f"{title}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{besides}"
+    return f"{title}{_table(heads, map(_part, kit['parts']))}{besides}"
 
 
 def _part(part: Mapping[str, Any]) -> str:

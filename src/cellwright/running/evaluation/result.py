@@ -183,6 +183,28 @@ class Result:
     log: tuple[str, ...] = ()
     command: str = ""
 
+    @classmethod
+    def of(cls, job: Job, limits: Limits, **content: Any) -> Result:
+        """The result of a job that was worked within these limits.
+
+        Args:
+            job: says what was run.
+            limits: what it was allowed to use.
+            content: the fields that neither of them says.
+        """
+        return cls(
+            key=job.key,
+            trial=job.trial.name,
+            agent=job.agent,
+            seed=job.seed,
+            vary=job.vary,
+            reachable=job.trial.reachable,
+            best=job.trial.best,
+            limits=asdict(limits),
+            command=job.command,
+            **content,
+        )
+
     @property
     def name(self) -> str:
         """What people call it."""
@@ -230,26 +252,6 @@ class Result:
         if misfit := find_misfit(document, RESULT_FORM):
             raise ResultError(f"not a result of this version of Cellwright: {misfit}")
         return cls(**{**document, "log": tuple(document["log"])})
-
-
-def lost(job: Job, kind: Lost, reason: str, limits: Limits, *, wall: float, simulated: float) -> Result:
-    """The result of a job whose run told none, after so much wall and simulation time [s]."""
-    return Result(
-        key=job.key,
-        trial=job.trial.name,
-        agent=job.agent,
-        seed=job.seed,
-        vary=job.vary,
-        outcome=kind.value,
-        points=0.0,
-        reachable=job.trial.reachable,
-        best=job.trial.best,
-        wall=wall,
-        simulated=simulated,
-        reason=reason,
-        limits=asdict(limits),
-        command=job.command,
-    )
 
 
 RESULTS_NAME = "results.jsonl"

@@ -14,7 +14,6 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn, TextIO
 
@@ -28,7 +27,7 @@ from cellwright.clients.agents.agent import AgentError, find_agent
 from cellwright.config.parsing.sources import Sources, sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
-from cellwright.running.evaluation.process import limit_memory
+from cellwright.running.evaluation.process import JobOrder, limit_memory
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.util.errors import UsageError
 
@@ -107,9 +106,9 @@ class Channel:
         self._stream.flush()
 
 
-def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
-    """Run what was ordered: a trial's files, an agent, a seed; the result is for `outcome.result_of`."""
-    agent = find_agent(order["agent"])()
+def work(order: JobOrder, channel: Channel) -> dict[str, Any]:
+    """Run what was ordered: a trial's files, an agent, a seed; the result goes to `Result.of`."""
+    agent = find_agent(order.agent)()
     with sources_collected() as sources:
         cell = make_cell(order)
     timeline = Timeline(cell)
@@ -139,60 +138,57 @@ def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
     }
 
 
-def make_cell(order: Mapping[str, Any]) -> Cell:
+def make_cell(order: JobOrder) -> Cell:
     """The cell of a job, made anew from its files."""
-    trial = load_trial([Path(file) for file in order["files"]]).trial
-    if order["vary"]:
-        trial = vary(trial, order["seed"])
-    return Cell(trial, seed=order["seed"], report=_warn)
+    trial = load_trial(list(map(Path, order.files))).trial
+    return Cell(vary(trial, order.seed) if order.vary else trial, seed=order.seed, report=_warn)
 
 
 def _warn(line: str) -> None:
     logging.getLogger("cellwright").warning("%s", line)
 
 
-def make_log(order: Mapping[str, Any]) -> RunLog | None:
+def make_log(order: JobOrder) -> RunLog | None:
     """The log of a job; a run that cannot have one is worth no less."""
     try:
-        return RunLog(Path(order["run_log"]), about={"agent": order["agent"]}, report=_warn)
+        return RunLog(Path(order.run_log), about={"agent": order.agent}, report=_warn)
     except UsageError as error:
         _warn(str(error))
         return None
 
 
-def make_record(order: Mapping[str, Any], sources: Sources) -> RecordOptions | None:
+def make_record(order: JobOrder, sources: Sources) -> RecordOptions | None:
     """How a job is recorded, if it is; a run that cannot be is worth no less."""
-    if not order["record"]:
+    if not order.record:
         return None
-    path = Path(order["record"])
+    path = Path(order.record)
     try:
         path.open("wb").close()
     except OSError as error:
         _warn(f"{path}: cannot be written: {error.strerror or error}")
         return None
-    files = [Path(file) for file in order["files"]]
-    about = {"agent": order["agent"]}
-    return RecordOptions([path], about, sources, files, is_varied=order["vary"], report=_warn)
+    files = list(map(Path, order.files))
+    return RecordOptions([path], {"agent": order.agent}, sources, files, is_varied=order.vary, report=_warn)
 
 
 def main() -> NoReturn:
     """Work the job that is told on stdin, and end."""
     lifeline, channel = _take_over_standard_streams()
-    order = json.loads(lifeline.readline())
+    order = JobOrder(**json.loads(lifeline.readline()))
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     faulthandler.enable()
-    if order["memory"]:
-        limit_memory(order["memory"])
+    if order.memory:
+        limit_memory(order.memory)
     channel.tell("begun", os.getpid())
     # a watch of C's own: it ends a program that hangs inside a library too, and the log says where
-    faulthandler.dump_traceback_later(order["wall"], exit=True)
+    faulthandler.dump_traceback_later(order.wall, exit=True)
     try:
-        if order["check"]:
-            find_agent(order["agent"])()
-            channel.tell("result", {})
-        else:
+        if order.files:
             channel.tell("result", work(order, channel))
+        else:
+            find_agent(order.agent)()
+            channel.tell("result", {})
     except AgentError as error:
         channel.tell("refused", str(error))
     sys.stdout.flush()
