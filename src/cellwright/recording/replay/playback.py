@@ -218,11 +218,6 @@ class Recorded:
 
         self.simulation.watch("clock", Fraction(1, _CLOCK_RATE), tell)
 
-    @property
-    def is_over(self) -> bool:
-        """Whether all has been played."""
-        return self.simulation.now >= self.source.end_time
-
     def seek(self, time: int) -> int:
         """Go to a time [ns], kept within the recording; the time at which it stands then [ns]."""
         self.cuts += 1

@@ -65,11 +65,6 @@ class RenderWorker:
         """What it draws with, in words, once that is known."""
 
     @property
-    def waiting(self) -> int:
-        """How many things it has been asked for and not done yet."""
-        return len(self._waiting)
-
-    @property
     def has_room(self) -> bool:
         """Whether it can be asked for more before it has caught up."""
         return len(self._waiting) < self._most

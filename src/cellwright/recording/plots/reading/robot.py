@@ -68,9 +68,8 @@ class JointStates:
             raise MessageError("joint states with other numbers of names and positions")
         count = len(message.position)
         none = np.zeros(0)
-        place = (
-            len(to_cdr(JointState(message.header, message.name, none, none, none))) - 8
-        )  # two numbers of none follow
+        place = len(to_cdr(JointState(message.header, message.name, none, none, none)))
+        place -= 8  # how many velocities and efforts
         place += (_HEAD - place) % 8 if count else 0  # what CDR leaves free before numbers of 8 bytes
         self._before, self._count = data[_HEAD + _STAMP : place], count
         names = tuple(message.name)
