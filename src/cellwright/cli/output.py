@@ -13,8 +13,8 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 from cellwright.util.errors import showable
 
 if TYPE_CHECKING:
+    from cellwright.engine.loop import Pace
     from cellwright.middleware.server import Server
-    from cellwright.running.serving import Pace
 
 _LONGEST = 10_000  # characters of a line
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent
+from cellwright.engine.loop import Loop, Pace
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.running.run import (
     Outcome,
     RunContext,
@@ -37,21 +37,6 @@ class Hooks:
     on_over: Callable[[RunResult], None] = lambda _result: None
 
 
-@dataclass(frozen=True)
-class Pace:
-    """How time kept to the wall clock.
-
-    Attributes:
-        factor: simulated seconds a wall second, on average.
-        worst_lateness: how late [s] of wall time the latest tick came.
-        stood: so long [s] of wall time it stood for clients that were behind.
-    """
-
-    factor: float
-    worst_lateness: float
-    stood: float = 0.0
-
-
 class Attendance:
     """Guests who look on while a cell is worked in this process.
 
@@ -62,11 +47,11 @@ class Attendance:
     """
 
     def __init__(self, cell: Cell, server: Server, tempo: RateControl) -> None:
-        self._keeper = Timekeeper(cell, server, tempo=tempo)
+        self._loop = Loop(cell.simulation, server, rate=tempo)
 
     def stop(self) -> None:
         """Let the run end before the next tick."""
-        self._keeper.is_stopped = True
+        self._loop.stop.request()
 
     def work(self, agent: Agent | None, course: RunContext) -> tuple[Outcome, str]:
         """Let an agent work, as `work_in_process` does; without one, let time pass."""
@@ -74,7 +59,7 @@ class Attendance:
         return work_in_process(agent, course)
 
     def _step(self) -> None:
-        if not self._keeper.tick():
+        if not self._loop.tick():
             raise RunEndedError("somebody who looks on has ended the run")
 
 
@@ -102,14 +87,14 @@ class Serving:
 
     def __post_init__(self) -> None:
         self._stopped = False
-        self._time: Timekeeper | None = None
+        self._loop: Loop | None = None
         self._course: RunContext | None = None
 
     def stop(self) -> None:
         """Let the serving end before the next tick; to be called from anywhere, a signal's handler included."""
         self._stopped = True
-        if self._time is not None:
-            self._time.is_stopped = True
+        if self._loop is not None:
+            self._loop.stop.request()
 
     def begin_anew(self) -> None:
         """Begin the run anew, at time 0; guests stay.
@@ -151,14 +136,19 @@ class Serving:
         """Let time pass; how that ended, and what went wrong. The server is left open."""
         self._course, transport = course, course.transport
         self.hooks.on_ready()
-        passing = self._time = Timekeeper(
-            self.cell, self.server, tempo=self.tempo, on_poll=self.hooks.on_poll, patience=self.patience
+        loop = self._loop = Loop(
+            self.cell.simulation,
+            self.server,
+            rate=self.tempo,
+            stop=transport.stop,
+            on_poll=self.hooks.on_poll,
+            patience=self.patience,
         )
-        passing.is_stopped = self._stopped
+        if self._stopped:
+            loop.stop.request()
         try:
-            passing.run(lambda: transport.deadline, lambda: transport.reason)
+            loop.run()
         except SimulationError as error:
             return Outcome.UNSTABLE, f"{error}\n"
-        if passing.tempo.speed is not None and not self.server.lockstep:
-            self.pace = Pace(passing.pacer.factor, passing.pacer.worst, passing.pacer.stood)
+        self.pace = loop.pace
         return how_it_ended(self.cell, otherwise=Outcome.UNTIL), ""

@@ -17,7 +17,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client import socket_transport as socket_module
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport, _error_of
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
@@ -209,7 +209,7 @@ def test_where_no_clock_is_told_time_is_that_of_the_wall(monkeypatch: pytest.Mon
     monkeypatch.setattr(socket_module, "time", wall)
     with robots.served(RobotNode(robots.robot())) as address:
         transport = SocketTransport(address)
-        session = Session(transport)
+        session = NodeClient(transport)
         joints = session.latest("/io_teleop/joint_states")
         assert joints.wait(timeout=TIMEOUT) is not None
         before, heard = transport.now(), joints.count

@@ -46,7 +46,7 @@ from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
 
 if TYPE_CHECKING:
-    from cellwright.running.serving import Pace
+    from cellwright.engine.loop import Pace
 
 _REDRAW = 0.1  # [s] of wall time
 _PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are read afterwards

@@ -24,20 +24,18 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.meshes import with_absolute_meshes
 from cellwright.config.robot.urdf_file import read_text
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
+from cellwright.engine.loop import Loop, Pace, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.ros1.host import Ros1
 from cellwright.middleware.ros1.host.ros1 import Identity, robot_identity
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.robot.interface.rows import ros_parameters
 from cellwright.robot.node import RobotNode
 from cellwright.robot.pictures import robot_camera, robot_lamp
 from cellwright.running.run import versions
 from cellwright.running.run.record_robot import RobotRecording, RobotSettings
-from cellwright.running.serving import Pace
 from cellwright.util.errors import DescriptionError, SimulationError, UsageError
 from cellwright.viewer.filming import Filming, still
 from cellwright.viewer.services import scene
@@ -227,6 +225,7 @@ def node_document(node: RobotNode, wanted: TeleopOptions, ran: NodeResult, statu
     }
 
 
+_STOPPED = "the node has stopped"
 _RESET = "/io_teleop_reset_robot"
 
 
@@ -283,15 +282,13 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         scene.offer_viewer_services(server, node, RobotPanel(node).tell, _control(node, tempo, wanted))
         say = partial(console.print, markup=False, soft_wrap=True)
         to_close.enter_context(page_for(server, wanted.page, f"{node.name} · Cellwright", say))
-        keeper = Timekeeper(node, server, tempo=tempo, on_poll=poll, can_stand=wanted.driver is None)
+        stop = StopCondition(None if wanted.until is None else nanoseconds(wanted.until), _STOPPED)
+        keeper = Loop(node.simulation, server, rate=tempo, stop=stop, on_poll=poll, can_stand=wanted.driver is None)
         progress = NodeProgress(
-            console,
-            node,
-            until=wanted.until,
-            factor=lambda: None if keeper.tempo.speed is None else keeper.pacer.factor,
+            console, node, until=wanted.until, factor=lambda: None if keeper.rate.speed is None else keeper.pacer.factor
         )
         tell = progress.line
-        is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
+        is_stopped.follow(keeper.stop.request)
         waits = wanted.lockstep or wanted.speed is None
         filming = None if wanted.video is None else film_robot(node, wanted.video, waits=waits, warn=output.warn)
         if filming is not None:
@@ -303,7 +300,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
                     markup=False,
                     soft_wrap=True,
                 )
-            ran = _run_until_stopped(node, server, keeper, wanted)
+            ran = _run_until_stopped(node, server, keeper)
         if filming is not None:
             ran.videos, ran.is_recorded = [filming.finish()], filming.is_whole
         if recording is not None:
@@ -355,13 +352,12 @@ def _control(node: RobotNode, tempo: RateControl, wanted: TeleopOptions) -> Cont
     return Control(tempo, reset=Reset(go_home), refused=refused, lockstep=wanted.lockstep)
 
 
-def _run_until_stopped(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOptions) -> NodeResult:
+def _run_until_stopped(node: RobotNode, server: Server, keeper: Loop) -> NodeResult:
     """Let time pass until it is over; the node and its server are closed then."""
     ran, begun = NodeResult(), time.perf_counter()
-    end = NEVER if wanted.until is None else nanoseconds(wanted.until)
     try:
-        keeper.run(lambda: end, lambda: "the node has stopped")
-        if not keeper.is_stopped:
+        keeper.run()
+        if not keeper.stop.is_requested:
             ran.outcome = "until"
     except SimulationError as error:
         ran.outcome, ran.error = "unstable", str(error)
@@ -369,8 +365,7 @@ def _run_until_stopped(node: RobotNode, server: Server, keeper: Timekeeper, want
         ran.wall = time.perf_counter() - begun
         node.close()
         server.close("the node has stopped")
-    if keeper.tempo.speed is not None and not wanted.lockstep:
-        ran.pace = Pace(keeper.pacer.factor, keeper.pacer.worst, keeper.pacer.stood)
+    ran.pace = keeper.pace
     node.bus.refusals.flush()
     return ran
 

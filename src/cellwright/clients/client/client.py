@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cellwright.clients.client.in_process import Transport
-from cellwright.clients.client.session import Latest, Session
+from cellwright.clients.client.session import Latest, NodeClient
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
@@ -49,7 +49,7 @@ _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "
 log = logging.getLogger(__name__)
 
 
-class Client(Session):
+class Client(NodeClient):
     """What a program of the kit-building cell holds in its hand.
 
     It listens from the start to the competition's state, orders, score, joint states and the gripper; sensors are

@@ -12,13 +12,13 @@ import mujoco
 
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device
+from cellwright.engine.loop import Loop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.messages import Message, from_cdr, message_type
 from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.recording.format.format import FRAME, PANEL, RecordedTopic
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.replay.frame_cursor import Sight, Source
@@ -287,12 +287,12 @@ class Playing:
         self.tempo = tempo
         """How its time passes."""
         self._at_end = at_end
-        self.keeper = Timekeeper(recorded, server, tempo=tempo, on_poll=on_poll)
+        self.keeper = Loop(recorded.simulation, server, rate=tempo, stop=StopCondition(self.last), on_poll=on_poll)
         recorded.seek(self.first)
 
     def stop(self) -> None:
         """Let it end before the next tick; to be called from anywhere, a signal's handler included."""
-        self.keeper.is_stopped = True
+        self.keeper.stop.request()
 
     def seek(self, time: int) -> int:
         """Go to a time [ns]; the time at which it stands then [ns]."""
@@ -312,9 +312,9 @@ class Playing:
 
     def run(self) -> None:
         """Play until it is over, or stopped."""
-        while not self.keeper.is_stopped:
-            self.keeper.run(lambda: self.last)
-            if self.keeper.is_stopped or self._at_end is AtEnd.STOP:
+        while not self.keeper.stop.is_requested:
+            self.keeper.run()
+            if self.keeper.stop.is_requested or self._at_end is AtEnd.STOP:
                 return
             if self._at_end is AtEnd.LOOP and self.last > self.first:
                 self.begin_anew()
@@ -324,7 +324,7 @@ class Playing:
     def _hold(self) -> None:
         """Serve guests while time stands at the end."""
         self.tempo.pause()
-        while not self.keeper.is_stopped and self.recorded.simulation.now >= self.last:
+        while not self.keeper.stop.is_requested and self.recorded.simulation.now >= self.last:
             self.keeper.tick()
             if self.recorded.simulation.now > self.last:  # a step past the end leads nowhere
                 self.seek(self.last if self.tempo.is_paused else self.first)

@@ -295,5 +295,5 @@ class Host:
                 pass
             finally:
                 client.close()
-        is_stopped = self.cell.simulation.now >= course.transport.deadline
+        is_stopped = self.cell.simulation.now >= course.transport.stop.deadline
         return how_it_ended(self.cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""

@@ -18,6 +18,7 @@ from cellwright.clients.agents.agent import Agent
 from cellwright.clients.client.in_process import InProcess
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.events import Watch
+from cellwright.engine.loop import StopCondition
 from cellwright.engine.rate_control import RealTimePacer
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.run_log import RunLog
@@ -97,15 +98,14 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     cell.reset()
     if options.start is not None:
         read_checkpoint(cell.simulation, options.start)
-    transport = InProcess(cell, node="/agent")
+    stop = StopCondition(None if options.until is None else nanoseconds(options.until))
+    transport = InProcess(cell, node="/agent", stop=stop)
     if options.speed is not None:
         transport.step = RealTimePacer(cell.simulation, options.speed).step
-    if options.until is not None:
-        transport.deadline = nanoseconds(options.until)
 
     def watch_for_the_end(effect: Effect) -> None:
         if is_done(effect) and options.ends_when_done:
-            _end_soon(transport)
+            _end_soon(cell, stop)
 
     heard = _listen(cell, options.listen, leaving)
     _plan(cell, options, leaving)
@@ -115,7 +115,7 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     if options.log is not None:
         _keep_log(course, options.log, leaving)
     if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
-        _end_soon(transport)
+        _end_soon(cell, stop)
     recording = None if options.record is None else record_while(cell, options.record, options, leaving)
     collisions = _watch_collisions(course, options, recording, leaving)
     outcome, error = work(course)
@@ -168,9 +168,8 @@ def _watch_collisions(
     return watch
 
 
-def _end_soon(transport: InProcess) -> None:
-    transport.deadline = min(transport.deadline, transport.now() + nanoseconds(GRACE))
-    transport.reason = "the competition is done"
+def _end_soon(cell: Cell, stop: StopCondition) -> None:
+    stop.limit(cell.simulation.now + nanoseconds(GRACE), "the competition is done")
 
 
 def _listen(cell: Cell, topics: Sequence[str], leaving: ExitStack) -> Counter[str]:

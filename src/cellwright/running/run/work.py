@@ -84,7 +84,6 @@ class RunContext:
         self.on_reset: list[Callable[[int], None]] = []
         """Those who are told, with the time [ns] at which it was, that the run has begun anew under way."""
         self._heard = heard
-        self._end = transport.deadline, transport.reason
         self._tick = cell.simulation.clock.tick
         self._wall = time.perf_counter()
 
@@ -92,7 +91,7 @@ class RunContext:
         """Begin the run anew, at time 0, for those who work the cell from elsewhere."""
         stood, self._tick = self.cell.simulation.now, 0
         self.cell.reset()
-        self.transport.deadline, self.transport.reason = self._end
+        self.transport.stop.reset()
         for listener in self.on_reset:
             listener(stood)
 
@@ -159,7 +158,7 @@ def work_in_process(agent: Agent | None, course: RunContext) -> tuple[Outcome, s
         return Outcome.CRASHED, agent_traceback(raised)
     finally:
         client.close()
-    stopped = cell.simulation.now >= transport.deadline
+    stopped = cell.simulation.now >= transport.stop.deadline
     return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 
