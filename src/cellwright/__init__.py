@@ -38,14 +38,14 @@ if TYPE_CHECKING:
     from cellwright.recording.replay.opened import open_recording as open_recording
     from cellwright.robot.drivers import Driver as Driver
     from cellwright.robot.node import RobotNode as RobotNode
-    from cellwright.running.api import DescriptionWarning as DescriptionWarning
-    from cellwright.running.api import load_robot as load_robot
-    from cellwright.running.api import load_trial as load_trial
-    from cellwright.running.api import run_trial as run_trial
+    from cellwright.running.run import DescriptionWarning as DescriptionWarning
     from cellwright.running.run import Outcome as Outcome
     from cellwright.running.run import RunOptions as RunOptions
     from cellwright.running.run import RunResult as RunResult
+    from cellwright.running.run import load_robot as load_robot
+    from cellwright.running.run import load_trial as load_trial
     from cellwright.running.run import run_cell as run_cell
+    from cellwright.running.run import run_trial as run_trial
     from cellwright.util import errors as errors
     from cellwright.util.errors import CellwrightError as CellwrightError
     from cellwright.util.pose import Pose as Pose
@@ -56,7 +56,7 @@ _HOMES = {
     "Cell": "cell.cell",
     "CellwrightError": "util.errors",
     "Client": "clients.client",
-    "DescriptionWarning": "running.api",
+    "DescriptionWarning": "running.run",
     "Device": "engine.device",
     "Driver": "robot.drivers",
     "OpenedRecording": "recording.replay.opened",
@@ -70,11 +70,11 @@ _HOMES = {
     "SensorPlugin": "cell.interface.plugins",
     "Session": "clients.client",
     "Trial": "config.trial.trial",
-    "load_robot": "running.api",
-    "load_trial": "running.api",
+    "load_robot": "running.run",
+    "load_trial": "running.run",
     "open_recording": "recording.replay.opened",
     "run_cell": "running.run",
-    "run_trial": "running.api",
+    "run_trial": "running.run",
 }
 """The module in which each public name stands."""
 

@@ -26,7 +26,7 @@ CALL = Frame(Kind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
 
 def run_until(loop: Loop, deadline: int) -> None:
     """Let time pass up to a time [ns]."""
-    loop.stop.deadline = deadline
+    loop.stop = StopCondition(deadline)
     loop.run()
 
 

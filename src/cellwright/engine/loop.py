@@ -44,6 +44,7 @@ class StopCondition:
 
     def __init__(self, deadline: int | None = None, reason: str = "the run is over") -> None:
         self._initial = NEVER if deadline is None else deadline, reason
+        self._limit = self._initial
         self.deadline, self.reason = self._initial  # plain attributes: read once a tick
         self.is_requested = False
         """Whether the run is to stop before the next tick, whatever the time."""
@@ -53,15 +54,23 @@ class StopCondition:
         self.is_requested = True
         self.deadline, self.reason = 0, reason
 
+    def withdraw(self) -> None:
+        """Take back a request; limits hold."""
+        self.is_requested = False
+        self.deadline, self.reason = self._limit
+
     def limit(self, time: int, reason: str = "the run is over") -> None:
         """Stop at a simulation time [ns] too; an earlier limit holds."""
-        if time < self.deadline:
-            self.deadline, self.reason = time, reason
+        if time < self._limit[0]:
+            self._limit = time, reason
+            if not self.is_requested:
+                self.deadline, self.reason = self._limit
 
     def reset(self) -> None:
         """Go back to the limit of the start, for a run that begins again; a request holds."""
+        self._limit = self._initial
         if not self.is_requested:
-            self.deadline, self.reason = self._initial
+            self.deadline, self.reason = self._limit
 
 
 class ClientService(Protocol):

@@ -22,11 +22,9 @@ from cellwright.clients.client.socket_transport import SocketTransport, _error_o
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Frame, Kind, hello
 from cellwright.robot.node import RobotNode
-from cellwright.running.run import RunOptions, RunResult
-from cellwright.running.serving import Serving
+from cellwright.running.run import RunOptions, RunResult, ServerOptions, Session, SessionResult
 from cellwright.util.errors import (
     MessageError,
     RejectedCommandError,
@@ -44,20 +42,26 @@ class Home:
     """A served cell; `result` is there when it is over."""
 
     def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
-        self.server = Server(cell, port=0, lockstep=lockstep)
-        self.serving = Serving(cell, self.server, tempo=speed)
-        self.result: RunResult | None = None
-        self.thread = threading.Thread(target=self._run, args=(options,))
-        self.address = self.server.address
+        here = ServerOptions(port=0)
+        self.session = Session(cell, serve=here, lockstep=lockstep, rate=speed, options=options)
+        self.session.__enter__()
+        self.result: SessionResult | None = None
+        self.thread = threading.Thread(target=self._run)
+        server = self.session.server
+        assert server is not None
+        self.server, self.address = server, server.address
         self.thread.start()
 
-    def _run(self, options: RunOptions) -> None:
-        self.result = self.serving.run(options)
+    def _run(self) -> None:
+        try:
+            self.result = self.session.run()
+        finally:
+            self.session.__exit__()
 
     def end(self) -> RunResult:
-        self.serving.stop()
+        self.session.stop.request()
         self.thread.join(TIMEOUT)
-        assert self.result is not None
+        assert isinstance(self.result, RunResult)
         return self.result
 
 
@@ -69,7 +73,7 @@ def served(
     try:
         yield home
     finally:
-        home.serving.stop()
+        home.session.stop.request()
         home.thread.join(TIMEOUT)
 
 

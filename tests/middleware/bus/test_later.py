@@ -54,6 +54,6 @@ def test_a_client_whose_time_is_over_is_told_so() -> None:
     transport = InProcess(talk.node)
     talk.joints({"waist": 0.9})
     talk.seconds(0.5)
-    transport.stop.deadline = talk.node.simulation.now + 50_000_000
+    transport.stop.limit(talk.node.simulation.now + 50_000_000)
     with pytest.raises(RunEndedError):
         transport.call(RESET, TriggerRequest())

@@ -35,7 +35,7 @@ def server(memory: Memory) -> Iterator[Server]:
 
 
 def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
-    return RecordingServices(Playing(Recorded(memory), server, tempo=RateControl(), **more))
+    return RecordingServices(Playing(Recorded(memory), RateControl(), **more))
 
 
 def frame_of(answer: dict[str, Any]) -> Frame:

@@ -48,7 +48,7 @@ class RecordingServices:
         self._scene = b64encode(scene).decode()
         self._digest = hashlib.sha256(scene).hexdigest()
         self.control = Control(
-            playing.tempo,
+            playing.rate,
             reset=Reset(playing.begin_anew),
             acts={"seek": self._seek, "resume": lambda _: playing.resume()},
         )
