@@ -300,6 +300,7 @@ def run(
                 report=partial(say, style="yellow"),
             ),
             lambda: options.paths(files),
+            {"agent": agent},
         ),
         until=until,
         rate=rate if page is None else RateControl(rate),
@@ -372,8 +373,9 @@ def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) ->
         if not has_end:
             options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
         return lambda: None
+    make = find_agent(agent)
     if way is None:
-        return find_agent(agent)
+        return make
     from cellwright.running.remote.hosting import RemoteAgent
 
     def say(line: str) -> None:

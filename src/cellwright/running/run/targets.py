@@ -242,14 +242,18 @@ class CellTarget(Target):
 
     Args:
         make: makes the cell.
-        files: the files of its trial, as they were named.
+        files: gives the files of its trial, as they were named.
+        about: what a panel says of the run besides, such as the agent's name.
     """
 
     acts, stopped, runs_from_start = "drive the cell", "the cell has stopped", True
     node: Cell
 
-    def __init__(self, make: Callable[[], Cell], files: Callable[[], list[Path]] = list) -> None:
+    def __init__(
+        self, make: Callable[[], Cell], files: Callable[[], list[Path]] = list, about: Mapping[str, Any] | None = None
+    ) -> None:
         super().__init__(make)
+        self._about = about
         self._named_files = files
         self._heard: Counter[str] = Counter()
         self._collisions: CollisionWatch | None = None
@@ -286,8 +290,7 @@ class CellTarget(Target):
             run.callback(cell.simulation.watch("progress", Fraction(1, 10), lambda _: on_progress(cell)).cancel)
         if options.ends_when_done:
             self._watch_for_the_end(session, run)
-        if "cell_panel" in self.__dict__:
-            self.cell_panel.begin_anew()
+        self.cell_panel.begin_anew()
         if self.control is not None:
             self.control.over = ""
         self._collisions = None
@@ -358,7 +361,7 @@ class CellTarget(Target):
         self.node.bus.refusals.flush()
         if self._collisions is not None:
             result.collisions = self._collisions.end()
-        if "cell_panel" in self.__dict__ and not session.begins_again:
+        if not session.begins_again:
             facts = {"outcome": outcome_word(result), "error": result.error, "state_hash": result.state_hash}
             self.cell_panel.end(facts | {"simulated": result.simulated, "wall": result.wall})
         if self.control is not None and not session.begins_again:
@@ -369,12 +372,9 @@ class CellTarget(Target):
     @cached_property
     def cell_panel(self) -> CellPanel:
         """Panel of the cell; made when something shows or records it."""
-        panel = CellPanel(self.node, self.about)
+        panel = CellPanel(self.node, self._about)
         panel.collisions = lambda: None if self._collisions is None else self._collisions.panel()
         return panel
-
-    about: Mapping[str, Any] = {}
-    """What a panel says of the run besides, such as the agent's name."""
 
     def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
         """What a panel shows, as JSON values."""
