@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cellwright.clients.agents.agent import Agent as Agent
     from cellwright.clients.assembled import AssembledRobot as AssembledRobot
     from cellwright.clients.client import Client as Client
-    from cellwright.clients.client import Session as Session
+    from cellwright.clients.client import NodeClient as NodeClient
     from cellwright.config.trial.trial import Trial as Trial
     from cellwright.engine.device import Device as Device
     from cellwright.engine.sensor import Reading as Reading
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from cellwright.running.run import Outcome as Outcome
     from cellwright.running.run import RunOptions as RunOptions
     from cellwright.running.run import RunResult as RunResult
+    from cellwright.running.run import Session as Session
+    from cellwright.running.run import SessionResult as SessionResult
     from cellwright.running.run import load_robot as load_robot
     from cellwright.running.run import load_trial as load_trial
     from cellwright.running.run import run_cell as run_cell
@@ -59,6 +61,7 @@ _HOMES = {
     "DescriptionWarning": "running.run",
     "Device": "engine.device",
     "Driver": "robot.drivers",
+    "NodeClient": "clients.client",
     "OpenedRecording": "recording.replay.opened",
     "Outcome": "running.run",
     "Pose": "util.pose",
@@ -68,7 +71,8 @@ _HOMES = {
     "RunResult": "running.run",
     "Sensor": "engine.sensor",
     "SensorPlugin": "cell.interface.plugins",
-    "Session": "clients.client",
+    "Session": "running.run",
+    "SessionResult": "running.run",
     "Trial": "config.trial.trial",
     "load_robot": "running.run",
     "load_trial": "running.run",

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, find_agent, maker_of
@@ -46,6 +46,10 @@ _LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
 
 def _warn(line: str) -> None:
     warnings.warn(line, RuntimeWarning, stacklevel=2)
+
+
+def _warn_of_name(old: str, new: str) -> None:
+    warnings.warn(f"cellwright.{old} is cellwright.{new} now", DeprecationWarning, stacklevel=3)
 
 
 class Session:
@@ -152,6 +156,26 @@ class Session:
         self._is_over = False
         self._run: ExitStack | None = None
         self._opened = ExitStack()
+
+    # ---------------------------------------------------------------- names of version 0.1, when Session was NodeClient
+
+    def __new__(cls, target: Any, *_: Any, **__: Any) -> Self:  # noqa: D102
+        if not hasattr(target, "advance"):
+            return super().__new__(cls)
+        _warn_of_name("Session(transport)", "NodeClient(transport)")
+        return cast("Self", NodeClient(target))
+
+    @classmethod
+    def in_process(cls, node: Cell | RobotNode, **more: Any) -> NodeClient:
+        """`NodeClient.in_process`, under the name that it had in version 0.1."""
+        _warn_of_name("Session.in_process", "NodeClient.in_process")
+        return NodeClient.in_process(node, **more)
+
+    @classmethod
+    def connect(cls, address: str | tuple[str, int], **more: Any) -> NodeClient:
+        """`NodeClient.connect`, under the name that it had in version 0.1."""
+        _warn_of_name("Session.connect", "NodeClient.connect")
+        return NodeClient.connect(address, **more)
 
     # ---------------------------------------------------------------- opening and closing
 
