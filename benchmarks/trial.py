@@ -72,7 +72,7 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, 
         for name in cell.topics() if topics is None else topics:
             cell.bus.subscribe(name, lambda _message: heard.append(None), node="/listener")
         transport = InProcess(cell, node=NODE)
-        transport.deadline = seconds * NANOSECONDS
+        transport.stop.limit(seconds * NANOSECONDS)
         commands: list[Command] = []
         CommandNotes(cell.bus, cell.simulation.clock, commands.append)
         begin = time.perf_counter()

@@ -4,25 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.server import Server
-from cellwright.recording.format.run_log import RunLog
-from cellwright.running.run import Outcome, RunOptions
-from cellwright.running.serving import Hooks, Serving
-from cellwright.util.errors import UsageError
+from cellwright.running.run import Outcome, RunResult, ServerOptions, Session
 from cellwright.util.files import read_json_lines
 from tests.cells import KITTING, call
-
-
-def test_before_it_has_begun_nothing_begins_anew() -> None:
-    cell = Cell(KITTING)
-    server = Server(cell, port=0)
-    with pytest.raises(UsageError, match="not begun"):
-        Serving(cell, server).begin_anew()
-    server.close("the test is over")
 
 
 def test_it_begins_anew_once_and_ends_when_it_would_have(tmp_path: Path) -> None:
@@ -34,14 +20,15 @@ def test_it_begins_anew_once_and_ends_when_it_would_have(tmp_path: Path) -> None
         if len(times) == 2:
             call(cell, "end_competition")
         if len(times) == 3:
-            serving.begin_anew()
+            session.reset()
         if len(times) > 3:
             tempo.set_speed(None)
 
     tempo = RateControl(1.0)
-    serving = Serving(cell, Server(cell, port=0), tempo=tempo, hooks=Hooks(on_poll=poll))
-    log = RunLog(tmp_path / "a.jsonl")
-    result = serving.run(RunOptions(until=1.5, log=log))
+    with Session(cell, serve=ServerOptions(port=0), rate=tempo, until=1.5, log=tmp_path / "a.jsonl") as session:
+        session.on_poll.append(poll)
+        result = session.run()
+    assert isinstance(result, RunResult)
     assert times[2] > 0.0
     assert times[3] < times[2] + 0.3, "it counts from 0 again"
     assert (result.outcome, result.simulated, result.competition_state) == (Outcome.UNTIL, 1.5, "init")

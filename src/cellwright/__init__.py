@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cellwright.clients.agents.agent import Agent as Agent
     from cellwright.clients.assembled import AssembledRobot as AssembledRobot
     from cellwright.clients.client import Client as Client
-    from cellwright.clients.client import Session as Session
+    from cellwright.clients.client import NodeClient as NodeClient
     from cellwright.config.trial.trial import Trial as Trial
     from cellwright.engine.device import Device as Device
     from cellwright.engine.sensor import Reading as Reading
@@ -38,14 +38,16 @@ if TYPE_CHECKING:
     from cellwright.recording.replay.opened import open_recording as open_recording
     from cellwright.robot.drivers import Driver as Driver
     from cellwright.robot.node import RobotNode as RobotNode
-    from cellwright.running.api import DescriptionWarning as DescriptionWarning
-    from cellwright.running.api import load_robot as load_robot
-    from cellwright.running.api import load_trial as load_trial
-    from cellwright.running.api import run_trial as run_trial
+    from cellwright.running.run import DescriptionWarning as DescriptionWarning
     from cellwright.running.run import Outcome as Outcome
     from cellwright.running.run import RunOptions as RunOptions
     from cellwright.running.run import RunResult as RunResult
+    from cellwright.running.run import Session as Session
+    from cellwright.running.run import SessionResult as SessionResult
+    from cellwright.running.run import load_robot as load_robot
+    from cellwright.running.run import load_trial as load_trial
     from cellwright.running.run import run_cell as run_cell
+    from cellwright.running.run import run_trial as run_trial
     from cellwright.util import errors as errors
     from cellwright.util.errors import CellwrightError as CellwrightError
     from cellwright.util.pose import Pose as Pose
@@ -56,9 +58,10 @@ _HOMES = {
     "Cell": "cell.cell",
     "CellwrightError": "util.errors",
     "Client": "clients.client",
-    "DescriptionWarning": "running.api",
+    "DescriptionWarning": "running.run",
     "Device": "engine.device",
     "Driver": "robot.drivers",
+    "NodeClient": "clients.client",
     "OpenedRecording": "recording.replay.opened",
     "Outcome": "running.run",
     "Pose": "util.pose",
@@ -68,13 +71,14 @@ _HOMES = {
     "RunResult": "running.run",
     "Sensor": "engine.sensor",
     "SensorPlugin": "cell.interface.plugins",
-    "Session": "clients.client",
+    "Session": "running.run",
+    "SessionResult": "running.run",
     "Trial": "config.trial.trial",
-    "load_robot": "running.api",
-    "load_trial": "running.api",
+    "load_robot": "running.run",
+    "load_trial": "running.run",
     "open_recording": "recording.replay.opened",
     "run_cell": "running.run",
-    "run_trial": "running.api",
+    "run_trial": "running.run",
 }
 """The module in which each public name stands."""
 

@@ -46,7 +46,7 @@ def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     def small(model: Any, data: Any, camera: Any, *_size: int, **more: Any) -> NDArray[np.uint8]:
         return render(model, data, camera, 64, 36, **more)
 
-    for module in ("cellwright.cli.run.session", "cellwright.robot.pictures"):
+    for module in ("cellwright.running.run.observers", "cellwright.robot.pictures"):
         monkeypatch.setattr(f"{module}.render", small)
 
 

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli import output
-from cellwright.running.serving import Pace
+from cellwright.engine.loop import Pace
 
 
 class Served:

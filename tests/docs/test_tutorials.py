@@ -40,6 +40,7 @@ PAGES = [
     "docs/robot-configuration.md",
     "docs/robot-safety.md",
     "docs/ee-poses.md",
+    "docs/api.md",
 ]
 
 
@@ -53,7 +54,7 @@ def test_a_page_can_be_followed(name: str, tmp_path: Path, warm: WarmStart, cell
         install(tmp_path)
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
-    assert any(isinstance(step, Command) for step in taken)
+    assert any(isinstance(step, Command | Program) for step in taken)
     take(taken, tmp_path, warm, cellwright)
 
 

@@ -8,7 +8,7 @@ import cellwright
 from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.running.api import DescriptionWarning
+from cellwright.running.run import DescriptionWarning
 from cellwright.util.errors import DescriptionError, UnknownNameError, UsageError
 
 UNKNOWN_OPTION = "arm: {type: ur10}\noptions: {insert_agv: true}\n"

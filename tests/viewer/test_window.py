@@ -17,9 +17,8 @@ import pytest
 
 from cellwright.clients.assembled.process import STATE_SERVICE
 from cellwright.clients.client.socket_transport import SocketTransport
-from cellwright.engine.events import NEVER
+from cellwright.engine.loop import Loop
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.services import RobotServices
@@ -123,8 +122,8 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
     node = RobotNode(two_arms(), sim_time=True, safety=SafetySettings(start_guard=0.2, max_age=1.0))
     server = Server(node, port=0)
     RobotServices(node).offer_state(server)
-    keeper = Timekeeper(node, server)
-    thread = threading.Thread(target=keeper.run, args=(lambda: NEVER,))
+    loop = Loop(node.simulation, server)
+    thread = threading.Thread(target=loop.run)
     thread.start()
     data, slider = mujoco.MjData(node.world.model), node.world.model.actuator("head").id
     picture, transport = RobotPicture(node.world.model, data), SocketTransport(server.address, node=NODE)
@@ -133,7 +132,7 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
         window = Unseen(data, slider, [1.0, 0.1, 0.1])
         _keep_up(window, picture, transport)
     finally:
-        keeper.is_stopped = True
+        loop.stop.request()
         thread.join()
         transport.close()
         server.close("it is over")
@@ -157,15 +156,15 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
 
     server.offer(STATE_SERVICE, state)
     shown = Window(node.world.model, server.address, sliders=True)
-    keeper = Timekeeper(node, server)
-    wait_until(lambda: len(asked) > 20 or not shown.is_open, "questions of the window", between=keeper.tick)
+    loop = Loop(node.simulation, server)
+    wait_until(lambda: len(asked) > 20 or not shown.is_open, "questions of the window", between=loop.tick)
     assert shown.is_open, capfd.readouterr().err
     os.kill(shown._process.pid, signal.SIGSTOP)
     for _ in range(24):
-        keeper.tick()  # the physics does not wait for the window
+        loop.tick()  # the physics does not wait for the window
     os.kill(shown._process.pid, signal.SIGCONT)
     answered = len(asked)
-    wait_until(lambda: len(asked) > answered, "more questions of the window", between=keeper.tick)
+    wait_until(lambda: len(asked) > answered, "more questions of the window", between=loop.tick)
     server.close("it is over")
     wait_until(lambda: not shown.is_open, "end of the window")
     shown.close()

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-import os
 import secrets
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from collections.abc import Sequence
 from ipaddress import ip_address
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cli import options, output
 from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.options import in_range, refuse
 from cellwright.config.parsing.sources import sources_collected
+import typer
+
+from cellwright.cli.options import refuse
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import VIEWS, camera_of
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
 from cellwright.running.run import RecordOptions
+from cellwright.running.run import PageOptions, RecordOptions
+from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.viewer.filming import Filming, Made
+    from cellwright.viewer.filming import Made
 
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings in the help, under which options are listed."""
@@ -114,23 +116,6 @@ ViewPort = Annotated[
 OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's browser.", LOOK)]
 
 
-@dataclass(frozen=True)
-class PageOptions:
-    """A wish for a page.
-
-    Attributes:
-        host: where it listens for browsers.
-        port: at which port, or one of the next ones.
-        token: what its address has to hold; empty where only this machine can reach it.
-        opens: open it in a browser here.
-    """
-
-    host: str = LOOPBACK
-    port: int = DEFAULT_PORT
-    token: str = ""
-    opens: bool = False
-
-
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
     """The page that somebody wants; None for none.
 
@@ -156,15 +141,6 @@ def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
     for word in words if view else ():
         if word in VIEWS and not Path(word).exists():
             refuse(f"--view {word}: --view opens a page now, and takes no name; for pictures say --camera {word}")
-
-
-def has_desktop() -> bool:
-    """Whether there is a desktop here, on which a browser can be opened."""
-    return (
-        os.name == "nt"
-        or os.uname().sysname == "Darwin"
-        or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    )
 
 
 def _is_local(host: str) -> bool:
@@ -228,40 +204,6 @@ def video_options(file: Path | None, view: str | None, speed: float, size: str, 
     return VideoOptions(checked, camera, speed, width, height, fine)
 
 
-def film_cell(cell: Cell, wanted: VideoOptions, *, waits: bool, warn: Callable[[str], None]) -> Filming:
-    """A video of a cell, with time, points and what the agent is about in its corner.
-
-    Args:
-        cell: the cell.
-        wanted: what was asked for.
-        waits: hold time until a frame can be drawn.
-        warn: takes a line about what goes wrong.
-
-    Raises:
-        RenderingError: it cannot be written.
-    """
-    from cellwright.viewer.filming import Filming, still  # it takes a moment to load
-
-    def caption() -> str:
-        points = cell.competition.score().total
-        words = (f"{cell.simulation.time:.1f} s", f"{points:g} {'point' if points == 1 else 'points'}")
-        return "   ".join(word for word in (*words, cell.intention.text) if word)
-
-    return Filming(
-        cell, wanted, camera=still(wanted.camera or VIEWS["overview"]), caption=caption, waits=waits, warn=warn
-    )
-
-
-def video_actions(film: Filming | None) -> list[tuple[Fraction, Callable[[Cell], None]]]:
-    """What a run is to do at which time [s], so that there is a video of it."""
-    return [] if film is None else [(Fraction(0), lambda _cell: film.start())]
-
-
-def numbered_file(file: Path, run: int) -> Path:
-    """The file of the video of a run, by its number from 1: run.mp4, run_2.mp4."""
-    return file if run == 1 else file.with_name(f"{file.stem}_{run}{file.suffix}")
-
-
 def video_sentence(told: Made) -> str:
     """What is said of a video that was written."""
     return f"{told['file']}, {told['length']:.1f} s"
@@ -275,9 +217,6 @@ def _video_size(text: str) -> tuple[int, int]:
     with options.errors_of(f"--video-size {text}:"):
         check_video_size(*size)
     return size
-
-
-T = TypeVar("T")
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
@@ -299,27 +238,3 @@ def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions 
         options.output_file("--record", path, kind)
     RecordingFiles(paths)
     return RecordOptions(paths, about, report=output.warn)
-
-
-def read_with_sources(
-    record: RecordOptions | None, read: Callable[[], T], files: Callable[[T], Sequence[Path]]
-) -> tuple[T, RecordOptions | None]:
-    """Read what is to run; a recording of it will hold the files that it is read from.
-
-    Args:
-        record: how it is recorded, if it is.
-        read: reads it.
-        files: those that were named, in their order, of what was read.
-    """
-    if record is None:
-        return read(), None
-    with sources_collected() as sources:
-        found = read()
-    return found, replace(record, sources=sources, files=files(found))
-
-
-def numbered_recording(record: RecordOptions | None, number: int) -> RecordOptions | None:
-    """How the n-th run of a course is recorded: each has files of its own."""
-    if record is None or number == 1:
-        return record
-    return replace(record, paths=[path.with_stem(f"{path.stem}_{number}") for path in record.paths])

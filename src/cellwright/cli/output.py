@@ -17,8 +17,8 @@ from cellwright.util.errors import showable
 from cellwright.util.files import write_whole
 
 if TYPE_CHECKING:
+    from cellwright.engine.loop import Pace
     from cellwright.middleware.server import Server
-    from cellwright.running.serving import Pace
 
 _LONGEST = 10_000  # characters of a line
 

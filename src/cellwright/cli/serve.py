@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-import json
 import os
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +14,6 @@ import typer
 from rich.console import Console
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.parameters import parameters
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import (
     END,
@@ -29,7 +26,6 @@ from cellwright.cli.arguments import (
     Host,
     Log,
     OpenPage,
-    PageOptions,
     Port,
     Record,
     Seed,
@@ -44,24 +40,16 @@ from cellwright.cli.arguments import (
 )
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.output import progress_bar
-from cellwright.cli.page import page_for, show_end
 from cellwright.cli.run import summary
-from cellwright.cli.run.session import Pictures
 from cellwright.cli.run.summary import RunProgress
-from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.config.trial.trial import Trial
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.ros1.host import Ros1
-from cellwright.middleware.server import Server
-from cellwright.middleware.server.server import LOOPBACK
-from cellwright.recording.format.run_log import RunLog
 from cellwright.rendering.camera import VIEWS, Camera
-from cellwright.rendering.video_options import VideoOptions
-from cellwright.running.run import Outcome, RecordOptions, RunOptions, RunResult
-from cellwright.running.serving import Hooks, Serving
-from cellwright.viewer.services import scene
-from cellwright.viewer.services.cell_panel import IN_COMPETITION, CellPanel, hides_ground_truth, known_evidence
-from cellwright.viewer.services.control import Control, Reset
+from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session
+from cellwright.running.run.observers import Pictures
+from cellwright.running.run.targets import cell_result
+from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence
+from cellwright.viewer.web.start import LOOPBACK
 
 RESULT = "/cellwright/result"
 """A service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""
@@ -69,12 +57,13 @@ RESULT = "/cellwright/result"
 _WIDTH = 80
 
 
-def offer_result(serving: Serving) -> None:
-    """Offer the result to guests. Of a competition that is not over they are told what they may know, and no more."""
-    cell = serving.cell
+def offer_result(session: Session) -> None:
+    """Offer the result to clients. Of a competition that is not over they get what they may know, and no more."""
+    cell, server = session.node, session.server
+    assert server is not None
 
     def answer(_request: dict[str, Any]) -> dict[str, Any]:
-        result = replace(serving.result_by_now(), evidence=known_evidence(cell))
+        result = replace(cell_result(session.result_by_now()), evidence=known_evidence(cell))
         text = io.StringIO()
         summary.show_result(Console(file=text, width=_WIDTH, highlight=False), result)
         told = summary.result_document(cell, "served", result, 0, [])
@@ -82,170 +71,83 @@ def offer_result(serving: Serving) -> None:
             told |= {"seed": None, "circumstances": None}  # with them one could reckon with noise and friction
         return {"document": told, "text": text.getvalue()}
 
-    serving.server.offer(RESULT, answer)
+    server.offer(RESULT, answer)
 
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""
 
 
-@dataclass(frozen=True)
-class ServeOptions:
-    """What serving a trial may be told.
+def served_session(
+    target: CellTarget, console: Console, *, rate: RateControl, until: float | None, **more: Any
+) -> Session:
+    """A session that serves a cell, and says on a console what happens; `more` as `Session` takes it."""
+    progress = RunProgress(console, until=until, is_served=True)
 
-    Attributes:
-        speed: simulated seconds a wall second; None: as fast as it goes.
-        lockstep: let time pass only when a guest asks.
-        servo: servos of the arm; None: as the trial says.
-        seed: root of all chance; None: the trial's own.
-        competition: refuse what a competition refuses.
-        until: stop at this simulation time [s]; None: when somebody stops it.
-        ends_when_done: stop when the competition is done.
-        host: address to listen at.
-        port: port to listen at, as `Server` takes it.
-        ros1: be the simulator of ROS 1 programs too.
-        as_json: print the result as JSON, and nothing else on stdout.
-        log: file for what happens.
-        files: those that the trial is read from, as they were named.
-        record: how it is recorded; None for not at all.
-        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
-        camera: where that is taken from.
-        video: a video to be written; it is not waited for where time keeps to the wall clock.
-        verbose: say also how time kept to the wall clock.
-        page: a page on it; None for none.
-        paused: let time stand until somebody on the page lets it pass.
-    """
+    def ready(session: Session) -> None:
+        assert session.server is not None
+        where = "" if session.ros is None else f", ROS 1 at {session.ros.master.uri}"
+        session.say(output.ready_line(session.node.name, session.server, rate.speed) + where)
 
-    speed: float | None = 1.0
-    lockstep: bool = False
-    servo: str | None = None
-    seed: int | None = None
-    competition: bool = True
-    until: float | None = None
-    ends_when_done: bool = False
-    host: str = LOOPBACK
-    port: int | None = None
-    ros1: bool = False
-    as_json: bool = False
-    log: Path | None = None
-    files: Sequence[str] = ()
-    record: RecordOptions | None = None
-    picture: Path | None = None
-    camera: Camera = VIEWS["overview"]
-    video: VideoOptions | None = None
-    verbose: bool = False
-    page: PageOptions | None = None
-    paused: bool = False
+    return Session(
+        target,
+        rate=rate,
+        until=until,
+        about={"agent": "served"},
+        observers=[progress, *more.pop("observers", ())],
+        on_ready=ready,
+        report=output.warn,
+        notice=partial(progress.line, style="yellow"),
+        say=partial(console.print, markup=False, soft_wrap=True),
+        **more,
+    )
 
 
-def serve_trial(
-    load: Callable[[], Trial], wanted: ServeOptions, on_cell: Callable[[Cell], None] = lambda _cell: None
+def run_served(
+    session: Session,
+    console: Console,
+    *,
+    as_json: bool = False,
+    picture: Path | None = None,
+    camera: Camera = VIEWS["overview"],
+    verbose: bool = False,
 ) -> int:
-    """Serve a trial until it is over or a signal ends it, and print what came of it.
+    """Serve a cell until it is over or a signal ends it, and print what came of it.
 
     Args:
-        load: gives the trial.
-        wanted: how.
-        on_cell: called with the cell before its time passes.
+        session: made by `served_session`.
+        console: where people read.
+        as_json: print the result as JSON, and nothing else on stdout.
+        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
+        camera: where that is taken from.
+        verbose: say also how time kept to the wall clock.
 
     Returns:
         The exit status.
     """
-    console = Console(stderr=wanted.as_json, highlight=False)
-    is_stopped = Stop()
-    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        trial, record = arguments.read_with_sources(wanted.record, load, lambda _: options.paths(wanted.files))
-        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-        ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come)) if wanted.ros1 else None
-        if ros is not None:
-            ros.prepare()
-        cell = Cell(
-            trial, seed=wanted.seed, servo=options.servo(wanted.servo), competition=wanted.competition, report=warn
-        )
-        on_cell(cell)
-        say = partial(console.print, markup=False, soft_wrap=True)
-        progress = RunProgress(console, cell, until=wanted.until)
-        report = partial(progress.line, style="yellow")
-        if ros is not None:
-            ros.report = report
-        server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
-        if not server.is_local:
-            output.warn(f"{wanted.host}: anybody who reaches this machine can drive the cell")
-
-        def tell_the_page(result: RunResult) -> None:
-            if wanted.page is not None:
-                show_end(server, panel, control, summary.result_document(cell, "served", result, DONE, []))
-
-        hooks = Hooks(
-            on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
-            on_poll=_nothing if ros is None else ros.poll,
-            on_over=tell_the_page,
-        )
-        tempo = RateControl(wanted.speed, paused=wanted.paused)
-        serving = Serving(cell, server, tempo=tempo, hooks=hooks)
-        hindrance = IN_COMPETITION if cell.in_competition else ""
-        control = Control(tempo, reset=Reset(serving.begin_anew, lambda: hindrance), lockstep=wanted.lockstep)
-        panel = CellPanel(cell)
-        scene.offer_viewer_services(server, cell, lambda _: panel.panel(), control)
-        to_close.enter_context(page_for(server, wanted.page, f"{cell.name} · Cellwright", say))
-        offer_result(serving)
-        is_stopped.follow(serving.stop)
-        kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=output.warn)
-        waits = wanted.lockstep or wanted.speed is None
-        film = None if wanted.video is None else arguments.film_cell(cell, wanted.video, waits=waits, warn=output.warn)
-        with progress.running():
-            run = RunOptions(
-                until=wanted.until,
-                ends_when_done=wanted.ends_when_done,
-                log=kept,
-                record=record,
-                at=arguments.video_actions(film),
-                panel=panel,
-            )
-            result = serving.run(run)
-    made = [] if film is None else [film.finish()]
-    status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
+    with stopped_by_signals(session.stop.request), session:
+        offer_result(session)
+        result = cell_result(session.run())
     if result.error:
         typer.echo(result.error, err=True, nl=False)
-    pace = serving.pace
-    if not wanted.as_json:
+    if not as_json:
         summary.show_result(console, result)
-        if pace is not None and (wanted.verbose or pace.stood):
-            output.note(console, "pace", output.pace_text(pace))
-    pictures = Pictures(wanted.camera, [], output.warn)
+        if result.pace is not None and (verbose or result.pace.stood):
+            output.note(console, "pace", output.pace_text(result.pace))
+    pictures = Pictures(camera, [], output.warn)
     # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.
-    if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
-        with progress_bar(console, f"drawing {wanted.picture}", 1.0) as tell:
-            pictures.take(wanted.picture, cell, tell)
-    is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole) and result.is_recorded
-    if pictures.missed or not is_whole:
-        status = NOT_DONE
-    if wanted.as_json:
-        about = summary.result_document(cell, "served", result, status, pictures.written) | {
-            "pace": summary.pace_document(pace)
-        }
-        typer.echo(json.dumps(about | {"videos": made}, indent=2))
-    else:
-        output.note_files(console, "video", map(arguments.video_sentence, made))
-        output.note_files(console, "picture", pictures.written)
-        output.note_files(console, "recording", result.recordings)
-    return status
-
-
-def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ros: Ros1 | None) -> None:
-    """Have ROS know the cell, if it is to; then say that it is ready."""
-    if ros is None:
-        _ready(console, cell, server, speed)
-    elif ros.join(server.address, parameters(cell.trial, competition=cell.in_competition), server.wait):
-        _ready(console, cell, server, speed, f", ROS 1 at {ros.master.uri}")
-
-
-def _ready(console: Console, cell: Cell, server: Server, speed: float | None, more: str = "") -> None:
-    console.print(output.ready_line(cell.trial.name, server, speed) + more, markup=False, soft_wrap=True)
-
-
-def _nothing() -> None:
-    pass
+    if picture is not None and (result.outcome is Outcome.DONE or not session.stop.is_requested):
+        with progress_bar(console, f"drawing {picture}", 1.0) as tell:
+            pictures.take(picture, session.node, tell)
+    return summary.show_files(
+        console,
+        session,
+        "served",
+        NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE,
+        pictures,
+        more={"pace": summary.pace_document(result.pace)},
+        out=sys.stdout if as_json else None,
+    )
 
 
 def serve(
@@ -353,28 +255,34 @@ def serve(
     """
     refuse_camera_name(files, view=view)
     kept = arguments.record_options(record, agent="served")
-    wanted = ServeOptions(
-        files=files,
-        record=None if kept is None else replace(kept, is_varied=vary),
-        speed=_rate_of(speed, lockstep=lockstep),
-        lockstep=lockstep,
-        servo=servo,
-        seed=options.seed(seed),
-        competition=not development,
-        until=options.until(until),
-        ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ,
-        host=host,
-        port=port,
-        ros1=ros1,
-        as_json=as_json,
-        log=options.output_file("--log", log, ".jsonl"),
-        picture=options.output_file("--picture", picture, ".png"),
-        camera=options.camera(camera),
-        video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
-        verbose=verbose,
-        page=page_options(view=view, host=view_host, port=view_port, opens=open_page),
+    rate, root, place = _rate_of(speed, lockstep=lockstep), options.seed(seed), options.camera(camera)
+    console = Console(stderr=as_json, highlight=False)
+    target = CellTarget(
+        lambda: Cell(
+            options.trial(files, seed, is_varied=vary),
+            seed=root,
+            servo=options.servo(servo),
+            competition=not development,
+            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+        ),
+        lambda: options.paths(files),
     )
-    raise typer.Exit(serve_trial(partial(options.trial, files, seed, is_varied=vary), wanted))
+    session = served_session(
+        target,
+        console,
+        rate=RateControl(rate),
+        until=options.until(until),
+        lockstep=lockstep,
+        serve=ServerOptions(host, port),
+        view=page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
+        ros1=ros1,
+        record=kept and replace(kept, is_varied=vary),
+        video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
+        log=options.output_file("--log", log, ".jsonl"),
+        options=RunOptions(ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ),
+    )
+    file = options.output_file("--picture", picture, ".png")
+    raise typer.Exit(run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose))
 
 
 def _rate_of(text: str | None, *, lockstep: bool) -> float | None:

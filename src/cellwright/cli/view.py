@@ -14,16 +14,16 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.cli import options
-from cellwright.cli.arguments import OpenPage, PageOptions, ViewHost, ViewPort, page_options
+from cellwright.cell.cell import Cell
+from cellwright.cli import options, output
+from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
-from cellwright.cli.page import open_page
-from cellwright.cli.serve import ServeOptions, serve_trial
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.cli.teleop.node import run_node
-from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, load_robot
+from cellwright.engine.rate_control import RateControl
+from cellwright.running.run import CellTarget, PageOptions, RunOptions, ServerOptions
+from cellwright.running.run import session as sessions
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PAGE, PANEL
 from cellwright.viewer.web.connection import Link
@@ -84,7 +84,7 @@ def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -
 
     is_stopped = Stop()
     with stopped_by_signals(is_stopped.stop):
-        page = open_page(address, wish, f"{name} · Cellwright", say)
+        page = sessions.open_page(address, wish, f"{name} · Cellwright", say)
         try:
             while page.is_open and not is_stopped.has_come:
                 time.sleep(_NAP)
@@ -140,21 +140,38 @@ def view(
     Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.
     """
     page = page_options(view=True, host=view_host, port=view_port, opens=open_page) or PageOptions()
-    console = Console(highlight=False)
+    console, here = Console(highlight=False), ServerOptions(port=0)
     match kind_of(what):
         case TargetKind.ADDRESS:
             view_served(options.address("view", what[0]), page, console)
         case TargetKind.RECORDING:
             # it takes a moment to load, which the other commands are spared
-            from cellwright.cli.replay.playback import PlayOptions, play_recording
-            from cellwright.recording.format.reader import Recording
+            from cellwright.cli.replay.playback import play_recording
             from cellwright.recording.replay.playback import AtEnd
+            from cellwright.running.run.playback import PlaybackTarget
 
-            with Recording(options.paths(what)[0]) as recording:
-                play_recording(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, page=page, paused=True), console)
+            target = PlaybackTarget(options.paths(what)[0], at_end=AtEnd.HOLD)
+            play_recording(target, console, rate=RateControl(1.0, paused=True), serve=here, view=page)
         case TargetKind.ROBOT:
-            raise typer.Exit(run_node(partial(load_robot, what[0]), TeleopOptions(port=0, page=page)))
+            from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
+            from cellwright.robot.node import RobotNode
+            from cellwright.running.run.robots import RobotTarget
+
+            progress = NodeProgress(console, until=None)
+
+            def make() -> RobotNode:
+                return RobotNode(load_robot(what[0], output.warn), stamp=time.time_ns, report=progress.line)
+
+            shown = robot_session(RobotTarget(make), console, progress, speed=1.0, serve=here, view=page)
+            raise typer.Exit(run_robot(shown, console))
         case TargetKind.TRIAL:
-            shown = ServeOptions(port=0, competition=False, paused=True, page=page)
-            raise typer.Exit(serve_trial(partial(options.load, what), shown))
+            from cellwright.cli.serve import run_served, served_session
+
+            report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+            cell = CellTarget(lambda: Cell(options.load(what), competition=False, report=report))
+            rate = RateControl(1.0, paused=True)
+            shown = served_session(
+                cell, console, rate=rate, until=None, serve=here, view=page, options=RunOptions(ends_when_done=False)
+            )
+            raise typer.Exit(run_served(shown, console))
     raise typer.Exit(DONE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
@@ -62,6 +63,16 @@ class RobotNode:
         driver: Driver | None = None,
     ) -> None:
         self._is_closed = False
+        self.made_with = {
+            "motion": motion.value,
+            "timestep": [timestep.numerator, timestep.denominator],
+            "self_collision": self_collision,
+            "safety": {**asdict(safety), "guard": safety.guard.value},
+            "node": node,
+            "sim_time": sim_time,
+            "driver": driver is not None,
+        }
+        """What it was made with besides its robot, as JSON values: what is needed to make it again."""
         self.config = config
         self.name = config.name
         with ExitStack() as on_failure:

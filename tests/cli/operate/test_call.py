@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.messages.conversions import joint_state
 from tests.cli.conftest import CommandLine
@@ -14,7 +14,7 @@ def test_each_word_is_carried_out_and_a_refusal_told(cellwright: CommandLine, ad
         return ran.status, ran.out, ran.err
 
     host, port = address.split(":")
-    watcher = Session(SocketTransport((host, int(port)), node="/watcher"))
+    watcher = NodeClient(SocketTransport((host, int(port)), node="/watcher"))
     states, status = watcher.latest("/io_teleop/joint_states"), watcher.latest("/io_teleop/status")
     watcher.publish("/io_teleop/joint_cmd", joint_state(["right_1"], [0.3], time=0))
     watcher.sleep(0.5)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.clients.operators.robot import OperatedRobot
 from cellwright.robot.node import RobotNode
@@ -80,7 +80,7 @@ def is_raw(terminal: Terminal) -> bool:
 @pytest.mark.slow
 def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() -> None:
     with served(RobotNode(robot())) as (host, port):
-        session = Session(SocketTransport((host, port), node="/watcher"))
+        session = NodeClient(SocketTransport((host, port), node="/watcher"))
         there = OperatedRobot(session)
         with terminal(f"{host}:{port}") as first:
             assert is_raw(first)

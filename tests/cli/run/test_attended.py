@@ -14,12 +14,15 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cli import page as attended
-from cellwright.cli.arguments import PageOptions
-from cellwright.cli.page import AGENT_IN_OWN_PROCESS, ViewedRun
+from cellwright.cli.run.command import AGENT_IN_OWN_PROCESS
+from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.clients.client import Client
-from cellwright.running.remote.hosting import Host
-from cellwright.running.run import Outcome, RunOptions, run_cell
+from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.server import Server
+from cellwright.running.remote.hosting import RemoteAgent
+from cellwright.running.run import Outcome, RunOptions, Session, run_cell
+from cellwright.running.run import session as sessions
+from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.viewer.web.connection import Link
 from tests.cells import ARM_ONLY, KITTING
@@ -58,33 +61,24 @@ class NoPage:
 @pytest.fixture(autouse=True)
 def no_page(monkeypatch: pytest.MonkeyPatch) -> NoPage:
     page = NoPage()
-    monkeypatch.setattr(attended, "open_page", lambda *_, **__: page)
+    monkeypatch.setattr(sessions, "open_page", lambda *_, **__: page)
     return page
 
 
-@contextmanager
-def looked_at(
-    cell: Cell, *, speed: float | None = None, apart: bool = False, lockstep: bool = False, keeps: bool = True
-) -> Iterator[ViewedRun]:
-    said: list[str] = []
-    with ViewedRun(
-        cell,
-        PageOptions(),
-        speed=speed,
-        lockstep=lockstep,
-        apart=apart,
-        keeps=keeps,
-        about={"agent": "sends"},
-        say=said.append,
-    ) as found:
-        yield found
+def looked_at(cell: Cell, *, speed: float | None = None, lockstep: bool = False, until: float | None = None) -> Session:
+    return Session(cell, view=True, rate=RateControl(speed), lockstep=lockstep, until=until, about={"agent": "sends"})
+
+
+def server_of(session: Session) -> Server:
+    assert session.server is not None
+    return session.server
 
 
 @contextmanager
-def looking(crowd: ViewedRun, act: Callable[[Link], None]) -> Iterator[None]:
+def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
     """Somebody in another thread, who asks and acts while the run goes on, and behind it until all is done."""
     wrong: list[BaseException] = []
-    link = Link(crowd.server.address, key=crowd.server.key)
+    link = Link(server_of(crowd).address, key=server_of(crowd).key)
 
     def look() -> None:
         try:
@@ -102,7 +96,7 @@ def looking(crowd: ViewedRun, act: Callable[[Link], None]) -> Iterator[None]:
         wait_until(
             lambda: not thread.is_alive(),
             "end of the thread that looks on",
-            between=lambda: crowd.server.wait(0.02, until_asked=False),
+            between=lambda: server_of(crowd).wait(0.02, until_asked=False),
         )
         assert not wrong, wrong
 
@@ -142,7 +136,7 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
         control(link, action="resume")
 
     with looked_at(crowd_cell, speed=SLOW) as crowd, looking(crowd, meddle):
-        result = crowd.run(Sends(), RunOptions())
+        result = cell_result(crowd.run(Sends()))
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
     assert result.state_hash == alone.state_hash
 
@@ -159,10 +153,10 @@ def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
 
     with looked_at(cell, speed=SLOW) as crowd:
         with looking(crowd, begin_anew):
-            crowd.run(Sends(), RunOptions())
-            assert crowd.stays(), "it begins anew at once, wherever standard input is"
-        crowd.tempo.set_speed(None)
-        result = crowd.run(Sends(), RunOptions())
+            cell_result(crowd.run(Sends()))
+            assert crowd.wait(), "it begins anew at once, wherever standard input is"
+        crowd.rate.set_speed(None)
+        result = cell_result(crowd.run(Sends()))
         assert result.outcome is Outcome.DONE
     assert result.state_hash == run_cell(Cell(KITTING), Sends(), RunOptions()).state_hash
 
@@ -175,7 +169,7 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     with looked_at(Cell(KITTING), speed=SLOW) as crowd, looking(crowd, pause_and_end):
-        result = crowd.run(Sends(), RunOptions())
+        result = cell_result(crowd.run(Sends()))
     assert result.outcome is Outcome.INTERRUPTED
 
 
@@ -188,26 +182,19 @@ def test_where_a_run_cannot_begin_anew_it_says_why(cell: Cell, apart: bool, reas
         with pytest.raises(CellwrightError, match=reason):
             control(link, action="reset")
 
-    with looked_at(cell, apart=apart) as crowd, looking(crowd, ask):
-        pass
-
-
-DOCUMENT = {"outcome": "done", "error": "", "simulated": 1.0, "wall": 2.0, "state_hash": "aa", "more": 1}
-
-
-def test_a_page_that_is_not_to_stay_goes_with_the_run() -> None:
-    with looked_at(Cell(KITTING), keeps=False) as crowd:
-        crowd.tell(DOCUMENT)
-        assert not crowd.stays()
+    with looked_at(cell) as crowd:
+        crowd.hindrance = AGENT_IN_OWN_PROCESS if apart else ""
+        with looking(crowd, ask):
+            pass
 
 
 def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(no_page: NoPage) -> None:
-    with looked_at(Cell(KITTING, competition=False)) as crowd:
-        crowd.tell(DOCUMENT)
+    with looked_at(Cell(KITTING, competition=False), until=0.1) as crowd:
+        crowd.run()
 
         def look(link: Link) -> None:
             told = panel(link)
-            assert told["result"]["outcome"] == "done"
+            assert told["result"]["outcome"] == "until"
             assert told["control"]["over"] == told["refused"]["belt"] == "the run is over"
             for action in ("pause", "resume", "step", "speed"):
                 with pytest.raises(CellwrightError, match="the run is over"):
@@ -216,21 +203,21 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
             no_page.is_open = False
 
         with looking(crowd, look):
-            assert not crowd.stays()
+            assert not crowd.wait()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPage) -> None:
-    with looked_at(Cell(KITTING)) as crowd:
-        crowd.tell(DOCUMENT)
+    with looked_at(Cell(KITTING), until=0.1) as crowd:
+        crowd.run()
 
         def end(link: Link) -> None:
-            assert panel(link)["result"]["outcome"] == "done"
+            assert panel(link)["result"]["outcome"] == "until"
             os.kill(os.getpid(), number)
 
-        with looking(crowd, end):
-            assert not crowd.stays()
+        with looking(crowd, end), ended_as_by_ctrl_c():
+            assert not crowd.wait()
         assert no_page.is_open
 
 
@@ -242,10 +229,10 @@ def test_what_the_arm_hits_is_on_the_panel_while_it_happens_and_at_the_end() -> 
         seen = until(link, lambda told: told["collisions"]["count"] > 0)["collisions"]["latest"][-1]
         assert (seen["obstacle"], seen["end"]) == ("camera frame 2", None), "it lasts"
 
-    with looked_at(cell) as crowd:
+    with Session(cell, view=True, options=RunOptions(ends_when_done=False)) as crowd:
         with looking(crowd, look):
-            result = crowd.run(IntoThePost(), RunOptions(ends_when_done=False))
-        told = crowd.panel.panel()["collisions"]
+            result = cell_result(crowd.run(IntoThePost()))
+        told = crowd.target.panel({})["collisions"]
     assert told["count"] == len(result.collisions) > 0
     assert [each["end"] for each in told["latest"]] == [each.end for each in result.collisions]
 
@@ -259,11 +246,10 @@ def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None
         until(link, lambda told: told["state"] == "done")
         assert panel(link)["score"]["total"] == 6.0
 
-    with looked_at(cell, apart=True, lockstep=True) as crowd:
+    with looked_at(cell, lockstep=True) as crowd:
         with looking(crowd, look):
-            host = Host(cell, f"{__file__}:Sends", lockstep=True, server=crowd.server, tempo=crowd.tempo)
-            result = host.run(RunOptions())
-        assert all(node.startswith("/page_") for node in crowd.server.guests)
+            result = cell_result(crowd.run(RemoteAgent(f"{__file__}:Sends")))
+        assert all(node.startswith("/page_") for node in server_of(crowd).guests)
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
 
 
@@ -271,7 +257,7 @@ def test_a_server_is_left_closed_where_there_can_be_no_page(monkeypatch: pytest.
     def refuse(*_: object, **__: object) -> None:
         raise UsageError("no page can be shown")
 
-    monkeypatch.setattr(attended, "open_page", refuse)
+    monkeypatch.setattr(sessions, "open_page", refuse)
     with pytest.raises(UsageError, match="no page"), looked_at(Cell(KITTING)):
         pass
 

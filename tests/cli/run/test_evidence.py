@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.cell.kitting.kit_score import Fit, KitScore, PartFinding, Verdict
 from cellwright.cell.kitting.scorer import Averages, GameScore, OrderScore
-from cellwright.cli.run.session import finals_score
+from cellwright.cli.run.command import finals_score
 from cellwright.config.trial.trial import Sensor, Trial
 from cellwright.util.files import read_json_lines
 from cellwright.util.pose import Pose

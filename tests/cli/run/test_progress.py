@@ -36,8 +36,8 @@ def lesson() -> Cell:
 
 def test_plain_lines_come_every_two_seconds_of_wall_time() -> None:
     console, clock, cell = Console(file=io.StringIO(), width=80), WallClock(), lesson()
-    progress = RunProgress(console, cell, clock=clock)
-    with progress.running():
+    progress = RunProgress(console, clock=clock)
+    with progress.running(cell):
         for _ in range(50):
             cell.step()
             clock.now += 0.1
@@ -47,8 +47,8 @@ def test_plain_lines_come_every_two_seconds_of_wall_time() -> None:
 
 def test_no_time_between_two_looks_is_no_reason_to_fail() -> None:
     console, clock, cell = Console(file=io.StringIO()), WallClock(), lesson()
-    progress = RunProgress(console, cell, clock=clock)
-    with progress.running():
+    progress = RunProgress(console, clock=clock)
+    with progress.running(cell):
         clock.now += 10.0  # a picture was drawn meanwhile
         progress.update(cell)
         progress.update(cell)
@@ -59,8 +59,8 @@ def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.Monk
     monkeypatch.setenv("TERM", "xterm")
     console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
     clock, cell = WallClock(), lesson()
-    progress = RunProgress(console, cell, until=1.0, clock=clock)
-    with progress.running():
+    progress = RunProgress(console, until=1.0, clock=clock)
+    with progress.running(cell):
         for _ in range(3):
             clock.now += 0.2
             progress.update(cell)
@@ -70,7 +70,7 @@ def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.Monk
 
 def logged(level: Callable[[str], None], *, verbose: bool) -> str:
     console = Console(file=io.StringIO(), width=80)
-    with RunProgress(console, lesson(), verbose=verbose).running():
+    with RunProgress(console, verbose=verbose).running(lesson()):
         level("two\nlines [bold]")
     level("too late")
     return text(console)

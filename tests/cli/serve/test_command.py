@@ -104,7 +104,7 @@ def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tm
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize(
-    ("event", "about"), [("import", "cellwright.running.serving"), ("open", "lesson.yaml"), ("socket.bind", "")]
+    ("event", "about"), [("import", "cellwright.running.run.session"), ("open", "lesson.yaml"), ("socket.bind", "")]
 )
 def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(event: str, about: str, tmp_path: Path) -> None:
     """It stops at an event of its start, and is interrupted there."""

@@ -9,9 +9,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cli.serve import RESULT, offer_result
-from cellwright.middleware.server import Server
-from cellwright.running.run import RunOptions
-from cellwright.running.serving import Hooks, Serving
+from cellwright.running.run import ServerOptions, Session
 from tests.cells import KITTING, call, order
 
 TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_2"}))
@@ -21,17 +19,17 @@ def told(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = Tr
     """What a guest is told 0.2 s after the cell began, when these services had been called."""
     cell = Cell(TRIAL, seed=7, competition=competition)
 
-    def begin() -> None:
+    def begin(_session: Session) -> None:
         for service in services:
             assert call(cell, service).success
             cell.step()
 
-    server = Server(cell, port=0)
     answers: dict[str, Any] = {}
-    monkeypatch.setattr(server, "offer", answers.__setitem__)
-    serving = Serving(cell, server, tempo=None, hooks=Hooks(on_ready=begin))
-    offer_result(serving)
-    serving.run(RunOptions(until=0.2))
+    with Session(cell, serve=ServerOptions(port=0), until=0.2, on_ready=begin) as session:
+        assert session.server is not None
+        monkeypatch.setattr(session.server, "offer", answers.__setitem__)
+        offer_result(session)
+        session.run()
     answer: dict[str, Any] = answers[RESULT]({})
     return answer
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.arguments import PageOptions, page_options, refuse_camera_name
+from cellwright.cli.arguments import page_options, refuse_camera_name
 from cellwright.rendering.camera import VIEWS
+from cellwright.running.run import PageOptions
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT
 

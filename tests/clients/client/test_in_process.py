@@ -6,6 +6,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.engine.clock import nanoseconds
+from cellwright.engine.loop import StopCondition
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.util.errors import RunEndedError, UnknownNameError
 from tests.cells import ARM_ONLY, BARE, INITIAL, KITTING, WHOLE, start, way
@@ -179,7 +180,7 @@ def test_commands_are_carried_out_where_time_stands() -> None:
 
 def test_past_its_deadline_no_time_passes() -> None:
     transport = InProcess(Cell(BARE))
-    transport.deadline, transport.reason = 10_000_000, "enough"
+    transport.stop = StopCondition(10_000_000, "enough")
     transport.advance(10_000_000, never)
     for _ in range(2):
         with pytest.raises(RunEndedError, match="enough"):

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.util.errors import UsageError
 from tests.cells import ARM_ONLY, BARE, KITTING
 
 
-def session_of(cell: Cell | None = None) -> Session:
-    return Session(InProcess(cell or Cell(BARE)))
+def session_of(cell: Cell | None = None) -> NodeClient:
+    return NodeClient(InProcess(cell or Cell(BARE)))
 
 
 # ---------------------------------------------------------------- sleeping
@@ -53,7 +53,7 @@ def test_nobody_sleeps_backwards_or_for_ever(duration: float) -> None:
     ],
     ids=["sleep", "no sleep at all", "wait_until", "wait_until at once", "rate", "latest"],
 )
-def test_in_a_callback_no_time_can_pass(act: Callable[[Session], Any]) -> None:
+def test_in_a_callback_no_time_can_pass(act: Callable[[NodeClient], Any]) -> None:
     session = session_of()
     caught: list[str] = []
 
@@ -240,7 +240,7 @@ def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
 
 
 def test_the_newest_message_can_be_listened_for_now_and_then() -> None:
-    session = Session(InProcess(Cell(KITTING)))
+    session = NodeClient(InProcess(Cell(KITTING)))
     score = session.latest("/ariac/current_score")
     score.listen()  # it does
     session.sleep(0.2)

@@ -17,16 +17,14 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client import socket_transport as socket_module
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport, _error_of
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Frame, Kind, hello
 from cellwright.robot.node import RobotNode
-from cellwright.running.run import RunOptions, RunResult
-from cellwright.running.serving import Serving
+from cellwright.running.run import RunOptions, RunResult, ServerOptions, Session, SessionResult
 from cellwright.util.errors import (
     MessageError,
     RejectedCommandError,
@@ -44,20 +42,26 @@ class Home:
     """A served cell; `result` is there when it is over."""
 
     def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
-        self.server = Server(cell, port=0, lockstep=lockstep)
-        self.serving = Serving(cell, self.server, tempo=speed)
-        self.result: RunResult | None = None
-        self.thread = threading.Thread(target=self._run, args=(options,))
-        self.address = self.server.address
+        here = ServerOptions(port=0)
+        self.session = Session(cell, serve=here, lockstep=lockstep, rate=speed, options=options)
+        self.session.__enter__()
+        self.result: SessionResult | None = None
+        self.thread = threading.Thread(target=self._run)
+        server = self.session.server
+        assert server is not None
+        self.server, self.address = server, server.address
         self.thread.start()
 
-    def _run(self, options: RunOptions) -> None:
-        self.result = self.serving.run(options)
+    def _run(self) -> None:
+        try:
+            self.result = self.session.run()
+        finally:
+            self.session.__exit__()
 
     def end(self) -> RunResult:
-        self.serving.stop()
+        self.session.stop.request()
         self.thread.join(TIMEOUT)
-        assert self.result is not None
+        assert isinstance(self.result, RunResult)
         return self.result
 
 
@@ -69,7 +73,7 @@ def served(
     try:
         yield home
     finally:
-        home.serving.stop()
+        home.session.stop.request()
         home.thread.join(TIMEOUT)
 
 
@@ -209,7 +213,7 @@ def test_where_no_clock_is_told_time_is_that_of_the_wall(monkeypatch: pytest.Mon
     monkeypatch.setattr(socket_module, "time", wall)
     with robots.served(RobotNode(robots.robot())) as address:
         transport = SocketTransport(address)
-        session = Session(transport)
+        session = NodeClient(transport)
         joints = session.latest("/io_teleop/joint_states")
         assert joints.wait(timeout=TIMEOUT) is not None
         before, heard = transport.now(), joints.count

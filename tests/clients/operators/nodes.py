@@ -9,8 +9,8 @@ from pathlib import Path
 
 from cellwright.config.robot.config import Arm, Gripper, RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
+from cellwright.engine.loop import Loop
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
 from tests.waiting import TIMEOUT
@@ -55,12 +55,12 @@ def robot() -> RobotConfig:
 def served(node: RobotNode, *, lockstep: bool = False) -> Iterator[tuple[str, int]]:
     """The address at which a node is reached, in real time or in lockstep."""
     server = Server(node, port=0, lockstep=lockstep)
-    keeper = Timekeeper(node, server, patience=TIMEOUT)
-    thread = threading.Thread(target=keeper.run, args=(lambda: float("inf"),))
+    loop = Loop(node.simulation, server, patience=TIMEOUT)
+    thread = threading.Thread(target=loop.run)
     thread.start()
     try:
         yield server.address
     finally:
-        keeper.is_stopped = True
+        loop.stop.request()
         thread.join(TIMEOUT)
         server.close("the test is over")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.clients.client.in_process import InProcess
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.exercise import Shape, Wave, check_signal, exercise
 from cellwright.clients.operators.robot import JointLimits, MoveJoints, OperatedRobot
 from cellwright.robot.node import RobotNode
@@ -27,7 +27,7 @@ def node() -> RobotNode:
 @pytest.fixture
 def there(node: RobotNode) -> OperatedRobot:
     node.simulation.reset()
-    return OperatedRobot(Session(InProcess(node, node="/operator")))
+    return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
 def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> None:

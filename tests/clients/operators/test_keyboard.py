@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.clients.client.in_process import InProcess
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.clients.operators.keyboard import MOST_STEPS, Jog, Keyboard
 from cellwright.clients.operators.robot import JointLimits, OperatedRobot, ServiceCaller
@@ -31,7 +31,7 @@ def node() -> RobotNode:
 @pytest.fixture
 def operator(node: RobotNode) -> Keyboard:
     node.simulation.reset()
-    there = OperatedRobot(Session(InProcess(node, node="/operator")))
+    there = OperatedRobot(NodeClient(InProcess(node, node="/operator")))
     there.session.sleep(0.15)
     return Keyboard(there, Jog(there, LIMITS), ServiceCaller(lambda: there.session))
 
@@ -132,9 +132,9 @@ def far(node: RobotNode) -> Iterator[Keyboard]:
     """The same over a socket in lockstep: time passes while the operator waits. Services have their own connection."""
     node.simulation.reset()
     with served(node, lockstep=True) as address:
-        session = Session(SocketTransport(address, node="/operator"))
+        session = NodeClient(SocketTransport(address, node="/operator"))
         there = OperatedRobot(session)
-        services = ServiceCaller(lambda: Session(SocketTransport(address, node="/operator_services")))
+        services = ServiceCaller(lambda: NodeClient(SocketTransport(address, node="/operator_services")))
         yield Keyboard(there, Jog(there, LIMITS), services)
         services.close()
         session.close()

@@ -9,7 +9,7 @@ import pytest
 
 from cellwright.cli.operate.link import NodeConnection
 from cellwright.clients.client.ros1_transport import Ros1Transport
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.keyboard import Jog, Keyboard
 from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot, ServiceCaller
 from cellwright.config.robot.robots import load_robot
@@ -74,9 +74,9 @@ def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(
 ) -> None:
     master.teleop("tandem")
 
-    def session(node: str) -> Session:
+    def session(node: str) -> NodeClient:
         python, environment = str(ros_python()), master.environment
-        return Session(Ros1Transport(python, node=node, environment=environment, sign=JOINT_STATES))
+        return NodeClient(Ros1Transport(python, node=node, environment=environment, sign=JOINT_STATES))
 
     robot = OperatedRobot(session("/operator"))
     operator = Keyboard(robot, Jog(robot, JointLimits()), ServiceCaller(lambda: session("/operator_services")))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cellwright.clients.client.in_process import InProcess
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.playback import Moment, Recorder, Targets, approach, check, play, read_targets
 from cellwright.clients.operators.robot import (
     GRIPPER_COMMAND,
@@ -36,7 +36,7 @@ def node() -> RobotNode:
 @pytest.fixture
 def there(node: RobotNode) -> OperatedRobot:
     node.simulation.reset()
-    return OperatedRobot(Session(InProcess(node, node="/operator")))
+    return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
 def targets(*moments: tuple[float, Mapping[str, float]], topic: str = JOINT_COMMAND) -> Targets:

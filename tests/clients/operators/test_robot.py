@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cellwright.clients.client.in_process import InProcess
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators import exercise
 from cellwright.clients.operators.exercise import Shape, Wave
 from cellwright.clients.operators.robot import (
@@ -74,7 +74,7 @@ def node() -> RobotNode:
 @pytest.fixture
 def there(node: RobotNode) -> OperatedRobot:
     node.simulation.reset()
-    return OperatedRobot(Session(InProcess(node, node="/operator")))
+    return OperatedRobot(NodeClient(InProcess(node, node="/operator")))
 
 
 def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
@@ -121,7 +121,7 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
 )
 def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=0)])
-    there = OperatedRobot(Session(stranger))
+    there = OperatedRobot(NodeClient(stranger))
     stranger.callbacks["/io_teleop/status"](status)
     assert there.why_not() == reason
     if not reason:
@@ -135,7 +135,7 @@ def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, rea
 
 def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
     stranger = Stranger([joint_state(["head", "elbow", "wrist"], [0.1, float("nan")], time=0)])
-    there = OperatedRobot(Session(stranger))
+    there = OperatedRobot(NodeClient(stranger))
     assert there.joints == ("head", "elbow", "wrist")
     assert there.positions == {"head": 0.1}
     assert there.position("head") == 0.1
@@ -149,12 +149,12 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
 
 def test_where_nothing_is_said_it_says_so() -> None:
     with pytest.raises(UsageError, match="nothing comes on /io_teleop/joint_states"):
-        OperatedRobot(Session(Stranger([])))
+        OperatedRobot(NodeClient(Stranger([])))
 
 
 def test_commands_carry_the_time_of_the_nodes_clock() -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=7_000_000_000_000)])
-    there = OperatedRobot(Session(stranger))
+    there = OperatedRobot(NodeClient(stranger))
     there.send(MoveJoints({"head": 0.2}))
     stranger.time += 3_000_000
     there.send(MoveJoints({"head": 0.2}))

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.robot import Ask, ServiceCaller
 from cellwright.util.errors import RunEndedError, UsageError
 from tests.waiting import wait_until
@@ -53,7 +53,7 @@ def raising(error: BaseException) -> Callable[[], Any]:
 )
 def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], said: str) -> None:
     way: Any = Way(act)
-    services = ServiceCaller(lambda: Session(way))
+    services = ServiceCaller(lambda: NodeClient(way))
     for _ in range(2):  # in threads of their own, over one connection
         assert services.begin(Ask.HOME)
         assert answer(services) == f"{Ask.HOME.value}: {said}"

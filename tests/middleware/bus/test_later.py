@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cellwright.clients.client.in_process import InProcess
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.middleware.bus import Bus, Later
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.util.errors import RunEndedError
@@ -41,7 +41,7 @@ def test_the_bus_passes_it_on() -> None:
 
 def test_a_client_in_this_process_lets_time_pass_until_it_is_there() -> None:
     talk = Talk()
-    session = Session(InProcess(talk.node, node="/me"))
+    session = NodeClient(InProcess(talk.node, node="/me"))
     talk.joints({"waist": 0.9})
     session.sleep(0.5)
     begun = talk.node.simulation.time
@@ -54,6 +54,6 @@ def test_a_client_whose_time_is_over_is_told_so() -> None:
     transport = InProcess(talk.node)
     talk.joints({"waist": 0.9})
     talk.seconds(0.5)
-    transport.deadline = talk.node.simulation.now + 50_000_000
+    transport.stop.limit(talk.node.simulation.now + 50_000_000)
     with pytest.raises(RunEndedError):
         transport.call(RESET, TriggerRequest())

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.engine.loop import Loop, StopCondition
 from cellwright.middleware.server import client_connection
 from cellwright.middleware.server.client_connection import LATE, MAX_HELD, PING_PERIOD, REGAINED, Heartbeat, HoldBudget
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.middleware.wire.frames import Frame, Kind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
@@ -95,10 +95,10 @@ def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.Monkey
     with served(talk.node) as hall:
         asks(hall, "/silent")
         asks(hall, "/gone").connection.close()
-        keeper = Timekeeper(talk.node, hall.server)
-        keeper.run(lambda: 200_000_000)
-        assert keeper.pacer.stood > 0.2
-        assert keeper.pacer.factor < 0.9
+        loop = Loop(talk.node.simulation, hall.server, stop=StopCondition(200_000_000))
+        loop.run()
+        assert loop.pacer.stood > 0.2
+        assert loop.pacer.factor < 0.9
         assert hall.lines == ["time stands while /silent is more than 0.1 s behind; this is said once"]
 
 
@@ -108,10 +108,11 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float 
     with served(talk.node) as hall:
         asks(hall, "/silent")
         wait_until(hall.server.hold_time, "guest that is behind")
-        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, can_stand=can_stand)
-        keeper.run(lambda: 50_000_000)
+        stop = StopCondition(50_000_000)
+        loop = Loop(talk.node.simulation, hall.server, rate=tempo, stop=stop, can_stand=can_stand)
+        loop.run()
         assert hall.server.hold_time()
-        assert keeper.pacer.stood == 0.0
+        assert loop.pacer.stood == 0.0
 
 
 def asks(hall: Hall, node: str) -> Talker:

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
+from cellwright.engine.loop import Loop
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
@@ -22,7 +23,6 @@ from cellwright.middleware.server import server as server_module
 from cellwright.middleware.server.client_connection import BEHIND, FULL, LONGEST_HELLO, ClientConnection
 from cellwright.middleware.server.client_registry import MOST_GUESTS
 from cellwright.middleware.server.requests import MAX_PENDING_ADVANCES, MOST_SUBSCRIPTIONS
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.middleware.wire.frames import LONGEST_FRAME, LONGEST_SAID, Decoder, Frame, Kind, advance, hello
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
 from tests.middleware.server.talk import Hall, Talker, as_json, served
@@ -157,10 +157,10 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
         guest, count, burst = hall.guest(), 2_000, 20
         data = to_cdr(way(INITIAL))
         frames = [Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)]
-        keeper = Timekeeper(cell, hall.server, tempo=1.0)
+        loop = Loop(cell.simulation, hall.server)
         for sent in range(0, count, burst):
             guest.say(*frames[sent : sent + burst])
-            assert keeper.tick()
+            assert loop.tick()
             # the guest is a part of this thread: were it far ahead of a slow server, it would wait for itself
             guest.wait_until(lambda sent=sent: len(guest.heard) > sent - 1000)  # type: ignore[misc]
         assert cell.simulation.clock.tick == count // burst

@@ -18,7 +18,7 @@ from fractions import Fraction
 from pathlib import Path
 from cellwright.clients.agents.kitter.agent import KitterAgent
 from cellwright.cell.cell import Cell
-from cellwright.running.api import load_trial
+from cellwright.running.run import load_trial
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 
 ticks = os.open(sys.argv[2], os.O_WRONLY | os.O_CREAT)

@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
+from cellwright.engine.loop import Loop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.recording.replay.playback import AtEnd, Playing, Recorded
@@ -22,8 +24,17 @@ def server(recorded: Recorded) -> Iterator[Server]:
     server.close("the test is over")
 
 
+def loop_of(playing: Playing, server: Server, **more: Any) -> Loop:
+    stop = StopCondition(playing.last)
+    return Loop(playing.recorded.simulation, server, rate=playing.rate, stop=stop, **more)
+
+
+def play(playing: Playing, server: Server) -> None:
+    playing.run(loop_of(playing, server))
+
+
 def test_it_stops_at_the_end(recorded: Recorded, server: Server) -> None:
-    Playing(recorded, server, tempo=RateControl()).run()
+    play(Playing(recorded, RateControl()), server)
 
     assert recorded.simulation.now == 2 * SECOND
 
@@ -32,13 +43,13 @@ def test_a_part_of_it_is_played(recorded: Recorded, server: Server) -> None:
     times: list[int] = []
     recorded.bus.subscribe("/clock", lambda message: times.append(message.clock.sec * SECOND + message.clock.nanosec))
 
-    Playing(recorded, server, tempo=RateControl(), first=SECOND // 2, last=SECOND).run()
+    play(Playing(recorded, RateControl(), first=SECOND // 2, last=SECOND), server)
 
     assert times == list(range(SECOND // 2 + SECOND // 50, SECOND + 1, SECOND // 50))
 
 
-def test_times_past_the_recording_are_kept_within_it(recorded: Recorded, server: Server) -> None:
-    playing = Playing(recorded, server, tempo=RateControl(), first=-SECOND, last=99 * SECOND)
+def test_times_past_the_recording_are_kept_within_it(recorded: Recorded) -> None:
+    playing = Playing(recorded, RateControl(), first=-SECOND, last=99 * SECOND)
 
     assert (playing.first, playing.last) == (0, 2 * SECOND)
 
@@ -50,11 +61,12 @@ def test_in_a_loop_it_begins_again(recorded: Recorded, server: Server) -> None:
         nonlocal begun
         begun += 1
         if begun == 220:  # more than two rounds of 100
-            playing.stop()
+            loop.stop.request()
 
     recorded.bus.subscribe("/clock", count)
-    playing = Playing(recorded, server, tempo=RateControl(), at_end=AtEnd.LOOP)
-    playing.run()
+    playing = Playing(recorded, RateControl(), at_end=AtEnd.LOOP)
+    loop = loop_of(playing, server)
+    playing.run(loop)
 
     assert begun == 220
     assert recorded.simulation.now == SECOND * 20 // 50
@@ -78,10 +90,11 @@ def test_at_its_end_it_holds_until_somebody_looks_elsewhere(recorded: Recorded, 
         elif polls == 5 or polls == 7:
             playing.resume()
         elif polls == 9:
-            playing.stop()
+            loop.stop.request()
 
-    playing = Playing(recorded, server, tempo=tempo, at_end=AtEnd.HOLD, on_poll=poll)
-    playing.run()
+    playing = Playing(recorded, tempo, at_end=AtEnd.HOLD)
+    loop = loop_of(playing, server, on_poll=poll)
+    playing.run(loop)
 
     assert seen[0] == seen[2] == 2 * SECOND, "a step at the end leads nowhere"
     assert seen[3:5] == [SECOND, SECOND]

@@ -35,7 +35,7 @@ def server(memory: Memory) -> Iterator[Server]:
 
 
 def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
-    return RecordingServices(Playing(Recorded(memory), server, tempo=RateControl(), **more))
+    return RecordingServices(Playing(Recorded(memory), RateControl(), **more))
 
 
 def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Server) -> None:

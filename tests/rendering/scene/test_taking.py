@@ -12,7 +12,7 @@ from cellwright.rendering.scene import Form, Layer
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame
 from cellwright.robot.node import RobotNode
-from cellwright.running.api import load_trial
+from cellwright.running.run import load_trial
 from cellwright.util.pose import Pose
 from tests.rendering.scene.scenes import small
 

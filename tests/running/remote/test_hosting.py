@@ -6,13 +6,15 @@ import os
 import signal
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import AgentError, find_agent
-from cellwright.running.remote.hosting import AgentProcess, Host
-from cellwright.running.run import Outcome, RunOptions, run_cell
+from cellwright.running.remote.hosting import AgentProcess, RemoteAgent
+from cellwright.running.run import Outcome, RunResult, ServerOptions, Session, run_cell
+from cellwright.running.run.targets import cell_result
 from tests.cells import KITTING
 from tests.processes import Process
 from tests.quick_children import QUICK_AGENTS
@@ -77,12 +79,21 @@ def agents(tmp_path: Path) -> str:
     return str(file)
 
 
+def hosted(
+    agent: str, *, lockstep: bool = False, rate: float | None = None, until: float | None = None, **more: Any
+) -> RunResult:
+    """What comes of a run whose agent works in a process of its own."""
+    here = ServerOptions(port=0)
+    with Session(Cell(KITTING), serve=here, lockstep=lockstep, rate=rate, until=until) as session:
+        return cell_result(session.run(RemoteAgent(agent, **more)))
+
+
 @pytest.mark.slow
 def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
     agent = f"{agents}:Delivers"
     here = run_cell(Cell(KITTING), find_agent(agent)())
     lines: list[str] = []
-    there = Host(Cell(KITTING), agent, lockstep=True, level=20, say=lines.append).run(RunOptions())
+    there = hosted(agent, lockstep=True, level=20, say=lines.append)
     assert there.outcome is here.outcome is Outcome.DONE
     assert (there.state_hash, there.steps, there.score) == (here.state_hash, here.steps, here.score)
     assert lines == ["    0.000 s  off it goes", "something that the agent prints"]
@@ -91,7 +102,7 @@ def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
 @QUICK_AGENTS
 @pytest.mark.slow
 def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
-    result = Host(Cell(KITTING), f"{agents}:Delivers").run(RunOptions(speed=5.0))
+    result = hosted(f"{agents}:Delivers", rate=5.0)
     assert result.outcome is Outcome.DONE
     assert result.score.total > 0
     assert 0.0 < result.real_time_factor < 5.1  # a slow machine falls behind, none runs ahead
@@ -101,7 +112,7 @@ def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
-    result = Host(Cell(KITTING), f"{agents}:Waits", lockstep=lockstep).run(RunOptions(until=0.5, speed=None))
+    result = hosted(f"{agents}:Waits", lockstep=lockstep, until=0.5)
     assert result.outcome is Outcome.UNTIL
     assert result.simulated == pytest.approx(0.5)
 
@@ -117,7 +128,7 @@ def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
     ],
 )
 def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> None:
-    result = Host(Cell(KITTING), f"{agents}:{name}", lockstep=True).run(RunOptions())
+    result = hosted(f"{agents}:{name}", lockstep=True)
     assert result.outcome is Outcome.CRASHED
     assert result.error.endswith(error)
     assert "src/cellwright" not in result.error.partition("client.sleep")[0]
@@ -127,14 +138,14 @@ def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> N
 @pytest.mark.slow
 def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
     with pytest.raises(AgentError, match="cannot be made"):
-        Host(Cell(KITTING), f"{agents}:CannotBeMade", lockstep=True).run(RunOptions())
+        hosted(f"{agents}:CannotBeMade", lockstep=True)
 
 
 @QUICK_AGENTS
 @pytest.mark.slow
 def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
-    host = Host(Cell(KITTING), f"{agents}:Waits", say=lambda _: host.interrupt())
-    result = host.run(RunOptions(speed=1.0))
+    with Session(Cell(KITTING), serve=ServerOptions(port=0), rate=1.0) as session:
+        result = session.run(RemoteAgent(f"{agents}:Waits", say=lambda _: session.stop.request()))
     assert result.outcome is Outcome.INTERRUPTED
 
 
@@ -146,8 +157,7 @@ def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     child.end(TIMEOUT)
     with pytest.raises(AgentError, match="nobody answers"):
         child.worked(was_there=False)
-    host = Host(Cell(KITTING), f"{agents}:Clings")
-    result = host.run(RunOptions(until=0.2, speed=1.0))
+    result = hosted(f"{agents}:Clings", until=0.2, rate=1.0)
     assert result.outcome is Outcome.UNTIL
 
 
@@ -236,7 +246,7 @@ def test_whatever_an_agent_makes_of_its_report_the_run_has_its_score(
     hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str
 ) -> None:
     monkeypatch.setenv("DEED", deed)
-    result = Host(Cell(KITTING), f"{hostile}:Lies", lockstep=True).run(RunOptions())
+    result = hosted(f"{hostile}:Lies", lockstep=True)
     assert result.score.total > 0.0
     assert result.outcome is Outcome.CRASHED
     assert result.error == "the agent's process ended with status 0\n"
@@ -247,7 +257,7 @@ def test_whatever_an_agent_makes_of_its_report_the_run_has_its_score(
 @pytest.mark.parametrize("name", ["Threads", "Forks"])
 def test_the_run_ends_when_its_agent_has_whatever_that_leaves_behind(hostile: str, name: str) -> None:
     said: list[str] = []
-    result = Host(Cell(KITTING), f"{hostile}:{name}", lockstep=True, say=said.append).run(RunOptions())
+    result = hosted(f"{hostile}:{name}", lockstep=True, say=said.append)
     assert (result.outcome, result.error) == (Outcome.DONE, "")
     assert result.score.total > 0.0
     left = "the agent left a process running, now ended: " if name == "Forks" else "left running, and ended with the"

@@ -13,8 +13,7 @@ from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import EVENT, PANEL, STATE_HASH
 from cellwright.recording.format.reader import Recording
-from cellwright.running.api import load_trial
-from cellwright.running.run import Outcome, RecordOptions, RunContext, RunOptions, execute_run, run_cell
+from cellwright.running.run import Outcome, Program, RecordOptions, RunOptions, Session, load_trial, run_cell
 from tests.cells import KITTING
 
 
@@ -79,12 +78,13 @@ def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
     class BreakOffError(BaseException):
         pass
 
-    def break_off(_course: RunContext) -> tuple[Outcome, str]:
-        raise BreakOffError
+    class BreaksOff(Program):
+        def work(self, session: Session) -> tuple[Outcome, str]:
+            raise BreakOffError
 
     options = RecordOptions([tmp_path / "a.mcap"])
     with pytest.raises(BreakOffError):
-        execute_run(cell, break_off, RunOptions(record=options))
+        Session(cell, record=options).run(BreaksOff())
     with Recording(tmp_path / "a.mcap") as recording:
         assert recording.is_complete
         assert recording.end == {"outcome": "broken off"}

@@ -11,7 +11,7 @@ from typing import Annotated
 from cellwright.cli import options, output
 from cellwright.cli.declarations import flag, option
 from cellwright.clients.client.ros1_transport import Ros1Transport
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot
 from cellwright.config.robot.robots import bundled, load_robot
@@ -94,7 +94,7 @@ class NodeConnection:
         self._limits = None if robot is None else JointLimits.of(load_robot(robot, output.warn).robot)
         self._ros1 = installation.find() if ros1 else None
 
-    def session(self, suffix: str = "") -> Session:
+    def session(self, suffix: str = "") -> NodeClient:
         """A connection of its own.
 
         Args:
@@ -105,10 +105,10 @@ class NodeConnection:
         """
         name = self.node + suffix
         if self._ros1 is None:
-            return Session(self._over_socket(name))
+            return NodeClient(self._over_socket(name))
         ros = self._ros1
         transport = Ros1Transport(ros.python, node=name, environment=ros.environment, patience=_WAIT, sign=JOINT_STATES)
-        return Session(transport)
+        return NodeClient(transport)
 
     @contextmanager
     def robot(self) -> Iterator[OperatedRobot]:

@@ -14,10 +14,10 @@ from cellwright.cli.arguments import OUTPUT, Host, OpenPage, Port, Recorded, Vie
 from cellwright.cli.main import DONE
 from cellwright.cli.output import progress_bar
 from cellwright.engine.clock import nanoseconds, seconds
-from cellwright.middleware.server.server import LOOPBACK
+from cellwright.engine.rate_control import RateControl
+from cellwright.viewer.web.start import LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.cli.replay.playback import PlayOptions
     from cellwright.recording.format.reader import Recording
 
 _PLAY, _VERIFY = "Play it", "Run it again"
@@ -141,12 +141,14 @@ def replay(
     """
     # it takes a moment to load, which the other commands are spared
     from cellwright.cli.replay import report
-    from cellwright.cli.replay.playback import PlayOptions, film_recording, play_recording
+    from cellwright.cli.replay.playback import film_recording, play_recording
     from cellwright.cli.replay.report import verify_recording as run_again
     from cellwright.recording.format.bag import write_bag
     from cellwright.recording.format.reader import Recording
     from cellwright.recording.replay.exported import write_mcap
     from cellwright.recording.replay.playback import AtEnd
+    from cellwright.running.run.options import ServerOptions
+    from cellwright.running.run.playback import PlaybackTarget
 
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1 or view
@@ -164,46 +166,41 @@ def replay(
         if is_given and not is_played:
             others = "" if option in played else ", or --bag, --mcap or --video for a file"
             options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1{others}")
-    wanted = PlayOptions(
-        speed=options.speed(speed),
-        start=_time("--start", start),
-        until=_time("--until", until),
-        at_end=AtEnd.LOOP if loop else AtEnd.HOLD if hold or view else AtEnd.STOP,
-        host=host,
-        port=port if serve or ros1 else 0,  # a page finds it wherever it is
-        ros1=ros1,
-        page=page,
-    )
+    rate, begin, end = options.speed(speed), _time("--start", start), _time("--until", until)
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:
-        _check_times(recording, wanted)
+        _check_times(recording, begin, end)
         if not recording.is_complete:
             output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
             with progress_bar(console, f"writing {bag_file}", 1.0) as tell:
-                left_out = write_bag(
-                    file, bag_file, start=_nanoseconds(wanted.start), until=_nanoseconds(wanted.until), tell=tell
-                )
+                left_out = write_bag(file, bag_file, start=_nanoseconds(begin), until=_nanoseconds(end), tell=tell)
             for topic in left_out:
                 output.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if mcap_file is not None:
             with progress_bar(console, f"writing {mcap_file}", 1.0) as tell:
                 missing = write_mcap(
-                    recording, mcap_file, start=_nanoseconds(wanted.start), until=_nanoseconds(wanted.until), tell=tell
+                    recording, mcap_file, start=_nanoseconds(begin), until=_nanoseconds(end), tell=tell
                 )
             for line in missing:
                 output.warn(f"{mcap_file}: {line}")
         if verify:
             raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
-            play_recording(recording, wanted, console)
+            at_end = AtEnd.LOOP if loop else AtEnd.HOLD if hold or view else AtEnd.STOP
+            play_recording(
+                PlaybackTarget(recording, first=_nanoseconds(begin), last=_nanoseconds(end), at_end=at_end),
+                console,
+                rate=RateControl(rate),
+                serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds it wherever it is
+                view=page,
+                ros1=ros1,
+            )
         told = report.contents_document(recording)
         if filmed is not None:
             with progress_bar(console, f"drawing {filmed.file}", 1.0) as tell:
                 told["videos"] = [
-                    film_recording(
-                        recording, filmed, start=wanted.start, until=wanted.until, warn=output.warn, tell=tell
-                    )
+                    film_recording(recording, filmed, start=begin, until=end, warn=output.warn, tell=tell)
                 ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
@@ -219,15 +216,15 @@ def replay(
     raise typer.Exit(DONE)
 
 
-def _check_times(recording: Recording, wanted: PlayOptions) -> None:
+def _check_times(recording: Recording, start: float | None, until: float | None) -> None:
     """Refuse a part that the recording does not have: it would be over before anybody has seen it."""
     begin, end = seconds(recording.begin), seconds(recording.end_time)
-    if wanted.start is not None and wanted.start > end:
-        options.refuse(f"--start {wanted.start:g}: {recording.path} ends at {end:.3f} s")
-    if wanted.until is not None and wanted.until < begin:
-        options.refuse(f"--until {wanted.until:g}: {recording.path} begins at {begin:.3f} s")
-    if wanted.start is not None and wanted.until is not None and wanted.until < wanted.start:
-        options.refuse(f"--until {wanted.until:g}: that is before --start {wanted.start:g}")
+    if start is not None and start > end:
+        options.refuse(f"--start {start:g}: {recording.path} ends at {end:.3f} s")
+    if until is not None and until < begin:
+        options.refuse(f"--until {until:g}: {recording.path} begins at {begin:.3f} s")
+    if start is not None and until is not None and until < start:
+        options.refuse(f"--until {until:g}: that is before --start {start:g}")
 
 
 def _time(option: str, value: float | None) -> float | None:

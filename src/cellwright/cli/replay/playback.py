@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import ExitStack
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -13,21 +12,13 @@ from typing import Any
 from rich.console import Console
 
 from cellwright.cli import output
-from cellwright.cli.arguments import PageOptions
 from cellwright.cli.output import progress_bar
-from cellwright.cli.page import page_for
-from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.ros1.host import Ros1
-from cellwright.middleware.ros1.host.ros1 import Identity
-from cellwright.middleware.server import Server
-from cellwright.middleware.server.server import LOOPBACK
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.frame_cursor import Sight
-from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
-from cellwright.recording.replay.services import RecordingServices
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.rendering.picture import LAMP
@@ -37,92 +28,69 @@ from cellwright.rendering.scene.scene import decode_scene
 from cellwright.rendering.video import Video
 from cellwright.rendering.video_options import VideoOptions, period_of
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
+from cellwright.running.run import PageOptions, ServerOptions, Session
+from cellwright.running.run.playback import PlaybackTarget
 from cellwright.util.errors import MessageError, UsageError
 from cellwright.viewer.filming import Made
 
-IN_ROS = Identity(REPLAY_NODE, "recording", makes_frames=False)
-"""The node that a recording is in ROS. It tells the time; frames are those that were recorded."""
 
+def play_recording(
+    target: PlaybackTarget,
+    console: Console,
+    *,
+    rate: RateControl,
+    serve: ServerOptions,
+    view: PageOptions | None = None,
+    ros1: bool = False,
+) -> None:
+    """Play a recording until it is over, or a signal comes.
 
-@dataclass(frozen=True)
-class PlayOptions:
-    """What playing may be told.
-
-    Attributes:
-        speed: simulated seconds a wall second; None: as fast as it goes.
-        start: simulation time [s] from which to play; None: from the begin.
-        until: simulation time [s] up to which to play; None: to the end.
-        at_end: what becomes of time then.
-        host: address to listen at.
-        port: port to listen at, as `Server` takes it.
+    Args:
+        target: what is played, and of it.
+        console: where people read.
+        rate: how its time passes.
+        serve: where clients are served.
+        view: a page on it; None for none.
         ros1: be a node of ROS 1 too.
-        page: a page on it; None for none.
-        paused: let time stand until somebody on the page lets it pass.
-    """
-
-    speed: float | None = 1.0
-    start: float | None = None
-    until: float | None = None
-    at_end: AtEnd = AtEnd.STOP
-    host: str = LOOPBACK
-    port: int | None = None
-    ros1: bool = False
-    page: PageOptions | None = None
-    paused: bool = False
-
-
-def play_recording(recording: Recording, wanted: PlayOptions, console: Console) -> None:
-    """Play it until it is over, or a signal comes.
 
     Raises:
         UsageError: the address cannot be listened at, or there is no ROS 1.
         RecordingError: the file is damaged.
     """
-    is_stopped = Stop()
-    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-        ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come, identity=IN_ROS)) if wanted.ros1 else None
-        if ros is not None:
-            ros.prepare()
-        recorded = Recorded(recording, report=warn)
-        server = Server(recorded, host=wanted.host, port=wanted.port, report=warn)
-        to_close.callback(server.close, "the recording is over")
-        if not server.is_local:
-            output.warn(f"{wanted.host}: anybody who reaches this machine can see the recording")
-        tell = to_close.enter_context(progress_bar(console, recorded.name, None))
 
-        def poll() -> None:
-            if ros is not None:
-                ros.poll()
-            if tell is not None:
-                now, last = recorded.simulation.time, seconds(playing.last)
-                tell(None, f"{now:.1f} of {last:.1f} s{', paused' if playing.tempo.is_paused else ''}")
+    def ready(session: Session) -> None:
+        assert session.server is not None
+        where = "" if session.ros is None else f", ROS 1 at {session.ros.master.uri} as {session.ros.identity.node}"
+        session.say(output.ready_line(session.node.name, session.server, rate.speed) + where)
 
-        playing = Playing(
-            recorded,
-            server,
-            tempo=RateControl(wanted.speed, paused=wanted.paused),
-            first=_to_nanoseconds(wanted.start),
-            last=_to_nanoseconds(wanted.until),
-            at_end=wanted.at_end,
-            on_poll=poll,
-        )
-        RecordingServices(playing).offer(server)
-        say = partial(console.print, markup=False, soft_wrap=True)
-        to_close.enter_context(page_for(server, wanted.page, f"{recorded.name} · Cellwright", say))
-        is_stopped.follow(playing.stop)
-        if ros is not None:
-            ros.join(server.address, {"use_sim_time": True}, server.wait)
-        if not is_stopped.has_come:
-            where = "" if ros is None else f", ROS 1 at {ros.master.uri} as {IN_ROS.node}"
-            console.print(output.ready_line(recorded.name, server, wanted.speed) + where, markup=False, soft_wrap=True)
-            playing.run()
-    if recorded.player.unreadable:
-        output.note(console, "unreadable", f"{recorded.player.unreadable} messages")
+    @contextmanager
+    def progress(session: Session) -> Iterator[None]:
+        with progress_bar(console, session.node.name, None) as tell:
 
+            def poll() -> None:
+                if tell is not None:
+                    now, last = session.node.simulation.time, seconds(target.playing.last)
+                    tell(None, f"{now:.1f} of {last:.1f} s{', paused' if rate.is_paused else ''}")
 
-def _to_nanoseconds(value: float | None) -> int | None:
-    return None if value is None else nanoseconds(value)
+            session.on_poll.append(poll)
+            yield
+
+    session = Session(
+        target,
+        rate=rate,
+        serve=serve,
+        view=view or False,
+        ros1=ros1,
+        observers=[progress],
+        on_ready=ready,
+        report=output.warn,
+        notice=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+        say=partial(console.print, markup=False, soft_wrap=True),
+    )
+    with stopped_by_signals(session.stop.request), session:
+        session.run()
+    if session.node.player.unreadable:
+        output.note(console, "unreadable", f"{session.node.player.unreadable} messages")
 
 
 def film_recording(

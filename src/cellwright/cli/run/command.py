@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable
-from contextlib import nullcontext, redirect_stdout
+from contextlib import ExitStack, nullcontext, redirect_stdout, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.scorer import Averages, GameScore, TrialScore, trial_score
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import (
     END,
@@ -34,12 +36,21 @@ from cellwright.cli.arguments import (
     page_options,
     refuse_camera_name,
 )
-from cellwright.cli.run.session import Quality, RunSession
+from cellwright.cli.main import exit_status_of
+from cellwright.cli.run.summary import RunProgress, show_files, show_result
+from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.trial import Trial
+from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.backend import requested_backend
-from cellwright.running.run import RunOptions
+from cellwright.running.run import CellTarget, Outcome, Program, RunOptions, ServerOptions, Session
+from cellwright.running.run.observers import Pictures, Quality
+from cellwright.running.run.targets import cell_result
+from cellwright.util.errors import UsageError
+
+AGENT_IN_OWN_PROCESS = "the agent is in a process of its own: end the run, and start it again"
+"""Why a run over a socket or ROS does not begin anew at a click."""
 
 TRANSPORTS = ("socket", "ros1")
 """Ways between an agent and a cell that are in different processes."""
@@ -263,9 +274,8 @@ def run(
         requested_backend()
     page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
     way = agent_transport(over, lockstep=lockstep)
+    rate = options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1"))
     wanted = RunOptions(
-        speed=options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1")),
-        until=options.until(until),
         listen=listen or (),
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
         start=resume,
@@ -274,62 +284,105 @@ def run(
     kept = arguments.record_options(record, agent=agent)
     filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
     place = options.camera(camera)
-    snapshots = [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()]
+    pictures = Pictures(
+        place, [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], output.warn, quality
+    )
     console = Console(stderr=as_json, highlight=False)
-    with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what a file brings along prints no JSON
-        trial, kept = arguments.read_with_sources(
-            kept, partial(options.trial, files, seed, is_varied=vary), lambda _: options.paths(files)
-        )
-        cell = _build(trial, seed, servo, console, competition=not development)
-        options.topics(wanted.listen, cell)
-        spent = options.averages(averages, cell.trial)
-        maker = _maker(agent, wanted)
-        worker = maker() if maker is not None and way is None else None
-    if maker and not cell.trial.has_arm:
-        _miss_arm(cell.trial.name, agent)
-    varied = ", varied" if vary else ""
-    console.print(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
-    turn = RunSession(
-        cell=cell,
-        agent=agent,
-        make=maker,
-        worker=worker,
-        options=wanted,
-        console=console,
-        way=way,
+    progress = RunProgress(console, until=options.until(until), verbose=verbose)
+    say = partial(console.print, markup=False, soft_wrap=True)
+    session = Session(
+        CellTarget(
+            lambda: Cell(
+                options.trial(files, seed, is_varied=vary),
+                seed=options.seed(seed),
+                servo=options.servo(servo),
+                competition=not development,
+                report=partial(say, style="yellow"),
+            ),
+            lambda: options.paths(files),
+            {"agent": agent},
+        ),
+        until=until,
+        rate=rate if page is None else RateControl(rate),
         lockstep=lockstep,
-        verbose=verbose,
-        camera=place,
-        quality=quality,
-        snapshots=snapshots,
-        picture=picture,
+        serve=ServerOptions(port=0) if way else False,
+        view=page or False,
+        ros1=way == "ros1",
+        record=kept and replace(kept, is_varied=vary),
         video=filmed,
         log=log_file,
-        record=kept if kept is None else replace(kept, is_varied=vary),
-        least=least,
-        spent=spent,
-        as_json=as_json,
-    )
-    if page is None:
-        raise typer.Exit(turn.play())
-    # what looking on and other processes need is loaded where somebody wants it, which the other runs are spared
-    from cellwright.cli.page import ViewedRun
-
-    say = partial(console.print, markup=False, soft_wrap=True)
-    with ViewedRun(
-        cell,
-        page,
-        speed=wanted.speed,
-        lockstep=lockstep,
-        apart=way is not None,
-        keeps=not as_json,
         about={"agent": agent},
+        observers=[pictures, progress],
+        options=wanted,
+        report=output.warn,
+        notice=partial(progress.line, style="yellow"),
         say=say,
-    ) as turn.attended:
-        status = turn.play()
-        while not turn.is_interrupted and turn.attended.stays():
-            status = turn.play()
-    raise typer.Exit(status)
+    )
+    session.hindrance = AGENT_IN_OWN_PROCESS if way else ""
+    program = _program(agent, way, has_end=until is not None, is_verbose=verbose)
+    with ExitStack() as leaving:
+        out = sys.stdout
+        if as_json:  # what a file brings along or an agent prints is no JSON
+            leaving.enter_context(redirect_stdout(sys.stderr))
+        if way:
+            leaving.enter_context(stopped_by_signals(session.stop.request))
+        leaving.enter_context(session)
+        cell: Cell = session.node
+        options.topics(wanted.listen, cell)
+        spent = options.averages(averages, cell.trial)
+        worker = program()
+        if worker is not None and not cell.trial.has_arm:
+            _miss_arm(cell.trial.name, agent)
+        varied = ", varied" if vary else ""
+        say(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False)
+        while True:
+            with nullcontext() if way else ended_as_by_ctrl_c():
+                result = cell_result(session.run(worker))
+            status = exit_status_of(result, has_agent=worker is not None, min_score=least)
+            if not session.begins_again:
+                sys.stderr.write(result.error)
+                final = None if spent is None else finals_score(cell.trial, result.score, spent)
+                if not as_json:
+                    show_result(console, result, final)
+                    if least is not None and result.score.total < least:
+                        output.note(console, "not enough", f"{least:g} points were asked for")
+                end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
+                to = out if as_json else None
+                status = show_files(console, session, agent, status, pictures, end, final, out=to)
+            if result.outcome is Outcome.INTERRUPTED or not _begins_again(session, say, keeps=not as_json):
+                raise typer.Exit(status)
+            worker = program()
+
+
+def _begins_again(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
+    """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; whether the run is to begin again instead."""
+    if session.begins_again:
+        say("the run begins anew")
+        return True
+    if session.page is None or not keeps:
+        return False
+    say("the page stays open; Ctrl-C ends")
+    with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
+        return session.wait()
+    return False
+
+
+def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
+    """Gives what works a run: an agent of its own for each, or the agent in a process of its own; None: nobody."""
+    if agent == "none":
+        if not has_end:
+            options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
+        return lambda: None
+    make = find_agent(agent)
+    if way is None:
+        return make
+    from cellwright.running.remote.hosting import RemoteAgent
+
+    def say(line: str) -> None:
+        sys.stdout.write(f"{line}\n")
+
+    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, say=say)
+    return lambda: remote
 
 
 def _refuse_what_is_settled(context: typer.Context) -> None:
@@ -342,22 +395,13 @@ def _refuse_what_is_settled(context: typer.Context) -> None:
             options.refuse(f"--connect: the cell is there already, and {given} is for the one who serves it")
 
 
-def _build(trial: Trial, seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
-    return Cell(
-        trial,
-        seed=options.seed(seed),
-        servo=options.servo(servo),
-        competition=competition,
-        report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
-    )
-
-
-def _maker(name: str, wanted: RunOptions) -> Callable[[], Agent] | None:
-    if name != "none":
-        return find_agent(name)
-    if wanted.until is None:
-        options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
-    return None
+def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
+    """The score of the trial; without one, such as after points in no time, the run still has its result."""
+    try:
+        return trial_score(trial.sensors, score.orders, spent)
+    except UsageError as error:
+        output.warn(f"the trial has no score: {error}")
+        return None
 
 
 def _miss_arm(trial: str, agent: str) -> None:

@@ -1,73 +1,24 @@
-"""Agent and cell in different processes: `cellwright run --over` and `cellwright run --connect`."""
+"""An agent at a cell that is served already: `cellwright run --connect`."""
 
 from __future__ import annotations
 
 import json
-import logging
 import sys
-from collections.abc import Callable
-from contextlib import ExitStack
 from typing import NoReturn
 
 import typer
 from rich.console import Console
 
-from cellwright.cell.cell import Cell
 from cellwright.cli import options
 from cellwright.cli.main import DONE, NOT_DONE
-from cellwright.cli.page import ViewedRun
 from cellwright.cli.serve import RESULT
-from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.agents.agent import find_agent
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.socket_transport import SocketTransport
-from cellwright.middleware.ros1.host import Ros1
-from cellwright.running.remote.hosting import NODE, Host
+from cellwright.running.remote.hosting import NODE
 from cellwright.running.remote.program import AgentExit, Parting, run_agent
-from cellwright.running.run import DRIVE, RunOptions, RunResult
+from cellwright.running.run import DRIVE
 from cellwright.util.errors import UsageError
-
-Report = Callable[[str], None]
-
-
-def run_hosted(
-    cell: Cell,
-    agent: str,
-    wanted: RunOptions,
-    *,
-    way: str,
-    lockstep: bool,
-    verbose: bool,
-    report: Report,
-    attended: ViewedRun | None = None,
-) -> RunResult:
-    """Run a cell whose agent works in a process of its own.
-
-    Args:
-        cell: the cell.
-        agent: the agent's name.
-        wanted: what the run is told besides.
-        way: how the agent comes to the cell, one of `over.WAYS`.
-        lockstep: whether time passes only while the agent waits.
-        verbose: whether to tell what the agent logs at level INFO.
-        report: takes a line about what goes wrong in ROS.
-        attended: who looks on; None for nobody.
-    """
-    host = Host(
-        cell, agent, lockstep=lockstep, level=logging.INFO if verbose else logging.WARNING, say=_print_agent_line
-    )
-    if attended is not None:
-        host.server, host.tempo = attended.server, attended.tempo
-    with stopped_by_signals(host.interrupt), ExitStack() as to_close:
-        if way == "ros1":
-            host.ros = to_close.enter_context(Ros1(report, lambda: host.is_interrupted))
-            host.ros.prepare()
-        return host.run(wanted)
-
-
-def _print_agent_line(line: str) -> None:
-    sys.stdout.write(f"{line}\n")
-
 
 _STATE = "/ariac/competition_state"  # what every cell tells of
 

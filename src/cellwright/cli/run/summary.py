@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import re
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from fractions import Fraction
+from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rich import box
 from rich.console import Console
@@ -41,12 +43,17 @@ from cellwright.cell.kitting.evidence import (
 )
 from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
-from cellwright.cli.output import ShowProgress, note, progress_bar
+from cellwright.cli.arguments import video_sentence
+from cellwright.cli.main import NOT_DONE
+from cellwright.cli.output import ShowProgress, note, note_files, progress_bar
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
+from cellwright.running.run.targets import cell_result, subscribe
 
 if TYPE_CHECKING:
-    from cellwright.running.serving import Pace
+    from cellwright.engine.loop import Pace
+    from cellwright.running.run import Session
+    from cellwright.running.run.observers import Pictures
 
 _REDRAW = 0.1  # [s] of wall time
 _PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are read afterwards
@@ -59,35 +66,47 @@ class RunProgress:
 
     Args:
         console: where to.
-        cell: what runs.
         until: the simulation time [s] at which the run is to stop, if any.
         verbose: whether to tell what is logged at level INFO, as agents do.
+        is_served: whether time passes for clients; nothing moves then but what happens.
         clock: wall time [s]; to be replaced in tests.
     """
 
     def __init__(
         self,
         console: Console,
-        cell: Cell,
         *,
         until: float | None = None,
         verbose: bool = False,
+        is_served: bool = False,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        limit = until if until is not None else cell.trial.time_limit
-        self._total = limit if limit > 0 else None
+        self._until, self._total, self._is_served = until, until, is_served
         self._console = console
-        self._cell = cell
+        self._cell: Cell | None = None
         self._level = logging.INFO if verbose else logging.WARNING
         self._clock = clock
         self._shown = clock()
         self._since: tuple[float, float] | None = None  # wall time and simulation time at the first look
         self._bar: ShowProgress | None = None
-        cell.competition.on_effect.append(self._tell)
 
     @contextmanager
-    def running(self) -> Iterator[None]:
-        """Tell of what happens inside."""
+    def __call__(self, session: Session) -> Iterator[None]:
+        """Tell of what happens in a run."""
+        self._cell, self._since = session.node, None
+        with self.running(session.node), ExitStack() as run:
+            subscribe(session.node.competition.on_effect, self._tell, run)
+            if not self._is_served:
+                watch = session.node.simulation.watch("console", Fraction(1, 10), lambda _: self.update(session.node))
+                run.callback(watch.cancel)
+            yield
+
+    @contextmanager
+    def running(self, cell: Cell) -> Iterator[None]:
+        """Tell of what happens to a cell inside."""
+        self._cell = cell
+        limit = cell.trial.time_limit if self._until is None else self._until
+        self._total = limit if limit > 0 else None
         log, handler = logging.getLogger(), _LogLines(self.line)
         level = log.level
         log.addHandler(handler)
@@ -120,8 +139,9 @@ class RunProgress:
             self._bar(simulated if self._total else None, f"{simulated:.1f} s  {factor}  {state}")
 
     def line(self, text: str, style: str | None = None) -> None:
-        """A line that stays, with the simulation time."""
-        self._console.print(f"{self._cell.simulation.time:9.3f} s  {text}", markup=False, soft_wrap=True, style=style)
+        """A line that stays, with the simulation time once there is a run."""
+        time = "" if self._cell is None else f"{self._cell.simulation.time:9.3f} s  "
+        self._console.print(f"{time}{text}", markup=False, soft_wrap=True, style=style)
 
     def _tell(self, effect: Effect) -> None:
         text = effect_sentence(effect)
@@ -212,6 +232,51 @@ def pace_document(pace: Pace | None) -> dict[str, float] | None:
 def score_document(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:
     """A run's score with its evidence, and the score of the trial as in the finals if averages are known."""
     return evidence_to_json(found) | {"trial_score": None if final is None else trial_score_to_json(final)}
+
+
+def show_files(
+    console: Console,
+    session: Session,
+    agent: str,
+    status: int,
+    pictures: Pictures,
+    picture: Path | None = None,
+    final: TrialScore | None = None,
+    *,
+    more: Mapping[str, Any] | None = None,
+    out: TextIO | None = None,
+) -> int:
+    """Draw the cell as it stands, then print the files that were written.
+
+    Args:
+        console: where to print.
+        session: of a cell whose run is over.
+        agent: the name of what worked it.
+        status: exit status so far.
+        pictures: those of the run.
+        picture: file for one of the cell as it stands; None for none.
+        final: the score of the trial as in the finals, if averages are known.
+        more: what the result has besides as JSON.
+        out: takes the result as JSON, in place of lines on the console; None: lines.
+
+    Returns:
+        The exit status: that of a file that is not whole where it was 0.
+    """
+    result = cell_result(session.result)
+    cell: Cell = session.node
+    if not status and (pictures.missed or cell.checkpoints.missed or not result.is_complete):
+        status = NOT_DONE  # what was asked for is not all there
+    if picture is not None:
+        with progress_bar(console, f"drawing {picture}", 1.0) as tell:
+            pictures.take(picture, cell, tell)
+    if out is not None:
+        document = result_document(cell, agent, result, status, pictures.written, final)
+        out.write(json.dumps({**document, **(more or {}), "videos": result.videos}, indent=2) + "\n")
+        return status
+    note_files(console, "video", map(video_sentence, result.videos))
+    note_files(console, "picture", pictures.written)
+    note_files(console, "recording", result.recordings)
+    return status
 
 
 _MAX_COLLISIONS = 5

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from contextlib import closing
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -17,12 +18,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.cli import options, output
+from cellwright.cli import options
 from cellwright.cli.main import DONE, NOT_DONE
-from cellwright.cli.teleop.options import DisplayOptions, Load, TeleopOptions
 from cellwright.config.robot.config import RobotConfig
 from cellwright.robot.checks.driver import check_driver
-from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.checks.reference import MAX_RANGE_ERROR, MAX_TIME_ERROR
 from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.robot.drivers import find_driver
@@ -61,48 +60,27 @@ _PERCENT = (
 )
 
 
-def run_motion_check(load: Load, wanted: TeleopOptions) -> int:
-    """Check how a robot moves, and print what was found.
+def refuse_what_runs(given: Mapping[str, bool]) -> None:
+    """Refuse what is meant for a node that goes on running.
 
     Args:
-        load: gives the robot.
-        wanted: how its node would run: motion, steps of physics and self-collision count here.
-
-    Returns:
-        The exit status: 0 when all is well, else 1.
+        given: for each option whether it is given.
 
     Raises:
-        UsageError: the recorded motion cannot be read, or what is wanted is for a node that goes on running.
+        UsageError: one is.
     """
-    _refuse_what_runs(wanted)
-    config = load(output.warn)
-    node = RobotNode(config, motion=wanted.motion, timestep=wanted.timestep, self_collision=wanted.self_collision)
-    with closing(node):
-        report = check_motion(node)
-    if wanted.as_json:
+    for name, is_given in given.items():
+        if is_given:
+            raise UsageError(f"--check: leave out {name}, meant for a node that goes on running")
+
+
+def tell_motion_report(report: MotionReport, *, as_json: bool) -> int:
+    """Print how a robot moves; the exit status: 0 when all is well, else 1."""
+    if as_json:
         typer.echo(json.dumps(motion_document(report), indent=2))
     else:
         show_motion_report(Console(highlight=False), report)
     return DONE if report.passed else NOT_DONE
-
-
-def _refuse_what_runs(wanted: TeleopOptions) -> None:
-    meant = {
-        "--until": wanted.until is not None,
-        "--lockstep": wanted.lockstep,
-        "--sim-time": wanted.sim_time,
-        "--speed": wanted.speed != 1.0,
-        "--driver": wanted.driver is not None,
-        "--ros1": wanted.ros1,
-        "--record": wanted.record is not None,
-        "--video": wanted.video is not None,
-        "--view": wanted.page is not None,
-        "--gui, --init-debug and --snapshot": wanted.sight != DisplayOptions(),
-        "the options of safety": wanted.safety != SafetySettings(),
-    }
-    for name, is_given in meant.items():
-        if is_given:
-            raise UsageError(f"--check: leave out {name}, meant for a node that goes on running")
 
 
 def show_motion_report(console: Console, report: MotionReport) -> None:

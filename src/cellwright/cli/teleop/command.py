@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
+from contextlib import closing
 import typer
+from rich.console import Console
 
-from cellwright.cli import arguments, options
+from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import (
     OUTPUT,
     REACH,
@@ -23,15 +26,19 @@ from cellwright.cli.arguments import (
     ViewPort,
     page_options,
 )
-from cellwright.cli.teleop.checks import run_driver_check, run_motion_check
-from cellwright.cli.teleop.node import run_node
-from cellwright.cli.teleop.options import DisplayOptions, TeleopOptions
+from cellwright.cli.teleop.checks import refuse_what_runs, run_driver_check, tell_motion_report
+from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
 from cellwright.config.robot.robots import load_robot
-from cellwright.middleware.server.server import LOOPBACK
+from cellwright.middleware.ros1.host.ros1 import node_name
+from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.interface import NODE
+from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
+from cellwright.running.run import ServerOptions
+from cellwright.running.run.robots import RobotTarget, RobotWindow
+from cellwright.viewer.web.start import LOOPBACK
 
 SAFETY = "Safety"
 """Heading in the help, under which options are listed."""
@@ -343,29 +350,65 @@ def teleop(
         if safety != SafetySettings():
             options.refuse("--check-driver: leave out the options of safety: the driver is told its targets directly")
         raise typer.Exit(run_driver_check(driver, partial(load_robot, robot)))
-    wanted = TeleopOptions(
-        motion=motion,
-        timestep=1 / options.physics_rate(rate),
-        self_collision=self_collision,
-        safety=safety,
-        sim_time=sim_time or lockstep,
+    timestep, console = 1 / options.physics_rate(rate), Console(stderr=as_json, highlight=False)
+    make_driver = None if driver is None else find_driver(driver)
+    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
+    window = RobotWindow(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png"))
+    until = options.until(until)
+    kept = arguments.record_options(record)
+    filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
+    if check:
+        refuse_what_runs(
+            {
+                "--until": until is not None,
+                "--lockstep": lockstep,
+                "--sim-time": sim_time,
+                "--speed": factor != 1.0,
+                "--driver": driver is not None,
+                "--ros1": ros1,
+                "--record": kept is not None,
+                "--video": filmed is not None,
+                "--view": page is not None,
+                "--gui, --init-debug and --snapshot": window != RobotWindow(is_shown=False),
+                "the options of safety": safety != SafetySettings(),
+            }
+        )
+        config = load_robot(robot, output.warn)
+        with closing(RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)) as checked:
+            report = check_motion(checked)
+        raise typer.Exit(tell_motion_report(report, as_json=as_json))
+    progress = NodeProgress(console, until=until)
+
+    def make() -> RobotNode:
+        config = load_robot(robot, output.warn)
+        return RobotNode(
+            config,
+            motion=motion,
+            timestep=timestep,
+            self_collision=self_collision,
+            safety=safety,
+            node=node_name(node),
+            sim_time=sim_time or lockstep,
+            stamp=time.time_ns,
+            report=progress.line,
+            driver=None if make_driver is None else make_driver(config),
+        )
+
+    session = robot_session(
+        RobotTarget(make, node=node, sim_time=sim_time or lockstep),
+        console,
+        progress,
         speed=factor,
+        window=window,
+        until=until,
         lockstep=lockstep,
-        until=options.until(until),
-        host=host,
-        port=port,
-        driver=None if driver is None else find_driver(driver),
-        sight=DisplayOptions(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png")),
+        serve=ServerOptions(host, port),
+        view=page or False,
         ros1=ros1,
-        node=node,
-        as_json=as_json,
-        verbose=verbose,
-        record=arguments.record_options(record),
-        video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
-        page=page_options(view=view, host=view_host, port=view_port, opens=open_page),
+        record=kept,
+        video=filmed,
     )
-    run = run_motion_check if check else run_node
-    raise typer.Exit(run(partial(load_robot, robot), wanted))
+    raise typer.Exit(run_robot(session, console, window=window, as_json=as_json, verbose=verbose))
 
 
 def _refuse_what_is_simulated(motion: Motion, *, self_collision: bool) -> None:

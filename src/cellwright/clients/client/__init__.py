@@ -1,6 +1,6 @@
 """What a robot program holds in its hand."""
 
 from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_message
-from cellwright.clients.client.session import Latest, Rate, Session
+from cellwright.clients.client.session import Latest, NodeClient, Rate, Session
 
-__all__ = ["ARM_JOINTS", "Client", "Latest", "Rate", "Session", "trajectory_message"]
+__all__ = ["ARM_JOINTS", "Client", "Latest", "NodeClient", "Rate", "Session", "trajectory_message"]

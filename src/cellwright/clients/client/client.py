@@ -12,6 +12,7 @@ from typing import Any
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.session import Latest, Session
 from cellwright.config import layout
+from cellwright.clients.client.session import Latest, NodeClient
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
@@ -42,7 +43,7 @@ _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "
 log = logging.getLogger(__name__)
 
 
-class Client(Session):
+class Client(NodeClient):
     """What a program of the kit-building cell holds in its hand.
 
     It listens from the start to the competition's state, orders, score, joint states and the gripper; sensors are

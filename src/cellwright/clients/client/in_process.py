@@ -8,6 +8,9 @@ from typing import Any, Protocol
 
 from cellwright.engine.events import NEVER
 from cellwright.middleware.bus import Direction, Later, Served
+from cellwright.engine.loop import StopCondition
+from cellwright.middleware.bus import Direction, Later
+from cellwright.middleware.bus.served import Served
 from cellwright.util.errors import RunEndedError
 
 Callback = Callable[[Any], None]
@@ -61,17 +64,16 @@ class InProcess:
     Args:
         cell: a cell that has been reset.
         node: the client's node name, as the cell sees it.
+        stop: when the run is over: then `advance` raises.
     """
 
-    def __init__(self, cell: Served, *, node: str = "/client") -> None:
+    def __init__(self, cell: Served, *, node: str = "/client", stop: StopCondition | None = None) -> None:
         self.cell = cell
         self.node = node
         self.step: Callable[[], object] = cell.simulation.step
         """What lets a tick pass: the simulation's own step, or a paced one."""
-        self.deadline = NEVER
-        """Simulation time [ns] past which `advance` raises: the run is over."""
-        self.reason = "the run is over"
-        """What the error then says."""
+        self.stop = stop or StopCondition()
+        """When the run is over."""
         self._is_closed = False
         self._mail: deque[tuple[list[Callback], Any]] = deque()
         self._leave: dict[Callable[[], None], None] = {}
@@ -89,10 +91,10 @@ class InProcess:
             RunEndedError: the deadline has come or the client was closed, and no more time passes.
         """
         self._refuse_if_closed()
-        clock, step, mail = self.cell.simulation.clock, self.step, self._mail
+        clock, step, mail, stop = self.cell.simulation.clock, self.step, self._mail, self.stop
         while until is None or clock.now < until:
-            if clock.now >= self.deadline:
-                raise RunEndedError(self.reason)
+            if clock.now >= stop.deadline:
+                raise RunEndedError(stop.reason)
             if self._is_closed:
                 raise RunEndedError(CLOSED)
             step()
@@ -134,8 +136,8 @@ class InProcess:
         if not isinstance(response, Later):
             return response
         while response.response is None:
-            if self.cell.simulation.now >= self.deadline:
-                raise RunEndedError(self.reason)
+            if self.cell.simulation.now >= self.stop.deadline:
+                raise RunEndedError(self.stop.reason)
             self.step()  # what is heard meanwhile is delivered when the program lets time pass by itself
         return response.response
 

@@ -1,4 +1,4 @@
-"""Session of a robot program with a cell: time, topics and services, blocking and in order.
+"""Client of a cell or of a robot's node: time, topics and services, blocking and in order.
 
 The same program runs over every transport. In the same process the client owns the clock: `sleep` steps the
 simulation, so a program gets the same result on any host.
@@ -37,8 +37,8 @@ def _split_address(address: str) -> tuple[str, int]:
     return host, int(port) if re.fullmatch("[0-9]{1,5}", port) else 0
 
 
-class Session:
-    """Time, topics and services of a cell.
+class NodeClient:
+    """Time, topics and services of a cell or of a robot's node.
 
     Callbacks are delivered only inside `sleep` and `wait_until`; calling either from a callback is an error. It belongs
     to the thread that made it: what another thread asks of it is refused, for two would take each other's answers.
@@ -193,7 +193,7 @@ class Session:
 class Rate:
     """A rhythm, kept as ROS keeps it: a beat that was missed is made up for, unless two have gone by."""
 
-    def __init__(self, session: Session, frequency: float) -> None:
+    def __init__(self, session: NodeClient, frequency: float) -> None:
         if not 0.0 < frequency < float("inf"):
             raise UsageError(f"a rate must be above 0 Hz, not {frequency}")
         self._session = session
@@ -212,7 +212,7 @@ class Rate:
 class Latest:
     """The newest message of a topic: `message` is None until the first has come, and `count` tells how many came."""
 
-    def __init__(self, session: Session, topic: str) -> None:
+    def __init__(self, session: NodeClient, topic: str) -> None:
         self._session = session
         self.topic = topic
         self.message: Any = None
@@ -244,3 +244,7 @@ class Latest:
         """The next message to come; None if none has come in time [s]."""
         seen = self.count
         return self.message if self._session.wait_until(lambda: self.count > seen, timeout) else None
+
+
+Session = NodeClient
+"""Name in version 0.1; it works in 0.2."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, TypeAlias
 
-from cellwright.clients.client.session import Session
+from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.model import Limits, RobotModel
 from cellwright.middleware.messages import message_type
 from cellwright.middleware.messages.conversions import (
@@ -174,7 +174,7 @@ class OperatedRobot:
         UsageError: nothing is heard of a robot.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: NodeClient) -> None:
         self.session = session
         self._told = (0, 0)  # joint states heard, and how far the node's clock is ahead of the session's [ns]
         self._stamp = 0
@@ -306,9 +306,9 @@ class ServiceCaller:
         open_session: makes that connection; called in the thread, when it is needed first.
     """
 
-    def __init__(self, open_session: Callable[[], Session]) -> None:
+    def __init__(self, open_session: Callable[[], NodeClient]) -> None:
         self._open = open_session
-        self._session: Session | None = None
+        self._session: NodeClient | None = None
         self._thread: threading.Thread | None = None
         self._answer = ""
         self.under_way = ""

@@ -12,13 +12,12 @@ import mujoco
 
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device
+from cellwright.engine.loop import Loop
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.messages import Message, from_cdr, message_type
 from cellwright.middleware.messages.standard import Clock, Time
-from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.recording.format.format import FRAME, PANEL, RecordedTopic
 from cellwright.recording.format.reader import RecordedMessage, Recording
 from cellwright.recording.replay.frame_cursor import Sight
@@ -250,27 +249,23 @@ class AtEnd(Enum):
 
 
 class Playing:
-    """Lets the time of a recording pass for guests.
+    """How the time of a recording passes.
 
     Args:
         recorded: what is played.
-        server: serves the guests.
-        tempo: how time is to pass.
+        rate: how its time passes.
         first, last: simulation times [ns] from which and up to which it is played; None: all of it.
         at_end: what becomes of time then.
-        on_poll: called about ten times a second of wall time.
     """
 
     def __init__(
         self,
         recorded: Recorded,
-        server: Server,
+        rate: RateControl,
         *,
-        tempo: RateControl,
         first: int | None = None,
         last: int | None = None,
         at_end: AtEnd = AtEnd.STOP,
-        on_poll: Callable[[], None] = lambda: None,
     ) -> None:
         begin, end = recorded.source.begin, recorded.source.end_time
         self.first = begin if first is None else min(max(first, begin), end)
@@ -279,20 +274,15 @@ class Playing:
         """Simulation time [ns] up to which it is played."""
         self.recorded = recorded
         """What is played."""
-        self.tempo = tempo
+        self.rate = rate
         """How its time passes."""
         self._at_end = at_end
-        self.keeper = Timekeeper(recorded, server, tempo=tempo, on_poll=on_poll)
         recorded.seek(self.first)
-
-    def stop(self) -> None:
-        """Let it end before the next tick; to be called from anywhere, a signal's handler included."""
-        self.keeper.is_stopped = True
 
     def seek(self, time: int) -> int:
         """Go to a time [ns]; the time at which it stands then [ns]."""
         now = self.recorded.seek(time)
-        self.tempo.begin_anew()
+        self.rate.begin_anew()
         return now
 
     def begin_anew(self) -> None:
@@ -303,23 +293,27 @@ class Playing:
         """Let time pass again: from the start, where it stands at the end."""
         if self.recorded.simulation.now >= self.last:
             self.recorded.seek(self.first)
-        self.tempo.resume()
+        self.rate.resume()
 
-    def run(self) -> None:
-        """Play until it is over, or stopped."""
-        while not self.keeper.is_stopped:
-            self.keeper.run(lambda: self.last)
-            if self.keeper.is_stopped or self._at_end is AtEnd.STOP:
+    def run(self, loop: Loop) -> None:
+        """Play until it is over, or the loop is to stop on request.
+
+        Args:
+            loop: steps what is played; it stops at `last`.
+        """
+        while not loop.stop.is_requested:
+            loop.run()
+            if loop.stop.is_requested or self._at_end is AtEnd.STOP:
                 return
             if self._at_end is AtEnd.LOOP and self.last > self.first:
                 self.begin_anew()
             else:
-                self._hold()
+                self._hold(loop)
 
-    def _hold(self) -> None:
-        """Serve guests while time stands at the end."""
-        self.tempo.pause()
-        while not self.keeper.is_stopped and self.recorded.simulation.now >= self.last:
-            self.keeper.tick()
+    def _hold(self, loop: Loop) -> None:
+        """Serve clients while time stands at the end."""
+        self.rate.pause()
+        while not loop.stop.is_requested and self.recorded.simulation.now >= self.last:
+            loop.tick()
             if self.recorded.simulation.now > self.last:  # a step past the end leads nowhere
-                self.seek(self.last if self.tempo.is_paused else self.first)
+                self.seek(self.last if self.rate.is_paused else self.first)

@@ -46,7 +46,7 @@ class RecordingServices:
         self.scene = scene
         """What there is to be seen, encoded."""
         self.control = Control(
-            playing.tempo,
+            playing.rate,
             reset=Reset(playing.begin_anew),
             acts={"seek": self._seek, "resume": lambda _: playing.resume()},
         )

@@ -12,24 +12,17 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import IO
 
-from cellwright.cell.cell import Cell
-from cellwright.cell.interface.parameters import parameters
 from cellwright.cell.kitting.effects import CompetitionState
 from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.client import Client
-from cellwright.engine.rate_control import RateControl
+from cellwright.clients.client.in_process import InProcess
 from cellwright.middleware import wire as link
-from cellwright.middleware.ros1.host import Ros1
-from cellwright.middleware.server import Server
 from cellwright.running.remote.program import REFUSED, AgentExit, Parting
-from cellwright.running.run import Outcome, RunContext, RunOptions, RunResult, execute_run, how_it_ended, wait_for_kits
-from cellwright.running.serving import Hooks, Serving
-from cellwright.util.errors import RunEndedError, showable
+from cellwright.running.run import Outcome, Program, Session, how_it_ended, wait_for_kits
+from cellwright.util.errors import RunEndedError, UsageError, showable
 from cellwright.util.files import open_to_read
 from cellwright.viewer.services import names
 
@@ -178,122 +171,85 @@ NODE = "/agent"
 
 _NAP = 0.02  # [s]
 
+_HAS_ENDED = "the agent's process has ended"
+
 _PATIENCE = 60.0
 """So long [s] of wall time an agent may go on when its run is over."""
 
 
-@dataclass
-class Host:
-    """Hosts a cell for one agent.
+class RemoteAgent(Program):
+    """An agent in a process of its own, for the run of a session that serves clients.
+
+    Example:
+        ```python
+        with Session("lesson", serve=ServerOptions(port=0), lockstep=True) as session:
+            result = session.run(RemoteAgent("my_robot.py:MyRobot"))
+        ```
 
     Args:
-        cell: the cell.
         agent: the agent's name, as `find_agent` takes it.
-        lockstep: whether time passes only while the agent waits; then the result is that of a run in one process.
         level: what the agent logs from this level on is passed on.
         say: takes each line that the agent prints; called from another thread.
-        ros: has the cell known in ROS 1, where the agent comes to it that way; prepared, and closed by who made it.
-        server: serves the cell; it is left open for those who look on. None: one that is there for the run alone.
-        tempo: how time is to pass; None: as the run's options say.
     """
 
-    cell: Cell
-    agent: str
-    lockstep: bool = False
-    level: int = logging.WARNING
-    say: Callable[[str], None] = print
-    ros: Ros1 | None = None
-    server: Server | None = None
-    tempo: RateControl | None = None
+    def __init__(self, agent: str, *, level: int = logging.WARNING, say: Callable[[str], None] = print) -> None:
+        self.agent, self.level, self.say = agent, level, say
 
-    def __post_init__(self) -> None:
-        self._serving: Serving | None = None
-        self._is_interrupted = False
-        self._was_there = False
-
-    @property
-    def is_interrupted(self) -> bool:
-        """Whether there is a wish to end."""
-        return self._is_interrupted
-
-    def interrupt(self) -> None:
-        """End the run before the next tick; to be called from anywhere, a signal's handler included."""
-        self._is_interrupted = True
-        if self._serving is not None:
-            self._serving.stop()
-
-    def run(self, options: RunOptions) -> RunResult:
-        """Run the cell until it is over.
+    def work(self, session: Session) -> tuple[Outcome, str]:
+        """Let the agent work until the run is over; it comes over ROS 1 where the session is a node there.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
-            UnknownNameError: a topic to listen to that does not exist.
-            CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+            UsageError: the session serves no clients.
         """
-        return execute_run(self.cell, partial(self._work, options), options)
-
-    def _work(self, options: RunOptions, course: RunContext) -> tuple[Outcome, str]:
-        server = self.server or Server(self.cell, port=0, lockstep=self.lockstep)
-        child: AgentProcess | None = None
-
-        def begin() -> None:
-            nonlocal child
-            if self.ros is not None:
-                known = parameters(self.cell.trial, competition=self.cell.in_competition)
-                self.ros.join(server.address, known, server.wait)
-            if not self._is_interrupted:
-                child = self._start(server)
-
-        def look_after() -> None:
-            if self.ros is not None:
-                self.ros.poll()
-            self._was_there = self._was_there or NODE in server.guests
-            if child is None or not child.is_running:
-                serving.stop()
-
-        hooks = Hooks(on_ready=begin, on_poll=look_after)
-        tempo = self.tempo or options.speed
-        serving = self._serving = Serving(self.cell, server, tempo=tempo, hooks=hooks, patience=_PATIENCE)
-        try:
-            if self._is_interrupted:
-                serving.stop()
-            outcome, error = serving.work(course)
-        finally:
-            if self.server is None:
-                server.close("the run is over")
-            else:
-                server.dismiss("the run is over", keep=names.is_viewer)
-            if child is not None:
-                child.end()
-        if self._is_interrupted or child is None:
+        server = session.server
+        if server is None:
+            raise UsageError("an agent in a process of its own needs a session that serves clients: serve=True")
+        if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
-        has_begun = self.cell.competition.state is not CompetitionState.INIT  # over ROS 1 its name is not known here
-        worked = child.worked(was_there=self._was_there or has_begun)
-        if outcome is Outcome.UNSTABLE:
-            return outcome, error
-        return self._outcome(worked, course)
-
-    def _start(self, server: Server) -> AgentProcess:
-        """Start the agent; over a socket no time passes before it is there."""
-        way, more = ("socket", {}) if self.ros is None else ("ros1", self.ros.for_programs)
+        way, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
         child = AgentProcess(
             self.agent, server.address, node=NODE, way=way, level=self.level, say=self.say, environment=more
         )
-        while self.ros is None and child.is_running and NODE not in server.guests and not self._is_interrupted:
-            server.wait(_NAP)
-        self._was_there = NODE in server.guests
-        return child
+        was_there = False
 
-    def _outcome(self, worked: AgentExit, course: RunContext) -> tuple[Outcome, str]:
-        if worked.parting is Parting.CRASHED:
-            return Outcome.CRASHED, worked.error
-        if worked.parting is Parting.RETURNED:
-            client = Client(course.transport)
-            try:
-                wait_for_kits(self.cell, client)
-            except RunEndedError:
-                pass
-            finally:
-                client.close()
-        is_stopped = self.cell.simulation.now >= course.transport.deadline
-        return how_it_ended(self.cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""
+        def look_after() -> None:
+            nonlocal was_there
+            was_there = was_there or NODE in server.guests
+            if not child.is_running:
+                session.stop.request(_HAS_ENDED)
+
+        session.on_poll.append(look_after)
+        session.loop.patience = _PATIENCE
+        try:
+            # over a socket no time passes before the agent is there
+            while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
+                server.wait(_NAP)
+                was_there = NODE in server.guests
+            outcome, error = session.target.loop(session)
+        finally:
+            session.on_poll.remove(look_after)
+            server.dismiss("the run is over", keep=names.is_viewer)
+            child.end()
+        return self._outcome(session, child, outcome, error, was_there=was_there)
+
+    def _outcome(
+        self, session: Session, child: AgentProcess, outcome: str, error: str, *, was_there: bool
+    ) -> tuple[Outcome, str]:
+        cell, stop = session.node, session.stop
+        if stop.is_requested:
+            if stop.reason != _HAS_ENDED:
+                return Outcome.INTERRUPTED, ""
+            stop.withdraw()
+        has_begun = cell.competition.state is not CompetitionState.INIT  # over ROS 1 its name is not known here
+        ended = child.worked(was_there=was_there or has_begun)
+        if outcome == Outcome.UNSTABLE:
+            return Outcome.UNSTABLE, error
+        if ended.parting is Parting.CRASHED:
+            return Outcome.CRASHED, ended.error
+        if ended.parting is Parting.RETURNED:
+            client = Client(InProcess(cell, node=NODE, stop=stop))
+            with contextlib.suppress(RunEndedError), contextlib.closing(client):
+                wait_for_kits(cell, client)
+        is_stopped = cell.simulation.now >= stop.deadline
+        return how_it_ended(cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""

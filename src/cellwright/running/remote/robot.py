@@ -21,15 +21,14 @@ import yaml
 from cellwright.clients.assembled.process import OWNER
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import read_robot_config
+from cellwright.engine.loop import Loop
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode
 from cellwright.robot.services import RobotServices
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.window import Window, WindowError
 
 _PATIENCE = 30.0  # [s] of wall time until the program has to have come
-_NEVER = float("inf")
 
 
 def main() -> int:
@@ -69,11 +68,12 @@ def _run(node: RobotNode, server: Server, parent: int) -> None:
         has_come = has_come or is_here
         is_late = not has_come and time.monotonic() - begun > _PATIENCE
         is_orphan = os.name == "posix" and os.getppid() != parent
-        timekeeper.is_stopped = (has_come and not is_here) or is_late or is_orphan
+        if (has_come and not is_here) or is_late or is_orphan:
+            loop.stop.request()
 
-    timekeeper = Timekeeper(node, server, on_poll=look)
+    loop = Loop(node.simulation, server, on_poll=look)
     try:
-        timekeeper.run(lambda: _NEVER)
+        loop.run()
         reason = "the program has ended"
     except CellwrightError as error:
         _report(str(error))

@@ -1,31 +1,34 @@
-"""One run from start to result."""
+"""A session, from start to result."""
 
-from cellwright.running.run.record import RecordOptions
-from cellwright.running.run.result import Outcome, RunResult, versions
-from cellwright.running.run.run import GRACE, RunOptions, execute_run, run_cell
-from cellwright.running.run.work import (
-    DRIVE,
-    RunContext,
-    agent_traceback,
-    call_agent,
-    how_it_ended,
-    wait_for_kits,
-    work_in_process,
-)
+from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended, versions
+from cellwright.running.run.run import run_cell, run_trial
+from cellwright.running.run.session import Session
+from cellwright.running.run.targets import CellTarget, DescriptionWarning, Target, load_robot, load_trial
+from cellwright.running.run.work import DRIVE, Program, agent_traceback, call_agent, wait_for_kits, work_in_process
 
 __all__ = [
     "DRIVE",
     "GRACE",
+    "CellTarget",
+    "DescriptionWarning",
     "Outcome",
+    "PageOptions",
+    "Program",
     "RecordOptions",
-    "RunContext",
     "RunOptions",
     "RunResult",
+    "ServerOptions",
+    "Session",
+    "SessionResult",
+    "Target",
     "agent_traceback",
     "call_agent",
-    "execute_run",
     "how_it_ended",
+    "load_robot",
+    "load_trial",
     "run_cell",
+    "run_trial",
     "versions",
     "wait_for_kits",
     "work_in_process",

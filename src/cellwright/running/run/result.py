@@ -19,6 +19,7 @@ from cellwright.cell.kitting.evidence import Evidence
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.layout import ARM_JOINTS
+from cellwright.engine.loop import Pace
 
 PERIOD = Fraction(1, 20)
 """Simulation time [s] between two looks at the contacts."""
@@ -173,31 +174,67 @@ class Outcome(StrEnum):
     INTERRUPTED = "interrupted"
 
 
-@dataclass
-class RunResult:
-    """What came of a run. Times in seconds."""
+@dataclass(kw_only=True)
+class SessionResult:
+    """What came of a session's run. Times in seconds.
 
-    outcome: Outcome
-    competition_state: str
-    score: GameScore
-    evidence: Evidence
-    state_hash: str
+    Attributes:
+        outcome: how it ended: an `Outcome` for a cell; else `stopped`, `until` (its time was over) or `unstable`.
+        error: what went wrong, in words; empty if nothing did.
+        simulated: simulation time that passed.
+        wall: wall time that passed.
+        steps: number of ticks.
+        state_hash: of the state at the end.
+        pace: how time kept to the wall clock; None where it did not have to.
+        recordings: the recordings that were written.
+        videos: the videos that were written: `file`, `length` [s], `frames` and `dropped` of each.
+        is_recorded: whether everything that was to be recorded is in the recordings.
+        is_complete: whether every file that was asked for is whole.
+    """
+
+    outcome: str
+    error: str = ""
     simulated: float
     wall: float
     steps: int
-    error: str = ""
-    heard: dict[str, int] = field(default_factory=dict)
-    collisions: list[Collision] = field(default_factory=list)
-    """What links of the arm hit."""
+    state_hash: str
+    pace: Pace | None = None
     recordings: list[Path] = field(default_factory=list)
-    """The recordings that were written."""
+    videos: list[dict[str, float | str]] = field(default_factory=list)
     is_recorded: bool = True
-    """Whether everything that was to be recorded is in them."""
+    is_complete: bool = True
 
     @property
     def real_time_factor(self) -> float:
         """Simulated seconds a wall second."""
         return self.simulated / self.wall if self.wall > 0 else 0.0
+
+
+@dataclass(kw_only=True)
+class RunResult(SessionResult):
+    """What came of a run of a cell: as of any session, and what the referee says.
+
+    Attributes:
+        competition_state: the last one.
+        score: points and times.
+        evidence: the score with what it was found from.
+        heard: number of messages of each topic that was listened to.
+        collisions: what links of the arm hit.
+    """
+
+    outcome: Outcome
+    competition_state: str
+    score: GameScore
+    evidence: Evidence
+    heard: dict[str, int] = field(default_factory=dict)
+    collisions: list[Collision] = field(default_factory=list)
+
+
+def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
+    """How a run ended that came to its end: by the competition, or otherwise."""
+    if cell.competition.state != "done":
+        return otherwise
+    return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
 
 
 def versions() -> dict[str, str]:

@@ -9,12 +9,12 @@ import locale
 import os
 import signal
 import sys
-import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from threading import current_thread, main_thread
-from typing import TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +22,11 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
-from cellwright.running.run.result import Outcome, RunResult
+from cellwright.running.run.result import Outcome, how_it_ended
 from cellwright.util.errors import RunEndedError, SimulationError, showable
+
+if TYPE_CHECKING:
+    from cellwright.running.run.session import Session
 
 _SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
@@ -69,61 +72,6 @@ DRIVE = 30.0
 """Simulation time [s] for which a kit that is on its way is waited for after the agent has returned."""
 
 
-class RunContext:
-    """A run under way.
-
-    Args:
-        cell: what runs.
-        transport: what lets its time pass, up to the deadline that it has.
-        heard: how many messages were counted so far, by topic.
-    """
-
-    def __init__(self, cell: Cell, transport: InProcess, heard: Mapping[str, int]) -> None:
-        self.cell = cell
-        self.transport = transport
-        self.on_reset: list[Callable[[int], None]] = []
-        """Those who are told, with the time [ns] at which it was, that the run has begun anew under way."""
-        self._heard = heard
-        self._end = transport.deadline, transport.reason
-        self._tick = cell.simulation.clock.tick
-        self._wall = time.perf_counter()
-
-    def begin_anew(self) -> None:
-        """Begin the run anew, at time 0, for those who work the cell from elsewhere."""
-        stood, self._tick = self.cell.simulation.now, 0
-        self.cell.reset()
-        self.transport.deadline, self.transport.reason = self._end
-        for listener in self.on_reset:
-            listener(stood)
-
-    def result(self, outcome: Outcome, error: str = "") -> RunResult:
-        """What has come of it by now."""
-        cell, clock = self.cell, self.cell.simulation.clock
-        return RunResult(
-            outcome=outcome,
-            competition_state=cell.competition.state,
-            score=cell.competition.score(),
-            evidence=cell.competition.evidence(),
-            state_hash=cell.state_hash(),
-            simulated=cell.simulation.time - self._tick * float(clock.timestep),
-            wall=time.perf_counter() - self._wall,
-            steps=clock.tick - self._tick,
-            error=error,
-            heard=dict(self._heard),
-        )
-
-
-Work: TypeAlias = Callable[[RunContext], tuple[Outcome, str]]
-"""Lets time pass until a run is over; says how it ended, and what went wrong."""
-
-
-def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
-    """How a run ended that came to its end: by the competition, or otherwise."""
-    if cell.competition.state != "done":
-        return otherwise
-    return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
-
-
 def wait_for_kits(cell: Cell, client: Client) -> None:
     """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
     competition, agvs = cell.competition, tuple(cell.agvs.values())
@@ -138,17 +86,21 @@ def wait_for_kits(cell: Cell, client: Client) -> None:
 _LONGEST = 20_000  # characters of what is told of an error
 
 
-def work_in_process(agent: Agent | None, course: RunContext) -> tuple[Outcome, str]:
-    """Let an agent work a run in this process; without one, let time pass. How it ended, and what went wrong."""
-    cell, transport = course.cell, course.transport
+class Program(ABC):
+    """What works a session in place of an agent in this process, such as an agent in a process of its own."""
+
+    @abstractmethod
+    def work(self, session: Session) -> tuple[Outcome, str]:
+        """Let time pass until the run is over; how it ended, and what went wrong."""
+
+
+def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:
+    """Let an agent work a run in this process. How it ended, and what went wrong."""
     client = Client(transport)
     try:
-        if agent is None:
-            client.wait_until(lambda: False)
-        else:
-            with restored_environment():
-                call_agent(agent, client)
-            wait_for_kits(cell, client)
+        with restored_environment():
+            call_agent(agent, client)
+        wait_for_kits(cell, client)
     except RunEndedError:
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
@@ -159,7 +111,7 @@ def work_in_process(agent: Agent | None, course: RunContext) -> tuple[Outcome, s
         return Outcome.CRASHED, agent_traceback(raised)
     finally:
         client.close()
-    stopped = cell.simulation.now >= transport.deadline
+    stopped = cell.simulation.now >= transport.stop.deadline
     return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 

@@ -8,8 +8,8 @@ import yaml
 from cellwright.cli.launchers.gear import launcher
 from cellwright.cli.launchers.gear.launcher import main
 from cellwright.cli.options import SPEED
-from cellwright.cli.serve import ServeOptions
 from cellwright.config.trial.catalogue import find_trial
+from cellwright.running.run import Session
 
 SAMPLE = str(find_trial("sample"))
 
@@ -101,11 +101,12 @@ def test_speed_comes_from_the_environment(
 ) -> None:
     served: list[float | None] = []
 
-    def serve(_trial: object, options: ServeOptions, _follow: object) -> int:
-        served.append(options.speed)
+    def serve(session: Session, _console: object, *, verbose: bool) -> int:
+        assert not verbose
+        served.append(session.rate.speed)
         return 0
 
-    monkeypatch.setattr(launcher, "serve_trial", serve)
+    monkeypatch.setattr(launcher, "run_served", serve)
     assert main(["-o", "out"], variables) == 0
     assert served == [speed]
 

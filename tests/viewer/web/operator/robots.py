@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from cellwright.engine.loop import Loop
 from cellwright.middleware.server import Server
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.services.robot_panel import RobotPanel
@@ -64,12 +64,12 @@ def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
     SceneServices(ServedScene(node)).offer(server)
     panel = RobotPanel(node)
     server.offer(PANEL, panel.tell)
-    keeper = Timekeeper(node, server)
-    thread = threading.Thread(target=keeper.run, args=(lambda: float("inf"),))
+    loop = Loop(node.simulation, server)
+    thread = threading.Thread(target=loop.run)
     thread.start()
     try:
         yield server.address
     finally:
-        keeper.is_stopped = True
+        loop.stop.request()
         thread.join(TIMEOUT)
         server.close("the test is over")

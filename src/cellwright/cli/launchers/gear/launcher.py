@@ -13,19 +13,23 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import yaml
+from rich.console import Console
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
 from cellwright.cli.launchers.gear.performance_log import PerformanceLog, log_path
 from cellwright.cli.options import default_speed
-from cellwright.cli.serve import EXIT_ON_COMPLETION, ServeOptions, serve_trial
+from cellwright.cli.serve import EXIT_ON_COMPLETION, run_served, served_session
 from cellwright.config.parsing.sources import read_texts
 from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
 from cellwright.config.trial.trial import Camera, Sensor
+from cellwright.engine.rate_control import RateControl
+from cellwright.running.run import CellTarget, RunOptions, ServerOptions
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.files import write_whole
 
@@ -228,25 +232,30 @@ def _load(wanted: Arguments) -> tuple[str, Loaded]:
 
 def _serve(loaded: Loaded, wanted: Arguments, variables: Mapping[str, str], speed: float | None) -> int:
     log = PerformanceLog(log_path(Path.home()), _warn)
-    cells: list[Cell] = []
+    console = Console(highlight=False)
+    cell: list[Cell] = []
 
-    def follow(cell: Cell) -> None:
-        cells.append(cell)
-        cell.competition.on_effect.append(lambda effect: log.effect(effect, cell.simulation.now))
+    def make() -> Cell:
+        report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+        cell.append(Cell(loaded.trial, competition=wanted.competition, report=report))
+        competition, simulation = cell[0].competition, cell[0].simulation
+        competition.on_effect.append(lambda effect: log.effect(effect, simulation.now))
+        return cell[0]
 
-    options = ServeOptions(
-        competition=wanted.competition,
-        ends_when_done=EXIT_ON_COMPLETION in variables,
-        port=0,
+    session = served_session(
+        CellTarget(make),
+        console,
+        rate=RateControl(speed),
+        until=None,
+        serve=ServerOptions(port=0),
         ros1=True,
-        speed=speed,
-        verbose=wanted.verbose,
+        options=RunOptions(ends_when_done=EXIT_ON_COMPLETION in variables),
     )
     try:
-        return serve_trial(lambda: loaded.trial, options, follow)
+        return run_served(session, console, verbose=wanted.verbose)
     finally:
-        for cell in cells:
-            log.score(cell.competition.score(), cell.competition.process_time)
+        for each in cell:
+            log.score(each.competition.score(), each.competition.process_time)
         log.close()
 
 

@@ -1,19 +1,20 @@
-"""Time passes for guests: by the wall clock, in lockstep, and while somebody waits for an answer."""
+"""The loop: by the wall clock, in lockstep, and while somebody waits for an answer."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cellwright.engine import loop as loops
+from cellwright.engine.loop import Loop, StopCondition
 from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
-from cellwright.middleware.server import timekeeper
-from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.middleware.wire.frames import Frame, Kind, advance, read_time
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import RESET, Talk
@@ -21,6 +22,12 @@ from tests.waiting import wait_until
 
 SECOND = 1_000_000_000
 CALL = Frame(Kind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
+
+
+def run_until(loop: Loop, deadline: int) -> None:
+    """Let time pass up to a time [ns]."""
+    loop.stop = StopCondition(deadline)
+    loop.run()
 
 
 def moving() -> Talk:
@@ -67,12 +74,12 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
         wall = Wall(hall)
         guest.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         monkeypatch.setattr(hall.server, "wait", wall.wait)
-        monkeypatch.setattr(timekeeper, "time", wall)
-        keeper = Timekeeper(talk.node, hall.server, on_poll=lambda: polls.append(wall.time))
-        keeper.pacer = RealTimePacer(talk.node.simulation, keeper.tempo, clock=wall.perf_counter, sleep=keeper._serve)
-        keeper.run(lambda: SECOND // 2)
+        monkeypatch.setattr(loops, "time", wall)
+        loop = Loop(talk.node.simulation, hall.server, on_poll=lambda: polls.append(wall.time))
+        loop.pacer = RealTimePacer(talk.node.simulation, loop.rate, clock=wall.perf_counter, sleep=loop._serve)
+        run_until(loop, SECOND // 2)
         assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
-        assert keeper.pacer.factor == pytest.approx(1.0)
+        assert loop.pacer.factor == pytest.approx(1.0)
         guest.wait_until(lambda: len(guest.messages(5)) >= 45)
     assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "ten times a second"
 
@@ -80,13 +87,17 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
 def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        keeper = Timekeeper(talk.node, hall.server, tempo=None)
+        loop = Loop(talk.node.simulation, hall.server, rate=None)
 
-        def deadline() -> int:
-            keeper.is_stopped = talk.node.simulation.clock.tick >= 10
-            return SECOND
+        watch = talk.node.simulation.watch(
+            "tenth", Fraction(10) * talk.node.simulation.clock.timestep, lambda _: stop()
+        )
 
-        keeper.run(deadline)
+        def stop() -> None:
+            loop.stop.request()
+            watch.cancel()
+
+        loop.run()
     assert talk.node.simulation.clock.tick == 10
 
 
@@ -95,13 +106,13 @@ def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
     with served(talk.node) as hall:
         waiting, other = hall.guest("/waiting"), hall.guest("/other")
         waiting.say(CALL)
-        keeper = Timekeeper(talk.node, hall.server, tempo=None)
+        loop = Loop(talk.node.simulation, hall.server, rate=None)
         begun = talk.node.simulation.now
-        keeper.run(lambda: begun + SECOND // 10)
+        run_until(loop, begun + SECOND // 10)
         assert answer(waiting, 7) is None
         message = to_cdr(joint_state(["waist"], [0.5], time=0))
         assert other.ask(Frame(Kind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is Kind.DONE
-        keeper.run(lambda: begun + 2 * SECOND)
+        run_until(loop, begun + 2 * SECOND)
         found = answered(waiting, 7)
         assert from_cdr(found.payload, TriggerResponse).success
     assert talk.node.commander.ignored == 1
@@ -113,12 +124,12 @@ def test_who_leaves_before_the_answer_does_no_harm() -> None:
     with served(talk.node) as hall:
         gone, other = hall.guest("/gone"), hall.guest("/other")
         gone.say(CALL)
-        keeper = Timekeeper(talk.node, hall.server, tempo=None)
+        loop = Loop(talk.node.simulation, hall.server, rate=None)
         begun = talk.node.simulation.now
-        keeper.run(lambda: begun + SECOND // 10)
+        run_until(loop, begun + SECOND // 10)
         gone.connection.close()
         other.say(CALL)
-        keeper.run(lambda: begun + 2 * SECOND)
+        run_until(loop, begun + 2 * SECOND)
         found = answered(other, 7)
         assert from_cdr(found.payload, TriggerResponse).success
     assert talk.node.simulation.now >= begun + 2 * SECOND
@@ -130,8 +141,8 @@ def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> 
     with served(talk.node, lockstep=True) as hall:
         guest = hall.guest()
         guest.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
-        keeper = Timekeeper(talk.node, hall.server, tempo=None, patience=0.05)
-        keeper.run(lambda: begun + SECOND // 10)
+        loop = Loop(talk.node.simulation, hall.server, rate=None, patience=0.05)
+        run_until(loop, begun + SECOND // 10)
         told = answered(guest, 8)
         assert read_time(told) == begun + SECOND // 10
         promise = answered(guest, 7)
@@ -139,7 +150,7 @@ def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> 
         guest.heard.remove(promise)
         assert answer(guest, 7) is None
         guest.say(advance(9, begun + 3 * SECOND, each_tick=False))
-        keeper.run(lambda: begun + 2 * SECOND)
+        run_until(loop, begun + 2 * SECOND)
         found = answered(guest, 7)
         assert from_cdr(found.payload, TriggerResponse).success
 
@@ -149,12 +160,13 @@ def test_in_lockstep_who_is_told_something_has_its_turn_in_that_tick() -> None:
     with served(talk.node, lockstep=True) as hall:
         guest = hall.guest()
         guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
-        keeper = Timekeeper(talk.node, hall.server, tempo=None, on_poll=lambda: stop_after_the_answer())
+        loop = Loop(talk.node.simulation, hall.server, rate=None, on_poll=lambda: stop_after_the_answer())
 
         def stop_after_the_answer() -> None:
-            keeper.is_stopped = answer(guest, 8) is not None  # and not before, though the machine be slow
+            if answer(guest, 8) is not None:
+                loop.stop.request()  # and not before, though the machine be slow
 
-        keeper.run(lambda: SECOND)
+        run_until(loop, SECOND)
         told = answered(guest, 8)
         assert read_time(told) == 12_500_000
         guest.wait_until(lambda: len(guest.messages(5)) == 1)
@@ -187,10 +199,11 @@ def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
             ticks.append(talk.node.simulation.clock.tick)
             if polls == 2:
                 tempo.step(3)
-            keeper.is_stopped = ticks[-2:] == [3, 3] or ticks[-1] > 3
+            if ticks[-2:] == [3, 3] or ticks[-1] > 3:
+                loop.stop.request()
 
-        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=poll)
-        keeper.run(lambda: SECOND)
+        loop = Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll)
+        run_until(loop, SECOND)
         answered(guest, 5)
     assert ticks[:2] == [0, 0]
     assert talk.node.simulation.clock.tick == 3
@@ -209,8 +222,8 @@ def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
                 tempo.resume()
 
         guest.say(advance(8, SECOND // 10, each_tick=False))
-        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=poll, patience=0.05)
-        keeper.run(lambda: SECOND // 10)
+        loop = Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, patience=0.05)
+        run_until(loop, SECOND // 10)
         told = answered(guest, 8)
         assert read_time(told) == SECOND // 10
     assert polls >= 2
@@ -223,7 +236,7 @@ def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> Non
         talk = moving()
         with served(talk.node) as hall:
             end = talk.node.simulation.now + SECOND // 10
-            Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=on_poll).run(lambda: end)
+            Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=on_poll, stop=StopCondition(end)).run()
         return talk.node.simulation.state_hash()
 
     tempo, left = RateControl(50.0), list(changes)

@@ -1,0 +1,202 @@
+"""Observers of a run: each is called with the session, and gives a context manager that is left when the run is over.
+
+What they need is loaded when they are asked for, so that a plain run loads none of it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from enum import StrEnum
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cellwright.cell.cell import Cell
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import Progress, render, save_png
+from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
+from cellwright.running.run.options import RecordOptions
+from cellwright.running.run.targets import CellTarget, at, cell_result, outcome_word
+from cellwright.util.errors import RenderingError, UsageError
+
+if TYPE_CHECKING:
+    from cellwright.running.run.session import Session
+
+
+@contextmanager
+def keep_log(session: Session) -> Iterator[None]:
+    """Write what happens in a run of a cell to the session's log, as it happens."""
+    from cellwright.recording.format.run_log import RunLog
+
+    target, log = session.target, session.options.log
+    if not isinstance(target, CellTarget):
+        raise UsageError("a log is of a run of a cell, not of a robot or a recording")
+    cell = target.node
+    if log is None:
+        assert session.log is not None
+        log = RunLog(session.numbered(session.log), about=session.about, report=session.report)
+    session.on_reset.append(log.reset)
+    try:
+        with target.events(log, {"time": cell.simulation.time}):
+            yield
+            result = cell_result(session.result)
+            names = ("competition_state", "state_hash", "error", "simulated", "wall", "steps")
+            facts = {name: getattr(result, name) for name in names}
+            log.end(outcome_word(result), result.evidence, cell.simulation.now, facts)
+            result.is_complete = result.is_complete and log.lines.is_whole
+    finally:
+        session.on_reset.remove(log.reset)
+
+
+@contextmanager
+def record_run(session: Session, record: RecordOptions) -> Iterator[None]:
+    """Record a run until it is over, or broken off.
+
+    Raises:
+        UsageError: a file cannot be opened.
+    """
+    from cellwright.recording.format.files import RecordingFiles
+    from cellwright.recording.format.format import SOURCES, START
+    from cellwright.recording.format.recorder import Recorder
+
+    target = session.target
+    files = RecordingFiles([session.numbered(path) for path in record.paths], report=record.report)
+    sources = {} if record.sources is None else record.sources.files()
+    attachments = {f"{SOURCES}{name}": content for name, content in sources.items()}
+    if session.options.start is not None:
+        attachments[START] = session.options.start.read_bytes()
+    recorder = Recorder(
+        session.node,
+        files.path,
+        target.header(session, record),
+        attachments=attachments,
+        panel=lambda: target.recorded_panel(record),
+        stamp=target.stamp,
+        report=record.report,
+    )
+    end = {"outcome": "broken off"}
+    try:
+        with target.recorded_events(session, recorder, record):
+            yield
+        assert session.result is not None
+        end = target.recorded_end(session.result)
+    finally:
+        recorder.end(end)
+        files.finish(recorder.paths)
+    result = session.result
+    result.recordings, result.is_recorded = files.written, recorder.is_whole and files.is_whole
+    result.is_complete = result.is_complete and result.is_recorded
+
+
+@contextmanager
+def take_video(session: Session, options: VideoOptions) -> Iterator[None]:
+    """Take a video of a run; time waits for it, unless it keeps to the wall clock.
+
+    Raises:
+        RenderingError: it cannot be written.
+    """
+    wanted = replace(options, file=session.numbered(options.file))
+    waits = session.lockstep or session.rate.speed is None
+    film = session.target.film(wanted, waits=waits, report=session.report)
+    film.start()
+    try:
+        yield
+    finally:
+        made = film.finish()
+    assert session.result is not None
+    session.result.videos.append(made)
+    session.result.is_complete = session.result.is_complete and film.is_whole
+
+
+class Quality(StrEnum):
+    """How pictures are drawn."""
+
+    FINE = "fine"
+    """By rays, with soft shadows from many lamps: some seconds each."""
+    FAST = "fast"
+    """As a video is, by OpenGL: a second each, most of it for its start."""
+
+
+class Pictures:
+    """Pictures of a cell: an observer that takes them at their times, and knows which were taken.
+
+    Args:
+        camera: where they are taken from.
+        wanted: simulation times [s] and files.
+        say: takes a line about a picture that could not be written or was never taken.
+        quality: how they are drawn.
+    """
+
+    def __init__(
+        self,
+        camera: Camera,
+        wanted: Sequence[tuple[Fraction, Path]],
+        say: Callable[[str], None],
+        quality: Quality = Quality.FINE,
+    ) -> None:
+        self._quality = quality
+        self._camera = camera
+        self._wanted = wanted
+        self._say = say
+        self.written: list[str] = []
+        """The files that were written, in order."""
+        self.missed: list[str] = []
+        """The files that were asked for and not written."""
+
+    @contextmanager
+    def __call__(self, session: Session) -> Iterator[None]:
+        """Take the pictures of one run."""
+        cell = session.node
+        self.written, self.missed = [], []
+        with ExitStack() as run:
+            for when, file in self._wanted:
+                at(cell, when, partial(self.take, file), run)
+            yield
+        if session.begins_again:
+            return
+        ended = f"the run ended at {cell.simulation.time:g} s"
+        for when, file in self._wanted:
+            if str(file) not in (*self.written, *self.missed):
+                self._miss(file, f"{file} was not taken: {ended}, before {float(when):g} s")
+
+    def take(self, file: Path, cell: Cell, progress: Progress | None = None) -> None:
+        """Take a picture now."""
+        try:
+            if self._quality is Quality.FAST:
+                _save_opengl_picture(file, cell, self._camera)
+            else:
+                save_png(file, render(*cell.seen, self._camera, progress=progress))
+        # the disk is full, the folder is gone: the run is worth more than its picture
+        except (UsageError, RenderingError) as error:
+            self._miss(file, str(error))
+        else:
+            self.written.append(str(file))
+
+    def _miss(self, file: Path, reason: str) -> None:
+        self.missed.append(str(file))
+        self._say(reason)
+
+
+def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
+    from cellwright.rendering.worker import RenderWorker  # it takes a moment to load
+
+    cell.simulation.refresh()
+    taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
+    frame = taker.frame(cell.simulation.data, cell.simulation.now)
+    with RenderWorker(taker.scene) as worker:
+        picture = worker.colour(frame, camera, WIDTH, HEIGHT, samples=4).result()
+    save_png(file, picture)
+
+
+def has_desktop() -> bool:
+    """Whether there is a desktop here, on which a browser can be opened."""
+    return (
+        os.name == "nt"
+        or os.uname().sysname == "Darwin"
+        or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    )

@@ -1,0 +1,106 @@
+"""Options of a session: what a run is told, how it is served, and how it is recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from ipaddress import ip_address
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cellwright.cell.cell import Cell
+from cellwright.config.parsing.sources import Sources
+from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
+
+if TYPE_CHECKING:
+    from cellwright.recording.format.run_log import RunLog
+
+GRACE = 2.0
+"""Simulation time [s] that an agent may go on after the competition is done, to see that it is."""
+
+
+@dataclass(frozen=True)
+class RecordOptions:
+    """How a run is recorded.
+
+    Attributes:
+        paths: files to write: `.mcap`, or `.bag` for the tools of ROS 1.
+        about: what the caller knows of the run besides, such as the agent's name.
+        sources: the files that the trial was read from, so that the recording needs no other.
+        files: those that were named, in their order.
+        is_varied: whether the trial was varied by its seed after it was read.
+        report: takes a line about a file that can be written no more.
+    """
+
+    paths: Sequence[Path]
+    about: Mapping[str, Any] = field(default_factory=dict)
+    sources: Sources | None = None
+    files: Sequence[Path] = ()
+    is_varied: bool = False
+    report: Callable[[str], None] = lambda _line: None
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What a run may be told besides its cell and its agent.
+
+    Attributes:
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        until: stop at this simulation time [s]; None: when the run is over.
+        ends_when_done: whether the run is over soon after the competition is; else it goes on.
+        listen: topics to listen to besides; "all" stands for every topic.
+        at: actions at given simulation times [s], such as taking a picture.
+        on_progress: called ten times a simulated second.
+        checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
+        log: takes what happens, to keep it on disk as it grows.
+        record: how the run is recorded, if it is.
+        start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
+    """
+
+    speed: float | None = None
+    until: float | None = None
+    ends_when_done: bool = True
+    listen: Sequence[str] = ()
+    at: Sequence[tuple[Fraction, Callable[[Cell], None]]] = ()
+    on_progress: Callable[[Cell], None] | None = None
+    checkpoints: Sequence[tuple[Fraction, Path]] = ()
+    start: Path | None = None
+    log: RunLog | None = None
+    record: RecordOptions | None = None
+
+
+@dataclass(frozen=True)
+class ServerOptions:
+    """Where a session listens for clients.
+
+    Attributes:
+        host: address to listen at.
+        port: port to listen at; 0: any that is free; None: 11399, or one of the next where it is in use.
+    """
+
+    host: str = LOOPBACK
+    port: int | None = None
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """How a session is shown on a page in a browser.
+
+    Attributes:
+        host: where it listens for browsers.
+        port: at which port, or one of the next ones.
+        token: what its address has to hold; empty where only this machine can reach it.
+        opens: open it in a browser here.
+    """
+
+    host: str = LOOPBACK
+    port: int = DEFAULT_PORT
+    token: str = ""
+    opens: bool = False
+
+
+def reachable_address(address: tuple[str, int]) -> tuple[str, int]:
+    """Host and port at which a program on this machine reaches what listens at an address."""
+    host, port = address
+    return (LOOPBACK if ip_address(host).is_unspecified else host, port)

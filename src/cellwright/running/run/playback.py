@@ -1,0 +1,82 @@
+"""A recording as what a session plays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cellwright.middleware.ros1.host.ros1 import Identity
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
+from cellwright.recording.replay.services import RecordingServices
+from cellwright.running.run.targets import Target
+
+if TYPE_CHECKING:
+    from contextlib import ExitStack
+
+    from cellwright.running.run.session import Session
+
+
+class PlaybackTarget(Target):
+    """A recording that is played.
+
+    Args:
+        recording: the recording, or its file, which is closed with the session.
+        first, last: simulation times [ns] from which and up to which it is played; None: all of it.
+        at_end: what becomes of time then.
+    """
+
+    acts, stopped = "see the recording", "the recording is over"
+    node: Recorded
+    # it tells the time; frames are those that were recorded
+    identity = Identity(REPLAY_NODE, "recording", makes_frames=False)
+
+    def __init__(
+        self,
+        recording: Recording | Path,
+        *,
+        first: int | None = None,
+        last: int | None = None,
+        at_end: AtEnd = AtEnd.STOP,
+    ) -> None:
+        super().__init__(lambda: None)
+        self._recording, self._first, self._last, self._at_end = recording, first, last, at_end
+        self._opened: Recording | None = None
+
+    def open(self, session: Session) -> None:
+        """Open the recording; it stands at its begin."""
+        recording = self._recording
+        if isinstance(recording, Path):
+            recording = self._opened = Recording(recording)
+        self.node = Recorded(recording, report=session.report)
+        self.playing = Playing(self.node, session.rate, first=self._first, last=self._last, at_end=self._at_end)
+
+    def close(self) -> None:
+        """Close the file that was opened here."""
+        if self._opened is not None:
+            self._opened.close()
+
+    def begin(self, session: Session, _run: ExitStack) -> None:
+        """Play up to the last moment that is asked for."""
+        session.stop.limit(self.playing.last, "time is over")
+
+    def reset(self) -> None:
+        """Go to where it begins."""
+        self.playing.begin_anew()
+
+    def loop(self, session: Session) -> tuple[str, str]:
+        """Play until it is over, or on request."""
+        try:
+            self.playing.run(session.loop)
+        except KeyboardInterrupt:
+            return "stopped", ""
+        return "stopped" if session.stop.is_requested else "until", ""
+
+    def offer(self, session: Session) -> None:
+        """Offer a server's services for pages and their like."""
+        assert session.server is not None
+        RecordingServices(self.playing).offer(session.server)
+
+    def ros_parameters(self) -> dict[str, Any]:
+        """What belongs on the parameter server of ROS 1."""
+        return {"use_sim_time": True}

@@ -1,0 +1,469 @@
+"""Session: one object that runs a cell, a robot's node or a recording, and serves, shows, records and films it."""
+
+from __future__ import annotations
+
+import time
+import warnings
+import webbrowser
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, cast
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.agent import Agent, find_agent, maker_of
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.in_process import InProcess
+from cellwright.clients.client.session import NodeClient
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.robots import bundled as bundled_robots
+from cellwright.config.robot.robots import find_robot, is_robot_file
+from cellwright.config.trial.catalogue import bundled as bundled_trials
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.events import NEVER
+from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.rate_control import RateControl
+from cellwright.rendering.video_options import VideoOptions
+from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
+from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
+from cellwright.running.run.result import SessionResult
+from cellwright.running.run.targets import CellTarget, Target, load_robot, load_trial
+from cellwright.running.run.work import Program, work_in_process
+from cellwright.util.errors import CellwrightError, UsageError
+
+if TYPE_CHECKING:
+    from cellwright.middleware.ros1.host import Ros1
+    from cellwright.middleware.server import Server
+    from cellwright.robot.node import RobotNode
+    from cellwright.viewer.web.start import WebPage
+
+_NAP = 0.1  # [s]
+_LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
+
+
+def _warn(line: str) -> None:
+    warnings.warn(line, RuntimeWarning, stacklevel=2)
+
+
+def _warn_of_name(old: str, new: str) -> None:
+    warnings.warn(f"cellwright.{old} is cellwright.{new} now", DeprecationWarning, stacklevel=3)
+
+
+class Session:
+    """Runs a cell, a robot's node or a recording, and serves, shows, records, films and logs it.
+
+    What it holds is open within a `with` block. A run of a cell begins at time 0, and there may be several.
+
+    Example:
+        >>> with Session("lesson", until=0.1) as session:
+        ...     session.run().simulated
+        0.1
+
+    Args:
+        target: a trial or a robot, by its name or the path of its file; a recording (`run.mcap`); a `Trial`, `Cell`,
+            `RobotConfig` or `RobotNode`.
+        seed: root of all chance of a trial; None takes the trial's own.
+        until: stop at this simulation time [s]; None: when the run is over, or on request.
+        rate: simulated seconds a wall second, or a `RateControl`, which may change; None: as fast as it goes.
+        lockstep: let time pass only when a client asks.
+        serve: listen for clients in other processes; the options say where.
+        view: show it on a page in a browser; the options say where.
+        ros1: be a node of ROS 1 too.
+        record: a file to record each run to (`run.mcap`, `run.bag`), or how. A second run has a file of its own.
+        video: a file for a video of each run (`run.mp4`), or what it is to be.
+        log: a file for what happens in each run of a cell (`run.jsonl`).
+        about: what the caller knows of the run besides, such as the agent's name: for log and recording.
+        observers: called with the session when a run begins; each gives a context manager that is left when it is over.
+        options: what a run of a cell may be told besides.
+        on_ready: called when clients can come and time is about to pass.
+        report: takes a line about a file or an address that is not as it should be.
+        notice: takes a line about clients and ROS 1 meanwhile; None: as `report`.
+        say: takes a line for people, such as the address of the page.
+
+    Attributes:
+        node: the cell, the robot's node, or what plays the recording.
+        rate: how time passes.
+        stop: when the run stops; `stop.request()` ends it from anywhere.
+        server: serves the clients; None where there is none.
+        page: the page; None where there is none.
+        result: what came of the newest run; None before.
+        number: of the newest run, from 1.
+
+    Raises:
+        UnknownNameError: there is no such trial, robot or file.
+        UsageError: the name is that of a trial and of a robot, the port is taken, or there can be no page.
+    """
+
+    def __init__(
+        self,
+        target: str | Path | Trial | Cell | RobotConfig | RobotNode | Target,
+        *,
+        seed: int | None = None,
+        until: float | None = None,
+        rate: float | RateControl | None = None,
+        lockstep: bool = False,
+        serve: bool | ServerOptions = False,
+        view: bool | PageOptions = False,
+        ros1: bool = False,
+        record: str | Path | RecordOptions | None = None,
+        video: str | Path | VideoOptions | None = None,
+        log: str | Path | None = None,
+        about: Mapping[str, Any] | None = None,
+        observers: Sequence[Callable[[Session], AbstractContextManager[Any]]] = (),
+        options: RunOptions | None = None,
+        on_ready: Callable[[Session], object] = lambda _: None,
+        report: Callable[[str], None] = _warn,
+        notice: Callable[[str], None] | None = None,
+        say: Callable[[str], None] = print,
+    ) -> None:
+        self.options = options or RunOptions()
+        speed = self.options.speed if rate is None else rate
+        self.target = target_of(target, seed=seed, is_real_time=speed == 1.0)
+        self._is_paced = speed is not None
+        self.rate = speed if isinstance(speed, RateControl) else RateControl(speed)
+        until = self.options.until if until is None else until
+        self.stop = StopCondition(None if until is None else nanoseconds(until))
+        self.lockstep = lockstep
+        self._serve = ServerOptions(port=0) if view and not serve else ServerOptions() if serve is True else serve
+        self._view = PageOptions() if view is True else view
+        self._ros1 = ros1
+        self.about = dict(about or {})
+        self.observers = list(observers)
+        self._on_ready, self.report, self.notice, self.say = on_ready, report, notice or report, say
+        self.record = (
+            RecordOptions([Path(record)], self.about, report=report) if isinstance(record, str | Path) else record
+        )
+        self.record = self.options.record if self.record is None else self.record
+        self.video = VideoOptions(Path(video)) if isinstance(video, str | Path) else video
+        self.log = None if log is None else Path(log)
+        self.on_poll: list[Callable[[], object]] = []
+        """Called about ten times a wall second while a run is paced or served."""
+        self.on_reset: list[Callable[[int], object]] = []
+        """Called with the time [ns] that it was when a run has begun again under way."""
+        self.hindrance = ""
+        """Why a run may not begin again, besides what its target says."""
+        self.begins_again = False
+        """Whether somebody has had the run begin again, which is to be run once more."""
+        self.node: Any = None
+        self.server: Server | None = None
+        self.page: WebPage | None = None
+        self.ros: Ros1 | None = None
+        self.result: SessionResult | None = None
+        self.number = 0
+        self._is_over = False
+        self._run: ExitStack | None = None
+        self._opened = ExitStack()
+
+    # ---------------------------------------------------------------- names of version 0.1, when Session was NodeClient
+
+    def __new__(cls, target: Any, *_: Any, **__: Any) -> Self:  # noqa: D102
+        if not hasattr(target, "advance"):
+            return super().__new__(cls)
+        _warn_of_name("Session(transport)", "NodeClient(transport)")
+        return cast("Self", NodeClient(target))
+
+    @classmethod
+    def in_process(cls, node: Cell | RobotNode, **more: Any) -> NodeClient:
+        """`NodeClient.in_process`, under the name that it had in version 0.1."""
+        _warn_of_name("Session.in_process", "NodeClient.in_process")
+        return NodeClient.in_process(node, **more)
+
+    @classmethod
+    def connect(cls, address: str | tuple[str, int], **more: Any) -> NodeClient:
+        """`NodeClient.connect`, under the name that it had in version 0.1."""
+        _warn_of_name("Session.connect", "NodeClient.connect")
+        return NodeClient.connect(address, **more)
+
+    # ---------------------------------------------------------------- opening and closing
+
+    def __enter__(self) -> Self:
+        with ExitStack() as opened:
+            self._open(opened)
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            if self._run is not None:  # a client has let time pass
+                with self._run:
+                    self._end(self.target.outcome_by_now(), "")
+        finally:
+            self._opened.close()
+
+    def _open(self, opened: ExitStack) -> None:
+        target = self.target
+        if self._ros1:
+            from cellwright.middleware.ros1.host import Ros1
+            from cellwright.middleware.ros1.host.ros1 import SIMULATOR
+
+            identity = target.identity or SIMULATOR
+            self.ros = opened.enter_context(Ros1(self.notice, lambda: self.stop.is_requested, identity=identity))
+            self.ros.prepare()
+        target.open(self)
+        self.node = target.node
+        opened.callback(target.close)
+        if self._serve:
+            self._open_server(self._serve, opened)
+
+    def _open_server(self, options: ServerOptions, opened: ExitStack) -> None:
+        from cellwright.middleware.server import Server
+
+        server = Server(self.node, host=options.host, port=options.port, lockstep=self.lockstep, report=self.notice)
+        self.server = server
+        opened.callback(lambda: server.close(self._closing_reason()))
+        opened.callback(self.target.close)  # first, for it may answer what clients wait for
+        if not server.is_local:
+            self.report(f"{options.host}: anybody who reaches this machine can {self.target.acts}")
+        self.target.offer(self)
+        if self._view:
+            self.page = open_page(reachable_address(server.address), self._view, self.title, self.say, key=server.key)
+            opened.callback(self.page.close)
+
+    def _closing_reason(self) -> str:
+        return self.target.stopped if self.result is None else f"the run is over: {self.result.outcome}"
+
+    @property
+    def title(self) -> str:
+        """What stands above a page."""
+        return f"{self.node.name} · Cellwright"
+
+    @property
+    def address(self) -> tuple[str, int] | None:
+        """Host and port at which clients are served; None where none are."""
+        return None if self.server is None else self.server.address
+
+    @property
+    def url(self) -> str | None:
+        """Address of the page; None where there is none."""
+        return None if self.page is None else self.page.url
+
+    # ---------------------------------------------------------------- a run
+
+    def run(
+        self, program: Agent | type[Agent] | Program | str | None = None, *, until: float | None = None
+    ) -> SessionResult:
+        """Let time pass until the run is over.
+
+        Args:
+            program: what works a cell: an object with a method `run(client)`, its class, the name of an agent that
+                comes along, `"path.py:Class"`, or a `Program`; None: nobody here, until `until` or on request.
+            until: stop at this simulation time [s], if nothing else comes before.
+
+        Returns:
+            The result; of a cell a `RunResult`. What an agent raises is in it.
+
+        Raises:
+            AgentError: there is no such agent, or it cannot be made.
+            UsageError: neither a program, nor clients, nor a time to stop at.
+        """
+        if self.node is None:
+            with self:
+                return self.run(program, until=until)
+        if program is None and self.server is None and until is None and self.stop.deadline == NEVER:
+            raise UsageError("without an agent a run has no end: say until when")
+        if isinstance(program, str | type):
+            program = find_agent(program)() if isinstance(program, str) else maker_of(program.__qualname__, program)()
+        with ExitStack() as run:
+            self._begin(run, until, has_agent=program is not None and not isinstance(program, Program))
+            if program is None:
+                outcome, error = self.target.loop(self)
+            elif isinstance(program, Program):
+                outcome, error = program.work(self)
+            else:
+                outcome, error = work_in_process(program, self.node, self.transport("/agent"))
+            result = self._end(outcome, error)
+        if self.page is not None and self.server is not None and self.target.runs_from_start and not self.begins_again:
+            self.server.wait(_LAST_LOOK, until_asked=False)
+        return result
+
+    def client(self, node: str = "/client") -> NodeClient:
+        """A client in this process; time passes in its `sleep` and `wait_until`, and observers follow.
+
+        Args:
+            node: its node name, as the cell or the robot sees it.
+        """
+        if self._run is None:
+            self._run = ExitStack()
+            self._begin(self._run, None, has_agent=True)
+        return (Client if isinstance(self.node, Cell) else NodeClient)(self.transport(node))
+
+    def transport(self, node: str) -> InProcess:
+        """A way to the node for a client in this process."""
+        transport = InProcess(self.node, node=node, stop=self.stop)
+        transport.step = self.loop.tick if self._is_paced or self.server is not None else self.node.simulation.step
+        return transport
+
+    def _begin(self, run: ExitStack, until: float | None, *, has_agent: bool) -> None:
+        if self.begins_again:
+            self.stop.withdraw()
+        self.stop.reset()
+        if until is not None:
+            self.stop.limit(nanoseconds(until))
+        self.begins_again, self._is_over = False, False
+        self.number += 1
+        self.loop = Loop(
+            self.node.simulation,
+            self.server,
+            rate=self.rate,
+            stop=self.stop,
+            on_poll=self._poll,
+            can_stand=self.target.can_stand,
+        )
+        self.target.begin(self, run)
+        self._has_agent, self._first_tick = has_agent, self.node.simulation.clock.tick
+        for observer in (*self._files(), *self.observers):
+            run.enter_context(observer(self))
+        is_there = not self.stop.is_requested
+        if self.ros is not None and self.server is not None:
+            if self.number == 1:
+                is_there = self.ros.join(self.server.address, self.target.ros_parameters(), self.server.wait)
+            self.on_poll.append(self.ros.poll)
+            run.callback(self.on_poll.remove, self.ros.poll)
+        if is_there:
+            self._on_ready(self)
+        self._begun = time.perf_counter()
+
+    def _poll(self) -> None:
+        for poll in self.on_poll:
+            poll()
+
+    def _files(self) -> list[Callable[[Session], AbstractContextManager[Any]]]:
+        """What writes the files that were asked for."""
+        found: list[Callable[[Session], AbstractContextManager[Any]]] = []
+        if self.video is not None:
+            found.append(partial(take_video, options=self.video))
+        if self.log is not None or self.options.log is not None:
+            found.append(keep_log)
+        if self.record is not None:
+            found.append(partial(record_run, record=self.record))
+        return found
+
+    def _end(self, outcome: str, error: str) -> SessionResult:
+        result = self.result = self.target.result(self, outcome, error)
+        self._is_over = True
+        self.target.end(self, result)
+        return result
+
+    def measured(self) -> dict[str, Any]:
+        """What every result says of the run so far, as a `SessionResult` takes it."""
+        simulation = self.node.simulation
+        return {
+            "simulated": simulation.time - self._first_tick * float(simulation.clock.timestep),
+            "wall": time.perf_counter() - self._begun,
+            "steps": simulation.clock.tick - self._first_tick,
+            "state_hash": simulation.state_hash(),
+            "pace": self.loop.pace,
+        }
+
+    def result_by_now(self) -> SessionResult:
+        """What has come of the run so far."""
+        return self.target.result(self, self.target.outcome_by_now(), "")
+
+    def reset(self) -> None:
+        """Have the run begin again at its start, while clients stay; with an agent in this process it is run again."""
+        if self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent):
+            self.begins_again = True
+            self.stop.request("the run begins again")
+            return
+        simulation = self.node.simulation
+        before, runs = simulation.now, simulation.runs
+        self.target.reset()
+        if simulation.runs != runs:
+            self._first_tick = 0
+            self.stop.reset()
+            for listener in self.on_reset:
+                listener(before)
+
+    def numbered(self, file: Path) -> Path:
+        """The file of this name for the newest run: run.mp4, run_2.mp4."""
+        return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
+
+    def wait(self) -> bool:
+        """Keep the page until it is closed, on request or until Ctrl-C; whether the run is to begin again instead."""
+        try:
+            while self.page is not None and self.page.is_open and not (self.begins_again or self.stop.is_requested):
+                assert self.server is not None
+                self.server.wait(_NAP, until_asked=False)
+        except KeyboardInterrupt:
+            return False
+        return self.begins_again
+
+
+def open_page(
+    address: tuple[str, int], options: PageOptions, title: str, say: Callable[[str], None], *, key: str = ""
+) -> WebPage:
+    """Open a page on what is served at an address.
+
+    Args:
+        address: host and port.
+        options: where the page is.
+        title: what stands above it.
+        say: takes a line with the page's address.
+        key: of the server there, where it tells things to its own page alone.
+
+    Raises:
+        UsageError: there can be none.
+    """
+    from cellwright.viewer.web.start import WebPage
+
+    def tell_end() -> None:
+        another = "" if key else f"; another one: cellwright view {address[0]}:{address[1]}"
+        say(f"the page has ended{another}")
+
+    page = WebPage(
+        address, host=options.host, port=options.port, token=options.token, title=title, key=key, on_gone=tell_end
+    )
+    say(f"page: {page.url}")
+    if options.token:
+        say("it is open to the network: whoever has this address can look on, and do what the page lets one do")
+    if options.opens and not (has_desktop() and webbrowser.open(page.url)):
+        say("there is no desktop here to open a browser on: open that address yourself")
+    return page
+
+
+_RECORDINGS = (".mcap", ".bag")
+
+
+def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = False) -> Target:
+    """What a session of this runs.
+
+    Raises:
+        UnknownNameError: there is no such trial, robot or file.
+        UsageError: the name is that of a trial and of a robot.
+    """
+    if isinstance(target, Target):
+        return target
+    if isinstance(target, Cell):
+        return CellTarget(lambda: target)
+    if isinstance(target, Trial):
+        return CellTarget(lambda: Cell(target, seed=seed))
+    if isinstance(target, str | Path):
+        if Path(target).suffix.lower() in _RECORDINGS:
+            from cellwright.running.run.playback import PlaybackTarget
+
+            return PlaybackTarget(Path(target))
+        if not is_robot(target):
+            return CellTarget(lambda: Cell(load_trial(target), seed=seed), lambda: [find_trial(target)])
+    from cellwright.running.run.robots import RobotTarget
+
+    if isinstance(target, str | Path):
+        return RobotTarget.of(lambda: load_robot(target), is_real_time=is_real_time)
+    return RobotTarget.of(target, is_real_time=is_real_time)
+
+
+def is_robot(word: str | Path) -> bool:
+    """Whether a name or a path is that of a robot; what is neither is taken for a trial.
+
+    Raises:
+        UsageError: it is the name of a trial as well.
+    """
+    if word in bundled_robots():
+        if word in bundled_trials():
+            raise UsageError(f"{word}: is the name of a trial and of a robot: give the path of its file")
+        return True
+    with suppress(CellwrightError, OSError, ValueError):  # what it lacks is said when it is loaded
+        return Path(word).is_dir() or is_robot_file(find_robot(word))
+    return False

@@ -1,0 +1,497 @@
+"""What a session runs: a cell here; a robot's node in `robots`, a recording in `playback`; and how a name is read."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from fractions import Fraction
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.competition import is_done
+from cellwright.cell.kitting.effects import Effect
+from cellwright.config.parsing.sources import sources_collected
+from cellwright.config.robot import robots
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.trial import gear2017
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.snapshot import read_checkpoint
+from cellwright.recording.format.run_log import RunEvents
+from cellwright.rendering.camera import VIEWS
+from cellwright.running.run.options import GRACE, RecordOptions, RunOptions
+from cellwright.running.run.result import (
+    Collision,
+    CollisionWatch,
+    Outcome,
+    RunResult,
+    SessionResult,
+    how_it_ended,
+    versions,
+)
+from cellwright.util.errors import SimulationError
+from cellwright.viewer.services.cell_panel import IN_COMPETITION, OVER, CellPanel
+
+if TYPE_CHECKING:
+    from cellwright.middleware.ros1.host.ros1 import Identity
+    from cellwright.recording.format.format import RecordingHeader
+    from cellwright.recording.format.recorder import Recorder
+    from cellwright.rendering.video_options import VideoOptions
+    from cellwright.running.run.session import Session
+    from cellwright.viewer.filming import Filming
+    from cellwright.viewer.services.control import Control
+
+
+class DescriptionWarning(UserWarning):
+    """Something in a file that its author should know, `path:line: key: what`, and that stops nothing."""
+
+
+def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
+    """A trial by its name or its files, or from a text. What a file's author should know is a `DescriptionWarning`.
+
+    Args:
+        sources: a trial that comes along (`"lesson"`) or the path of a YAML file; of several the texts are joined.
+        text: the configuration itself, instead.
+
+    Raises:
+        UnknownNameError: there is no such trial or file.
+        DescriptionError: the configuration cannot be used; the error lists everything that was found wrong.
+        UsageError: neither a name nor a text, or both.
+    """
+    loaded = gear2017.load_trial([find_trial(source) for source in sources], text=text)
+    warn_of(loaded.warnings, 3)
+    return loaded.trial
+
+
+def load_robot(name_or_path: str | Path) -> RobotConfig:
+    """A robot by its name, or by its file. What the file's author should know is a `DescriptionWarning`.
+
+    Args:
+        name_or_path: a robot that comes along (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
+
+    Raises:
+        UnknownNameError: there is no robot of this name.
+        DescriptionError: the files cannot be used; the error lists everything that was found wrong.
+    """
+    lines: list[str] = []
+    config = robots.load_robot(name_or_path, lines.append)
+    warn_of(lines, 3)
+    return config
+
+
+def warn_of(lines: Iterable[object], level: int) -> None:
+    """Warn the caller so many calls up."""
+    for line in lines:
+        warnings.warn(str(line), DescriptionWarning, stacklevel=level)
+
+
+class Target:
+    """What a session runs: a node whose time passes, and what is particular about its kind.
+
+    Args:
+        make: makes the node when the session opens, or gives one that is there.
+    """
+
+    acts = ""
+    """What clients can do, as a warning says it."""
+    stopped = ""
+    """Why the server closes when nothing else is known."""
+    can_stand = True
+    """Whether time may stand for clients that are behind."""
+    runs_from_start = False
+    """Whether a run begins at time 0, and has a result that a page shows before the server closes."""
+    identity: Identity | None = None
+    """The node that it is in ROS 1; None: the simulator of 2017."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make = make
+        self.node: Any = None
+        self.control: Control | None = None
+        """How time passes, for those who look on; None where nobody can."""
+
+    def open(self, session: Session) -> None:
+        """Make the node; where it is to be recorded, the files that are read for it are kept."""
+        record = session.record
+        if record is None or record.sources is not None:
+            self.node = self._make()
+            return
+        with sources_collected() as sources:
+            self.node = self._make()
+        session.record = replace(record, sources=sources, files=record.files or self.named_files())
+
+    def named_files(self) -> list[Path]:
+        """The files that were named to read it."""
+        return []
+
+    def close(self) -> None:
+        """Let go of the node."""
+
+    def begin(self, session: Session, run: ExitStack) -> None:
+        """Begin a run; `run` puts back what is to be put back."""
+
+    def reset(self) -> None:
+        """Begin again at the start, while clients stay."""
+
+    def loop(self, session: Session) -> tuple[str, str]:
+        """Let time pass until the run stops; how it ended, and what went wrong."""
+        try:
+            session.loop.run()
+        except SimulationError as error:
+            return "unstable", str(error)
+        except KeyboardInterrupt:
+            return "stopped", ""
+        return "stopped" if session.stop.is_requested else "until", ""
+
+    def result(self, session: Session, outcome: str, error: str) -> SessionResult:
+        """What has come of the run by now."""
+        return SessionResult(outcome=outcome, error=error, **session.measured())
+
+    def outcome_by_now(self) -> str:
+        """How a run ends that is stopped now."""
+        return "stopped"
+
+    def end(self, session: Session, result: SessionResult) -> None:
+        """The run is over, and its clients are still there."""
+
+    # ---------------------------------------------------------------- for those who look on
+
+    def hindrance(self) -> str:
+        """Why it may not begin again; empty when it may."""
+        return ""
+
+    def refused(self) -> dict[str, str]:
+        """Actions on its time that are refused, and why."""
+        return {}
+
+    def panel(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """What a panel shows, as JSON values."""
+        raise NotImplementedError
+
+    def offer(self, session: Session) -> None:
+        """Offer a server's services for pages and their like."""
+        from cellwright.viewer.services.control import Control, Reset
+        from cellwright.viewer.services.scene import offer_viewer_services
+
+        assert session.server is not None
+        self.control = Control(
+            session.rate,
+            reset=Reset(session.reset, lambda: self.hindrance() or session.hindrance),
+            refused=self.refused(),
+            lockstep=session.lockstep,
+        )
+        offer_viewer_services(session.server, self.node, self.panel, self.control)
+
+    def ros_parameters(self) -> dict[str, Any]:
+        """What belongs on the parameter server of ROS 1."""
+        return {}
+
+    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
+        """A video of it, not begun.
+
+        Raises:
+            RenderingError: it cannot be written.
+        """
+        raise NotImplementedError
+
+    # ---------------------------------------------------------------- for a recording
+
+    def header(self, session: Session, record: RecordOptions) -> RecordingHeader:
+        """What a recording says of itself."""
+        raise NotImplementedError
+
+    def recorded_panel(self, _record: RecordOptions) -> dict[str, Any]:
+        """What goes into a recording of what a panel shows."""
+        return self.panel({})
+
+    stamp: Callable[[], int] | None = None
+    """What else tells when a command came."""
+
+    def recorded_events(
+        self, _session: Session, _recorder: Recorder, _record: RecordOptions
+    ) -> AbstractContextManager[None]:
+        """Record what happens besides."""
+        return nullcontext()
+
+    def recorded_end(self, result: SessionResult) -> dict[str, Any]:
+        """What a recording says of the result."""
+        return {"outcome": result.outcome, "error": result.error, "wall": result.wall}
+
+
+def common_facts(record: RecordOptions) -> dict[str, Any]:
+    """What every recording says of itself, as JSON values."""
+    return {"versions": versions(), "recorded": datetime.now(UTC).isoformat(timespec="seconds"), **record.about}
+
+
+def source_facts(record: RecordOptions) -> dict[str, Any]:
+    """Which of the files in a recording were named, in their order, and the folders of ROS packages among them."""
+    sources = record.sources
+    if sources is None:
+        return {"files": [], "packages": []}
+    return {"files": [sources.name(path) for path in record.files], "packages": sources.packages()}
+
+
+class CellTarget(Target):
+    """A cell, run from the start.
+
+    Args:
+        make: makes the cell.
+        files: gives the files of its trial, as they were named.
+        about: what a panel says of the run besides, such as the agent's name.
+    """
+
+    acts, stopped, runs_from_start = "drive the cell", "the cell has stopped", True
+    node: Cell
+
+    def __init__(
+        self, make: Callable[[], Cell], files: Callable[[], list[Path]] = list, about: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__(make)
+        self._about = about
+        self._named_files = files
+        self._heard: Counter[str] = Counter()
+        self._collisions: CollisionWatch | None = None
+        self.on_collision: list[Callable[[Collision], None]] = []
+        """Called with each collision of the arm that is over."""
+
+    def named_files(self) -> list[Path]:
+        """The files of the trial."""
+        return self._named_files()
+
+    def hindrance(self) -> str:
+        """Why it may not begin again: a competition goes on."""
+        return IN_COMPETITION if self.node.in_competition else ""
+
+    def begin(self, session: Session, run: ExitStack) -> None:
+        """Begin a run at time 0, or at a checkpoint.
+
+        Raises:
+            UnknownNameError: a topic to listen to that does not exist.
+            CheckpointError: the checkpoint cannot be read, or is of another cell.
+        """
+        cell, options = self.node, session.options
+        for when, path in options.checkpoints:
+            cell.checkpoints.declare(nanoseconds(when), path)
+            run.callback(cell.checkpoints.withdraw, nanoseconds(when))
+        cell.reset()
+        if options.start is not None:
+            read_checkpoint(cell.simulation, options.start)
+        self._listen(options, run)
+        for when, action in options.at:
+            at(cell, when, action, run)
+        if options.on_progress is not None:
+            on_progress = options.on_progress
+            run.callback(cell.simulation.watch("progress", Fraction(1, 10), lambda _: on_progress(cell)).cancel)
+        if options.ends_when_done:
+            self._watch_for_the_end(session, run)
+        self.cell_panel.begin_anew()
+        if self.control is not None:
+            self.control.over = ""
+        self._collisions = None
+        if cell.arm is not None:
+            self._collisions = CollisionWatch(cell, self._keep_collision)
+            run.callback(self._collisions.end)
+            subscribe(session.on_reset, self._collisions.reset, run)
+
+    def _keep_collision(self, found: Collision) -> None:
+        for keep in self.on_collision:
+            keep(found)
+
+    def _watch_for_the_end(self, session: Session, run: ExitStack) -> None:
+        cell = self.node
+
+        def end_soon() -> None:
+            session.stop.limit(cell.simulation.now + nanoseconds(GRACE), "the competition is done")
+
+        def watch(effect: Effect) -> None:
+            if is_done(effect):
+                end_soon()
+
+        subscribe(cell.competition.on_effect, watch, run)
+        if cell.competition.state == "done":  # it was so in the checkpoint
+            end_soon()
+
+    def _listen(self, options: RunOptions, run: ExitStack) -> None:
+        cell, heard = self.node, Counter[str]()
+        for name in (name for topic in options.listen for name in (cell.topics() if topic == "all" else [topic])):
+            cell.bus.topic(name)
+            run.callback(cell.bus.subscribe(name, partial(_count, heard, name), node="/listener").cancel)
+        self._heard = heard
+
+    def reset(self) -> None:
+        """Begin again at time 0."""
+        self.node.reset()
+
+    def loop(self, session: Session) -> tuple[str, str]:
+        """Let time pass until the run stops; how it ended, and what went wrong."""
+        try:
+            session.loop.run()
+        except SimulationError as error:
+            return Outcome.UNSTABLE, f"{error}\n"
+        except KeyboardInterrupt:
+            return Outcome.INTERRUPTED, ""
+        return self.outcome_by_now(), ""
+
+    def outcome_by_now(self) -> Outcome:
+        """How a run ends that is stopped now."""
+        return how_it_ended(self.node, otherwise=Outcome.UNTIL)
+
+    def result(self, session: Session, outcome: str, error: str = "") -> RunResult:
+        """What has come of the run by now."""
+        cell = self.node
+        return RunResult(
+            **session.measured(),
+            outcome=Outcome(outcome),
+            error=error,
+            competition_state=cell.competition.state,
+            score=cell.competition.score(),
+            evidence=cell.competition.evidence(),
+            heard=dict(self._heard),
+        )
+
+    def end(self, session: Session, found: SessionResult) -> None:
+        """The run is over: no more collisions; panels show the result."""
+        result = cell_result(found)
+        self.node.bus.refusals.flush()
+        if self._collisions is not None:
+            result.collisions = self._collisions.end()
+        if not session.begins_again:
+            facts = {"outcome": outcome_word(result), "error": result.error, "state_hash": result.state_hash}
+            self.cell_panel.end(facts | {"simulated": result.simulated, "wall": result.wall})
+        if self.control is not None and not session.begins_again:
+            self.control.over = OVER
+
+    # ---------------------------------------------------------------- for those who look on
+
+    @cached_property
+    def cell_panel(self) -> CellPanel:
+        """Panel of the cell; made when something shows or records it."""
+        panel = CellPanel(self.node, self._about)
+        panel.collisions = lambda: None if self._collisions is None else self._collisions.panel()
+        return panel
+
+    def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """What a panel shows, as JSON values."""
+        return self.cell_panel.panel()
+
+    def ros_parameters(self) -> dict[str, Any]:
+        """What belongs on the parameter server of ROS 1."""
+        from cellwright.cell.interface.parameters import parameters
+
+        return dict(parameters(self.node.trial, competition=self.node.in_competition))
+
+    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
+        """A video of the cell, with time, points and what the agent is about in its corner."""
+        from cellwright.viewer.filming import Filming, still  # it takes a moment to load
+
+        cell = self.node
+
+        def caption() -> str:
+            points = cell.competition.score().total
+            words = (f"{cell.simulation.time:.1f} s", f"{points:g} {'point' if points == 1 else 'points'}")
+            return "   ".join(word for word in (*words, cell.intention.text) if word)
+
+        camera = still(options.camera or VIEWS["overview"])
+        return Filming(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
+
+    # ---------------------------------------------------------------- for logs and recordings
+
+    @contextmanager
+    def events(self, events: RunEvents, more: Mapping[str, Any]) -> Iterator[Callable[[], None]]:
+        """Tell a log what happens in a run; gives what begins it, as after a reset."""
+        cell = self.node
+
+        def begin() -> None:
+            timestep = float(cell.simulation.clock.timestep)
+            about = {"seed": cell.seed, "servo": cell.servo, "timestep": timestep, **more}
+            events.begin(cell.trial, about | {"versions": versions()})
+
+        with ExitStack() as leaving:
+            begin()
+            subscribe(cell.competition.on_effect, lambda effect: events.effect(effect, cell.simulation.now), leaving)
+            subscribe(self.on_collision, lambda found: events.collision(asdict(found)), leaving)
+            yield begin
+
+    def header(self, session: Session, record: RecordOptions) -> RecordingHeader:
+        """What the run depends on besides what comes from outside."""
+        from cellwright.recording.format.format import RecordingHeader
+
+        cell, timestep = self.node, self.node.simulation.clock.timestep
+        facts = {
+            **common_facts(record),
+            "seed": cell.seed,
+            "servo": cell.servo,
+            "competition": cell.in_competition,
+            "timestep": [timestep.numerator, timestep.denominator],
+            "circumstances": asdict(cell.trial.circumstances),
+            "varied": record.is_varied,
+            "checkpoints": sorted(nanoseconds(when) for when, _ in session.options.checkpoints),
+            **source_facts(record),
+        }
+        return RecordingHeader("cell", cell.name, facts)
+
+    def recorded_panel(self, record: RecordOptions) -> dict[str, Any]:
+        """What goes into a recording of what a panel shows."""
+        panel = self.panel({})
+        return panel | {"about": {**panel["about"], **record.about}}
+
+    @contextmanager
+    def recorded_events(self, session: Session, recorder: Recorder, record: RecordOptions) -> Iterator[None]:
+        """Record what the referee does, and collisions."""
+        events = RunEvents(recorder.event, record.about)
+        with self.events(events, {}) as begin:
+            recorder.on_begin = begin
+            yield
+            result = cell_result(session.result)
+            events.end(outcome_word(result), result.evidence, self.node.simulation.now, _facts(result))
+
+    def recorded_end(self, result: SessionResult) -> dict[str, Any]:
+        """What a recording says of the result."""
+        run = cell_result(result)
+        return {"outcome": outcome_word(run), "score": run.score.total, "wall": run.wall, **_facts(run)}
+
+
+def cell_result(result: SessionResult | None) -> RunResult:
+    """The result of a run of a cell."""
+    assert isinstance(result, RunResult)
+    return result
+
+
+def _facts(result: RunResult) -> dict[str, Any]:
+    facts = {"competition_state": result.competition_state, "state_hash": result.state_hash}
+    return facts | {"error": result.error, "simulated": result.simulated, "steps": result.steps}
+
+
+def outcome_word(result: RunResult) -> str:
+    """How a run ended, as logs, recordings and JSON say it."""
+    return result.outcome.name.lower()
+
+
+def subscribe(listeners: list[Any], listener: Callable[..., Any], leaving: ExitStack) -> None:
+    """Add a listener until the stack is closed."""
+    listeners.append(listener)
+    leaving.callback(listeners.remove, listener)
+
+
+def at(cell: Cell, when: Fraction, action: Callable[[Cell], None], run: ExitStack) -> None:
+    """Have something done once, at a simulation time [s]; at once where that has gone by."""
+    if nanoseconds(when) <= cell.simulation.now:
+        action(cell)
+        return
+
+    def look(_: int) -> None:
+        watch.cancel()
+        action(cell)
+
+    watch = cell.simulation.watch("once", when, look)
+    run.callback(watch.cancel)
+
+
+def _count(heard: Counter[str], name: str, _message: object) -> None:
+    heard[name] += 1

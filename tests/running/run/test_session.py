@@ -1,0 +1,159 @@
+"""One object that runs, serves, records and films; and how many calls lie between the command line and an agent."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import cellwright
+from cellwright.cli.main import main
+from cellwright.clients.client import Client
+from cellwright.clients.client.in_process import InProcess
+from cellwright.running.run import Outcome, RunOptions, RunResult, ServerOptions, Session, run_cell
+from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
+from cellwright.util.files import read_json_lines
+from tests.cells import BARE, KITTING
+from tests.waiting import TIMEOUT
+
+HERE = ServerOptions(port=0)
+FRAMES = 7
+"""So many calls of ours are on the stack, at most, when an agent begins: main() and the agent itself included."""
+
+
+class Ends:
+    """Ends the competition after a while."""
+
+    def run(self, client: Client) -> None:
+        client.start_competition()
+        client.sleep(0.3)
+        client.end_competition()
+
+
+def test_run_cell_and_session_come_to_the_same() -> None:
+    with Session(cellwright.Cell(KITTING)) as session:
+        result = session.run(Ends())
+    assert result.state_hash == run_cell(cellwright.Cell(KITTING), Ends()).state_hash
+    assert result is session.result
+
+
+def test_each_run_has_files_of_its_own(tmp_path: Path) -> None:
+    with Session(KITTING, record=tmp_path / "a.mcap", log=tmp_path / "a.jsonl") as session:
+        first, second = session.run(Ends), session.run(Ends)
+    assert first.state_hash == second.state_hash
+    assert (first.recordings, second.recordings) == ([tmp_path / "a.mcap"], [tmp_path / "a_2.mcap"])
+    assert [line["kind"] for line in read_json_lines(tmp_path / "a_2.jsonl")][-1] == "result"
+
+
+def test_without_program_clients_or_end_there_is_no_run() -> None:
+    with Session(BARE) as session, pytest.raises(UsageError, match="say until when"):
+        session.run()
+    assert Session(BARE).run(until=0.25).steps == 125
+
+
+def test_an_agent_is_stopped_from_elsewhere() -> None:
+    class Waits:
+        def run(self, client: Client) -> None:
+            client.subscribe("/clock", lambda _: session.stop.request("enough"))
+            with pytest.raises(RunEndedError, match="enough"):
+                client.sleep(10.0)
+            client.sleep(1.0)
+
+    with Session(BARE) as session:
+        assert session.run(Waits()).outcome is Outcome.UNTIL
+
+
+def test_a_client_lets_time_pass_and_observers_follow() -> None:
+    seen: list[str] = []
+
+    @contextmanager
+    def observer(session: Session) -> Iterator[None]:
+        seen.append("begun")
+        yield
+        assert session.result is not None
+        seen.append(f"{session.result.simulated:g} s")
+
+    with Session(cellwright.Cell(KITTING), observers=[observer]) as session:
+        client = session.client()
+        assert isinstance(client, Client)
+        client.sleep(0.5)
+        assert seen == ["begun"]
+    assert seen == ["begun", "0.5 s"]
+
+
+def test_what_is_served_can_be_worked_from_elsewhere() -> None:
+    with Session(cellwright.Cell(KITTING), serve=HERE, lockstep=True) as session:
+
+        def work() -> None:
+            client = Client.connect(session.address or ("", 0))
+            client.sleep(0.2)
+            client.close()
+            session.stop.request()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        result = session.run()
+        thread.join(TIMEOUT)
+    assert isinstance(result, RunResult)
+    assert (result.simulated, result.pace) == (0.2, None)
+
+
+def test_a_robot_and_a_recording_of_it(tmp_path: Path) -> None:
+    with Session("tandem", record=tmp_path / "robot.mcap") as session:
+        client = session.client("/operator")
+        assert not isinstance(client, Client)
+        client.sleep(0.3)
+    with Session(tmp_path / "robot.mcap", serve=HERE) as played:
+        result = played.run()
+    assert result.outcome == "until"
+    assert result.simulated == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_name_that_nobody_has() -> None:
+    with pytest.raises(UnknownNameError, match="lesson"):
+        Session("leson").run(until=0.1)
+
+
+def test_a_log_is_of_a_cell(tmp_path: Path) -> None:
+    with Session("tandem", log=tmp_path / "a.jsonl") as session, pytest.raises(UsageError, match="a log is of a run"):
+        session.run(until=0.1)
+
+
+def test_programs_of_version_0_1_have_their_client() -> None:
+    cell = cellwright.Cell(BARE)
+    with pytest.warns(DeprecationWarning, match="NodeClient"):
+        client = cellwright.Session.in_process(cell)
+    with pytest.warns(DeprecationWarning, match="NodeClient"):
+        other = cellwright.Session(InProcess(cell))  # type: ignore[arg-type]
+    assert [type(each).__name__ for each in (client, other)] == ["NodeClient", "NodeClient"]
+    assert isinstance(client, cellwright.NodeClient)
+    client.sleep(0.1)
+
+
+def test_few_calls_lie_between_the_command_line_and_an_agent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "counts.py").write_text(
+        "import sys, traceback\n"
+        "class Counts:\n"
+        "    def run(self, client):\n"
+        "        self.__class__.frames.extend(each.filename for each in traceback.extract_stack())\n"
+        "    frames = sys.modules.setdefault('frames_of_the_agent', [])\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    frames: list[str] = []
+    monkeypatch.setitem(sys.modules, "frames_of_the_agent", frames)
+    assert main(["run", "lesson", "--agent", "counts.py:Counts", "--no-picture"]) == 1, "it gives up at once"
+    ours = [each for each in frames if "/cellwright/" in each.replace("\\", "/") or each.endswith("counts.py")]
+    assert 4 <= len(ours) <= FRAMES, ours
+
+
+def test_options_of_a_run_hold(tmp_path: Path) -> None:
+    file = tmp_path / "a.npz"
+    options = RunOptions(until=0.2, listen=["/clock"], checkpoints=[])
+    result = Session(cellwright.Cell(BARE), options=options).run()
+    assert isinstance(result, RunResult)
+    assert result.heard["/clock"] == 100
+    assert not file.exists()
