@@ -8,21 +8,14 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cellwright.cell.cell import Cell
 from cellwright.cli import options, output
 from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.options import in_range, refuse
-from cellwright.config.parsing.sources import sources_collected
-import typer
-
-from cellwright.cli.options import refuse
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import VIEWS, camera_of
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
-from cellwright.running.run import RecordOptions
 from cellwright.running.run import PageOptions, RecordOptions
-from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:

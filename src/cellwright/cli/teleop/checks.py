@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
-from contextlib import closing
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
@@ -25,8 +23,6 @@ from cellwright.robot.checks.driver import check_driver
 from cellwright.robot.checks.reference import MAX_RANGE_ERROR, MAX_TIME_ERROR
 from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.robot.drivers import find_driver
-from cellwright.robot.node import RobotNode
-from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import UsageError
 
 

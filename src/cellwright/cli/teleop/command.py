@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from contextlib import closing
 import typer
 from rich.console import Console
 

@@ -10,9 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cellwright.clients.client.in_process import Transport
-from cellwright.clients.client.session import Latest, Session
-from cellwright.config import layout
 from cellwright.clients.client.session import Latest, NodeClient
+from cellwright.config import layout
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,

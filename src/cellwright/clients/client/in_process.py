@@ -6,11 +6,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from cellwright.engine.events import NEVER
-from cellwright.middleware.bus import Direction, Later, Served
 from cellwright.engine.loop import StopCondition
-from cellwright.middleware.bus import Direction, Later
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Direction, Later, Served
 from cellwright.util.errors import RunEndedError
 
 Callback = Callable[[Any], None]

@@ -15,10 +15,9 @@ from cellwright.config.robot.urdf_file import read_text
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.robot.interface import rows as io_teleop
-from cellwright.robot.interface.rows import ros_parameters
+from cellwright.robot.interface import NODE, ros_parameters
 from cellwright.robot.node import RobotNode
-from cellwright.robot.pictures import robot_camera, robot_lamp, save_robot_picture
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp, save_robot_picture
 from cellwright.robot.services import RobotServices
 from cellwright.running.run.options import RecordOptions, reachable_address
 from cellwright.running.run.result import SessionResult
@@ -51,7 +50,7 @@ class RobotTarget(Target):
     acts, stopped = "drive the robot", "the node has stopped"
     node: RobotNode
 
-    def __init__(self, make: Callable[[], RobotNode], *, node: str = io_teleop.NODE, sim_time: bool = False) -> None:
+    def __init__(self, make: Callable[[], RobotNode], *, node: str = NODE, sim_time: bool = False) -> None:
         super().__init__(make)
         self.identity = robot_identity(node, sim_time=sim_time)
 
@@ -118,7 +117,9 @@ class RobotTarget(Target):
         from cellwright.viewer.filming import Filming, still
 
         node = self.node
-        camera = options.camera or robot_camera(node.world, node.simulation.data, options.width, options.height)
+        model, data = node.simulation.model, node.simulation.data
+        heading = robot_heading(node.world, data) + TURN
+        camera = options.camera or camera_on(model, data, heading, TILT, options.width, options.height)
         return Filming(
             node,
             options,
