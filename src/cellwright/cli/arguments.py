@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cellwright.cli import options, output
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.options import refuse
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
@@ -37,49 +38,34 @@ Files = Annotated[list[str], TRIAL]
 
 Servo = Annotated[
     str | None,
-    typer.Option(
-        metavar="PROFILE",
-        help="Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
-        rich_help_panel=WORK,
+    option(
+        "Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
+        WORK,
+        "PROFILE",
     ),
 ]
 
-Seed = Annotated[
-    int | None, typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=WORK)
-]
+Seed = Annotated[int | None, option("Root of all chance; the file's own, else 0.", WORK, "N")]
 
 Vary = Annotated[
     bool,
-    typer.Option(
-        "--vary",
-        metavar="",
-        help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
-        rich_help_panel=WORK,
+    flag(
+        "Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.", WORK, "--vary"
     ),
 ]
 
 Development = Annotated[
-    bool,
-    typer.Option(
-        "--development-mode",
-        "-d",
-        metavar="",
-        help="Allow what a competition refuses, such as setting the belt's power.",
-        rich_help_panel=WORK,
-    ),
+    bool, flag("Allow what a competition refuses, such as setting the belt's power.", WORK, "--development-mode", "-d")
 ]
 
-Until = Annotated[
-    float | None, typer.Option(metavar="T", help="Stop at this simulation time [s].", rich_help_panel=END)
-]
+Until = Annotated[float | None, option("Stop at this simulation time [s].", END, "T")]
 
 Record = Annotated[
     list[Path] | None,
-    typer.Option(
-        metavar="FILE.mcap",
-        help="Record everything to this file, to be replayed and looked at; FILE.bag for the tools of ROS 1; "
-        "repeatable.",
-        rich_help_panel=OUTPUT,
+    option(
+        "Record everything to this file, to be replayed and looked at; FILE.bag for the tools of ROS 1; repeatable.",
+        OUTPUT,
+        "FILE.mcap",
     ),
 ]
 
@@ -87,23 +73,21 @@ Recorded = Annotated[
     Path, typer.Argument(metavar="FILE.mcap", help="What `--record` wrote, whole or cut short.", show_default=False)
 ]
 
-Host = Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=REACH)]
+Host = Annotated[str, option("Address to listen at.", REACH, "HOST")]
 
 Port = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
-        help="Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.",
-        rich_help_panel=REACH,
+    option(
+        "Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.", REACH, "N"
     ),
 ]
 
 Log = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE.jsonl",
-        help="Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
-        rich_help_panel=OUTPUT,
+    option(
+        "Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
+        OUTPUT,
+        "FILE.jsonl",
     ),
 ]
 
@@ -111,34 +95,24 @@ Log = Annotated[
 LOOK = "Looking on"
 """Heading in the help."""
 
-View = Annotated[
-    bool,
-    typer.Option(
-        "--view",
-        metavar="",
-        help="Show it on a page, in a browser; the page's address is printed.",
-        rich_help_panel=LOOK,
-    ),
-]
+View = Annotated[bool, flag("Show it on a page, in a browser; the page's address is printed.", LOOK, "--view")]
 ViewHost = Annotated[
     str | None,
-    typer.Option(
-        metavar="HOST",
-        help=f"Address at which the page is; {LOOPBACK} when left out. Any other needs the token that is printed.",
-        rich_help_panel=LOOK,
+    option(
+        f"Address at which the page is; {LOOPBACK} when left out. Any other needs the token that is printed.",
+        LOOK,
+        "HOST",
     ),
 ]
 ViewPort = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
-        help=f"Port of the page: {DEFAULT_PORT} when left out, and one of the next where it is in use. 0: a free one.",
-        rich_help_panel=LOOK,
+    option(
+        f"Port of the page: {DEFAULT_PORT} when left out, and one of the next where it is in use. 0: a free one.",
+        LOOK,
+        "N",
     ),
 ]
-OpenPage = Annotated[
-    bool, typer.Option("--open", metavar="", help="Open the page in this desktop's browser.", rich_help_panel=LOOK)
-]
+OpenPage = Annotated[bool, flag("Open the page in this desktop's browser.", LOOK, "--open")]
 
 
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
@@ -180,46 +154,32 @@ VIDEO = "Video"
 
 VideoFile = Annotated[
     Path | None,
-    typer.Option(
+    option(
+        "Write a video of it, 25 pictures a simulated second; one that is killed leaves it playable.",
+        VIDEO,
+        "FILE.mp4",
         "--video",
-        metavar="FILE.mp4",
-        help="Write a video of it, 25 pictures a simulated second; one that is killed leaves it playable.",
-        rich_help_panel=VIDEO,
     ),
 ]
 
 VideoCamera = Annotated[
     str | None,
-    typer.Option(
+    option(
+        "Where it is taken from: a view as for pictures, or `x,y,z:x,y,z`, place and target in m.",
+        VIDEO,
+        "VIEW",
         "--video-camera",
-        metavar="VIEW",
-        help="Where it is taken from: a view as for pictures, or `x,y,z:x,y,z`, place and target in m.",
-        rich_help_panel=VIDEO,
     ),
 ]
 
 VideoSpeed = Annotated[
-    float,
-    typer.Option(
-        "--video-speed",
-        metavar="FACTOR",
-        help="Simulated seconds a second of video: 10 makes 10 minutes one.",
-        rich_help_panel=VIDEO,
-    ),
+    float, option("Simulated seconds a second of video: 10 makes 10 minutes one.", VIDEO, "FACTOR", "--video-speed")
 ]
 
-VideoSize = Annotated[
-    str, typer.Option("--video-size", metavar="WxH", help="In pixels, such as 1920x1080.", rich_help_panel=VIDEO)
-]
+VideoSize = Annotated[str, option("In pixels, such as 1920x1080.", VIDEO, "WxH", "--video-size")]
 
 VideoFine = Annotated[
-    bool,
-    typer.Option(
-        "--video-fine",
-        metavar="",
-        help="Smoother edges; without a GPU that takes three times as long.",
-        rich_help_panel=VIDEO,
-    ),
+    bool, flag("Smoother edges; without a GPU that takes three times as long.", VIDEO, "--video-fine")
 ]
 
 DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"

@@ -13,6 +13,7 @@ import typer
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files
+from cellwright.cli.declarations import flag
 from cellwright.cli.main import BAD_INPUT, DONE
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
@@ -22,9 +23,7 @@ from cellwright.util.errors import CellwrightError
 
 def check(
     files: Files,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print the findings, and what the files come to, as JSON.")
-    ] = False,
+    as_json: Annotated[bool, flag("Print the findings, and what the files come to, as JSON.", None, "--json")] = False,
 ) -> None:
     """Say what is wrong with a trial's files, or a robot's, line by line, or ok. Nothing is run.
 

@@ -18,6 +18,7 @@ from rich.text import Text
 from cellwright.cell.kitting.reach import reach
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT, WORK, Vary
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
@@ -174,58 +175,32 @@ def evaluate(
         ),
     ],
     agent: Annotated[
-        str,
-        typer.Option(
-            metavar="AGENT",
-            help="What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.",
-            rich_help_panel=WORK,
-        ),
+        str, option("What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.", WORK, "AGENT")
     ] = "kitter",
     joined: Annotated[
         list[str] | None,
-        typer.Option(
-            "--with",
-            metavar="FILE",
-            help="A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
+        option(
+            "A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
             f"Without it a trial that has no arm gets `{ARM_AND_SENSORS}`.",
-            rich_help_panel=WORK,
+            WORK,
+            "FILE",
+            "--with",
         ),
     ] = None,
-    seeds: Annotated[
-        int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=WORK)
-    ] = 1,
+    seeds: Annotated[int, option("Each trial runs with the seeds 1 to N.", WORK, "N")] = 1,
     vary: Vary = False,
-    jobs: Annotated[
-        int | None,
-        typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=WORK),
-    ] = None,
-    time_limit: Annotated[
-        float, typer.Option(metavar="T", help="Time on the wall clock [s].", rich_help_panel=_LIMITS)
-    ] = 600.0,
-    memory_limit: Annotated[float, typer.Option(metavar="M", help="Memory [MiB].", rich_help_panel=_LIMITS)] = 2048.0,
+    jobs: Annotated[int | None, option("Runs at a time; as many as processors when left out.", WORK, "J")] = None,
+    time_limit: Annotated[float, option("Time on the wall clock [s].", _LIMITS, "T")] = 600.0,
+    memory_limit: Annotated[float, option("Memory [MiB].", _LIMITS, "M")] = 2048.0,
     min_score: Annotated[
         str | None,
-        typer.Option(
-            metavar="SCORE",
-            help="Exit with status 1 when a run is below: points, or `75%` of what is within reach.",
-            rich_help_panel=OUTPUT,
-        ),
+        option("Exit with status 1 when a run is below: points, or `75%` of what is within reach.", OUTPUT, "SCORE"),
     ] = None,
-    out: Annotated[
-        Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=OUTPUT)
-    ] = Path("evaluation"),
+    out: Annotated[Path, option("Where results, logs and reports go.", OUTPUT, "FOLDER")] = Path("evaluation"),
     record: Annotated[
-        bool,
-        typer.Option(
-            "--record",
-            metavar="",
-            help="Record each run that has no result yet, to FOLDER/recordings.",
-            rich_help_panel=OUTPUT,
-        ),
+        bool, flag("Record each run that has no result yet, to FOLDER/recordings.", OUTPUT, "--record")
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT)
-    ] = False,
+    as_json: Annotated[bool, flag("Print the summary as JSON on stdout.", OUTPUT, "--json")] = False,
 ) -> None:
     """Judge a program in many runs, each in a process of its own.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
 from rich.console import Console
@@ -15,6 +16,7 @@ from cellwright.util.errors import showable
 if TYPE_CHECKING:
     from cellwright.engine.loop import Pace
     from cellwright.middleware.server import Server
+    from cellwright.running.run import Session
 
 _LONGEST = 10_000  # characters of a line
 
@@ -33,6 +35,21 @@ def note_files(console: Console, name: str, files: Iterable[object]) -> None:
     """Print a line for each file of a kind that was written, such as `picture`."""
     for file in files:
         note(console, name, str(file))
+
+
+def say_ready(session: Session) -> None:
+    """Say that something is served, where, how its time passes, and what it is in ROS 1."""
+    assert session.server is not None
+    line = ready_line(session.node.name, session.server, session.rate.speed)
+    if session.ros is not None:
+        line += f", ROS 1 at {session.ros.master.uri}"
+        line += "" if session.target.identity is None else f" as {session.target.identity.node}"
+    session.say(line + session.target.ready_note())
+
+
+def words_for(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
+    """Where a session that is run from the command line says things, as `Session` takes it."""
+    return {"report": warn, "notice": notice, "say": partial(console.print, markup=False, soft_wrap=True)}
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

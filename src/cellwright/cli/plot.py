@@ -9,6 +9,7 @@ import typer
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import Recorded
+from cellwright.cli.declarations import option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.util.errors import UnknownNameError
 
@@ -17,18 +18,20 @@ def plot(
     file: Recorded,
     out: Annotated[
         Path | None,
-        typer.Option(
+        option(
+            "The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out.",
+            None,
+            "FILE",
             "--out",
-            metavar="FILE",
-            help="The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out.",
         ),
     ] = None,
     what: Annotated[
         str | None,
-        typer.Option(
+        option(
+            "Parts of it, with commas: score, trays, joints, tool, commands; all when left out.",
+            None,
+            "NAMES",
             "--what",
-            metavar="NAMES",
-            help="Parts of it, with commas: score, trays, joints, tool, commands; all when left out.",
         ),
     ] = None,
 ) -> None:

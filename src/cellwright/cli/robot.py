@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import output
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
 from cellwright.config.robot.config import RobotConfig
@@ -244,24 +245,24 @@ def robot(
             show_default=False,
         ),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print joints, groups and the poses of all links as JSON.")
-    ] = False,
+    as_json: Annotated[bool, flag("Print joints, groups and the poses of all links as JSON.", None, "--json")] = False,
     pose: Annotated[
         str | None,
-        typer.Option(
-            metavar="JSON",
-            help="With --json: the posture for the poses of the links, such as "
+        option(
+            "With --json: the posture for the poses of the links, such as "
             """`'{"elbow": 1.57}'`; joints that are left out stand at 0 [rad; m].""",
+            None,
+            "JSON",
         ),
     ] = None,
     init: Annotated[
         Path | None,
-        typer.Option(
-            "--init",
-            metavar="FILE.yml",
-            help="Write the beginning of a robot configuration for a URDF: arms, grippers and head as names and joints "
+        option(
+            "Write the beginning of a robot configuration for a URDF: arms, grippers and head as names and joints "
             "suggest, to be gone through.",
+            None,
+            "FILE.yml",
+            "--init",
         ),
     ] = None,
 ) -> None:

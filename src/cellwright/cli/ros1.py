@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
 from cellwright.middleware.ros1.packages import workspace
@@ -17,10 +18,9 @@ from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensur
 
 def ros1_env(
     folder: Annotated[
-        Path | None,
-        typer.Option("--dir", metavar="DIR", help="Where the packages are laid out; the user's cache when left out."),
+        Path | None, option("Where the packages are laid out; the user's cache when left out.", None, "DIR", "--dir")
     ] = None,
-    shell: Annotated[str, typer.Option(metavar="SHELL", help="Whose language: `sh` (bash, zsh) or `fish`.")] = "sh",
+    shell: Annotated[str, option("Whose language: `sh` (bash, zsh) or `fish`.", None, "SHELL")] = "sh",
 ) -> None:
     """Print the paths with which ROS 1's tools know the cell, and the robot.
 
@@ -51,9 +51,7 @@ def ros1_workspace(
     folder: Annotated[
         Path, typer.Argument(metavar="DIR", help="The workspace, such as `~/simulation_ws`.", show_default=False)
     ],
-    is_built: Annotated[
-        bool, typer.Option("--build/--no-build", metavar="", help="Build it at once, with catkin_make.")
-    ] = True,
+    is_built: Annotated[bool, flag("Build it at once, with catkin_make.", None, "--build/--no-build")] = True,
 ) -> None:
     """Lay out a catkin workspace that knows the cell, for programs in C++ or Python.
 

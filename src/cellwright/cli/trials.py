@@ -15,6 +15,7 @@ from rich.table import Table
 from cellwright.cell.kitting.reach import reach
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
+from cellwright.cli.declarations import flag
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.config.trial.difficulty import demands
 from cellwright.config.trial.gear2017 import load_trial
@@ -25,9 +26,7 @@ from cellwright.util.errors import CellwrightError
 _NAME_WIDTH = max(map(len, bundled()))
 
 
-def trials(
-    as_json: Annotated[bool, typer.Option("--json", metavar="", help="Print the list as JSON.")] = False,
-) -> None:
+def trials(as_json: Annotated[bool, flag("Print the list as JSON.", None, "--json")] = False) -> None:
     """List the trials that come along: what they ask for, and what makes each hard.
 
     The finals and most others have no arm and no sensors, as in the competition, where each team brought its own. Name

@@ -7,14 +7,12 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from enum import Enum
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from cellwright.cell.cell import Cell
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
 from cellwright.cli.main import DONE
@@ -22,7 +20,7 @@ from cellwright.cli.options import refuse
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, load_robot
 from cellwright.engine.rate_control import RateControl
-from cellwright.running.run import CellTarget, PageOptions, RunOptions, ServerOptions
+from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PAGE, PANEL
@@ -167,8 +165,7 @@ def view(
         case TargetKind.TRIAL:
             from cellwright.cli.serve import run_served, served_session
 
-            report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-            cell = CellTarget(lambda: Cell(options.load(what), competition=False, report=report))
+            cell = options.cell_of(what, console, competition=False)
             rate = RateControl(1.0, paused=True)
             shown = served_session(
                 cell, console, rate=rate, until=None, serve=here, view=page, options=RunOptions(ends_when_done=False)

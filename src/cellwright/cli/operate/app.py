@@ -16,6 +16,7 @@ from rich.live import Live
 from rich.progress import BarColumn, Progress, TextColumn
 
 from cellwright.cli import options
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.operate.link import (
     NODE,
@@ -151,21 +152,10 @@ def record(
         Path, typer.Argument(metavar="FILE", help="A file that ends in .csv or .jsonl.", show_default=False)
     ],
     duration: Annotated[
-        float | None,
-        typer.Option(
-            metavar="T",
-            help="How long [s], from the first message on; until Ctrl-C when left out.",
-            rich_help_panel=WHAT,
-        ),
+        float | None, option("How long [s], from the first message on; until Ctrl-C when left out.", WHAT, "T")
     ] = None,
     targets: Annotated[
-        bool,
-        typer.Option(
-            "--targets",
-            metavar="",
-            help="Write the targets that the node applies, instead of what is measured.",
-            rich_help_panel=WHAT,
-        ),
+        bool, flag("Write the targets that the node applies, instead of what is measured.", WHAT, "--targets")
     ] = False,
     connect: Connect = None,
     ros1: OverRos1 = False,
@@ -218,35 +208,25 @@ def play(
             show_default=False,
         ),
     ],
-    speed: Annotated[
-        float, typer.Option(metavar="FACTOR", help="Seconds of the file a second.", rich_help_panel=WHAT)
-    ] = 1.0,
+    speed: Annotated[float, option("Seconds of the file a second.", WHAT, "FACTOR")] = 1.0,
     approach: Annotated[
         float | None,
-        typer.Option(
-            metavar="T",
-            help="How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
-            rich_help_panel=WHAT,
+        option(
+            "How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
+            WHAT,
+            "T",
         ),
     ] = None,
-    loop: Annotated[
-        bool, typer.Option("--loop", metavar="", help="Begin again at the end, until Ctrl-C.", rich_help_panel=WHAT)
-    ] = False,
+    loop: Annotated[bool, flag("Begin again at the end, until Ctrl-C.", WHAT, "--loop")] = False,
     topic: Annotated[
         str | None,
-        typer.Option(
-            metavar="TOPIC",
-            help="Of a bag: take this topic's joint states as targets; all commands in it when left out.",
-            rich_help_panel=WHAT,
-        ),
+        option("Of a bag: take this topic's joint states as targets; all commands in it when left out.", WHAT, "TOPIC"),
     ] = None,
     connect: Connect = None,
     ros1: OverRos1 = False,
     robot: Robot = None,
     node: Node = NODE,
-    as_json: Annotated[
-        bool, typer.Option("--json", metavar="", help="Print what was played as JSON.", rich_help_panel=RESULT)
-    ] = False,
+    as_json: Annotated[bool, flag("Print what was played as JSON.", RESULT, "--json")] = False,
 ) -> None:
     """Play a file of targets: move slowly to the first of them, then say each in its time.
 

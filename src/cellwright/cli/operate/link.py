@@ -8,9 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from cellwright.cli import options, output
+from cellwright.cli.declarations import flag, option
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
@@ -58,31 +57,21 @@ NODE = "/operator"
 _WAIT = 5.0  # [s] for a node to appear in ROS
 
 Connect = Annotated[
-    str | None,
-    typer.Option(
-        metavar="HOST:PORT",
-        help=f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.",
-        rich_help_panel=WHERE,
-    ),
+    str | None, option(f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.", WHERE, "HOST:PORT")
 ]
 
-OverRos1 = Annotated[
-    bool,
-    typer.Option(
-        "--ros1", metavar="", help="Over ROS 1, at the master that ROS_MASTER_URI names.", rich_help_panel=WHERE
-    ),
-]
+OverRos1 = Annotated[bool, flag("Over ROS 1, at the master that ROS_MASTER_URI names.", WHERE, "--ros1")]
 
-Node = Annotated[str, typer.Option(metavar="NAME", help="Name of the operator's node.", rich_help_panel=WHERE)]
+Node = Annotated[str, option("Name of the operator's node.", WHERE, "NAME")]
 
 
 Robot = Annotated[
     str | None,
-    typer.Option(
-        metavar="ROBOT",
-        help="The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
+    option(
+        "The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
         "of a robot that comes along, or what is at the master as `robot_description`.",
-        rich_help_panel=WHERE,
+        WHERE,
+        "ROBOT",
     ),
 ]
 

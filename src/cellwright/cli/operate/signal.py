@@ -17,6 +17,7 @@ from rich.table import Table
 
 from cellwright.cli import options
 from cellwright.cli import output as lines
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.operate.link import (
     NODE,
@@ -121,51 +122,31 @@ def signal(
     ],
     wave: Annotated[
         Shape,
-        typer.Option(
-            metavar="SHAPE",
-            help="`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
-            rich_help_panel=WHAT,
+        option(
+            "`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
+            WHAT,
+            "SHAPE",
         ),
     ] = Shape.SINE,
-    amplitude: Annotated[
-        float, typer.Option(metavar="A", help="How far [rad; m]; below 0, downwards first.", rich_help_panel=WHAT)
-    ] = 0.1,
-    frequency: Annotated[float, typer.Option(metavar="F", help="Periods a second [Hz].", rich_help_panel=WHAT)] = 0.5,
-    duration: Annotated[
-        float, typer.Option(metavar="T", help="How long for each joint [s]; made whole periods.", rich_help_panel=WHAT)
-    ] = 4.0,
+    amplitude: Annotated[float, option("How far [rad; m]; below 0, downwards first.", WHAT, "A")] = 0.1,
+    frequency: Annotated[float, option("Periods a second [Hz].", WHAT, "F")] = 0.5,
+    duration: Annotated[float, option("How long for each joint [s]; made whole periods.", WHAT, "T")] = 4.0,
     connect: Connect = None,
     ros1: OverRos1 = False,
     robot: Robot = None,
     node: Node = NODE,
     max_error: Annotated[
         float | None,
-        typer.Option(
-            metavar="E",
-            help="Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.",
-            rich_help_panel=RESULT,
+        option(
+            "Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.", RESULT, "E"
         ),
     ] = None,
     max_delay: Annotated[
-        float | None,
-        typer.Option(
-            metavar="MS", help="Exit status 1 if a joint comes later [ms], or does not follow.", rich_help_panel=RESULT
-        ),
+        float | None, option("Exit status 1 if a joint comes later [ms], or does not follow.", RESULT, "MS")
     ] = None,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", metavar="", help="Print the figures as JSON, and nothing else on stdout.", rich_help_panel=RESULT
-        ),
-    ] = False,
-    csv: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.csv", help="Write every measured position to this file.", rich_help_panel=RESULT),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.svg", help="Draw targets, positions and errors.", rich_help_panel=RESULT),
-    ] = None,
+    as_json: Annotated[bool, flag("Print the figures as JSON, and nothing else on stdout.", RESULT, "--json")] = False,
+    csv: Annotated[Path | None, option("Write every measured position to this file.", RESULT, "FILE.csv")] = None,
+    plot: Annotated[Path | None, option("Draw targets, positions and errors.", RESULT, "FILE.svg")] = None,
 ) -> None:
     """Give joints a test signal, and tell how well they follow it.
 
@@ -190,9 +171,9 @@ def signal(
     was moved.
     """
     wanted = Wave.lasting(wave, amplitude, frequency, duration)
-    for option, value in (("--max-error", max_error), ("--max-delay", max_delay)):
+    for name, value in (("--max-error", max_error), ("--max-delay", max_delay)):
         if value is not None and not value >= 0.0:
-            options.refuse(f"{option} {value:g}: give a number from 0 on")
+            options.refuse(f"{name} {value:g}: give a number from 0 on")
     files = (options.output_file("--csv", csv, ".csv"), options.output_file("--plot", plot, ".svg"))
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)

@@ -25,6 +25,7 @@ from cellwright.cli.arguments import (
     ViewPort,
     page_options,
 )
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.teleop.checks import refuse_what_runs, run_driver_check, tell_motion_report
 from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
 from cellwright.config.robot.robots import load_robot
@@ -51,200 +52,88 @@ Robot = Annotated[
         show_default=False,
     ),
 ]
-MotionLaw = Annotated[
-    Motion,
-    typer.Option(
-        metavar="LAW", help="`servo`: with the URDF's speeds and efforts; `teleport`: at once.", rich_help_panel=WORK
-    ),
-]
-Rate = Annotated[str, typer.Option(metavar="HZ", help="Steps of physics a second.", rich_help_panel=WORK)]
+MotionLaw = Annotated[Motion, option("`servo`: with the URDF's speeds and efforts; `teleport`: at once.", WORK, "LAW")]
+Rate = Annotated[str, option("Steps of physics a second.", WORK, "HZ")]
 Check = Annotated[
-    bool,
-    typer.Option(
-        "--check",
-        metavar="",
-        help="Only look how the robot moves: against its recorded motion, or else joint by joint.",
-        rich_help_panel=WORK,
-    ),
+    bool, flag("Only look how the robot moves: against its recorded motion, or else joint by joint.", WORK, "--check")
 ]
-SelfCollision = Annotated[
-    bool, typer.Option("--self-collision", metavar="", help="Let links touch each other.", rich_help_panel=WORK)
-]
-SimTime = Annotated[
-    bool,
-    typer.Option(
-        "--sim-time",
-        metavar="",
-        help="Tell simulation time on /clock, and stamp messages with it.",
-        rich_help_panel=WORK,
-    ),
-]
+SelfCollision = Annotated[bool, flag("Let links touch each other.", WORK, "--self-collision")]
+SimTime = Annotated[bool, flag("Tell simulation time on /clock, and stamp messages with it.", WORK, "--sim-time")]
 Speed = Annotated[
-    str | None,
-    typer.Option(
-        metavar="FACTOR",
-        help="Simulated seconds a second, or `max`; other than 1 only with --sim-time.",
-        rich_help_panel=WORK,
-    ),
+    str | None, option("Simulated seconds a second, or `max`; other than 1 only with --sim-time.", WORK, "FACTOR")
 ]
-Lockstep = Annotated[
-    bool,
-    typer.Option(
-        "--lockstep", metavar="", help="Let time pass only when a guest asks; implies --sim-time.", rich_help_panel=WORK
-    ),
-]
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json",
-        metavar="",
-        help="Print the summary as JSON at the end, and nothing else on stdout.",
-        rich_help_panel=OUTPUT,
-    ),
-]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", metavar="", help="Say more in the summary.", rich_help_panel=OUTPUT)
-]
+Lockstep = Annotated[bool, flag("Let time pass only when a guest asks; implies --sim-time.", WORK, "--lockstep")]
+AsJson = Annotated[bool, flag("Print the summary as JSON at the end, and nothing else on stdout.", OUTPUT, "--json")]
+Verbose = Annotated[bool, flag("Say more in the summary.", OUTPUT, "--verbose", "-v")]
 
 OwnDriver = Annotated[
     str | None,
-    typer.Option(
+    option(
+        "Have a robot of your own moved, by a driver of your own; nothing is simulated then.",
+        WORK,
+        "FILE.py:CLASS",
         "--driver",
-        metavar="FILE.py:CLASS",
-        help="Have a robot of your own moved, by a driver of your own; nothing is simulated then.",
-        rich_help_panel=WORK,
     ),
 ]
 CheckDriver = Annotated[
     bool,
-    typer.Option(
+    flag(
+        "Move each joint of that robot by 0.02 and back, say what is wrong with its driver, and stop.",
+        WORK,
         "--check-driver",
-        metavar="",
-        help="Move each joint of that robot by 0.02 and back, say what is wrong with its driver, and stop.",
-        rich_help_panel=WORK,
     ),
 ]
-Gui = Annotated[
-    bool, typer.Option("--gui", metavar="", help="Show the robot in a window, MuJoCo's own.", rich_help_panel=OUTPUT)
-]
-InitDebug = Annotated[
-    bool,
-    typer.Option(
-        "--init-debug",
-        metavar="",
-        help="Show it with a slider for each joint, under `Control`.",
-        rich_help_panel=OUTPUT,
-    ),
-]
-Snapshot = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE.png", help="Write a picture of the robot at the end.", rich_help_panel=OUTPUT),
-]
+Gui = Annotated[bool, flag("Show the robot in a window, MuJoCo's own.", OUTPUT, "--gui")]
+InitDebug = Annotated[bool, flag("Show it with a slider for each joint, under `Control`.", OUTPUT, "--init-debug")]
+Snapshot = Annotated[Path | None, option("Write a picture of the robot at the end.", OUTPUT, "FILE.png")]
 
 StartDisabled = Annotated[
-    bool,
-    typer.Option(
-        "--start-disabled",
-        metavar="",
-        help="Take no commands until the service /io_teleop/set_enabled says so.",
-        rich_help_panel=SAFETY,
-    ),
+    bool, flag("Take no commands until the service /io_teleop/set_enabled says so.", SAFETY, "--start-disabled")
 ]
 Watchdog = Annotated[
     float | None,
-    typer.Option(
-        metavar="S",
-        help="Hold the joints that a topic moves when nothing has come on it for so long [s], such as 0.5.",
-        rich_help_panel=SAFETY,
-    ),
+    option("Hold the joints that a topic moves when nothing has come on it for so long [s], such as 0.5.", SAFETY, "S"),
 ]
 MaxSpeed = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="[JOINTS=]V",
-        help="Move targets no faster than this [rad/s; m/s]; for joints whose names fit a pattern: `J_arm_*=1.5`. May "
+    option(
+        "Move targets no faster than this [rad/s; m/s]; for joints whose names fit a pattern: `J_arm_*=1.5`. May "
         "be repeated, the last that fits counts.",
-        rich_help_panel=SAFETY,
+        SAFETY,
+        "[JOINTS=]V",
     ),
 ]
 StartGuard = Annotated[
     float | None,
-    typer.Option(
-        metavar="D",
-        help="How far a first target may be from where the joint stands [rad; m], such as 0.8.",
-        rich_help_panel=SAFETY,
-    ),
+    option("How far a first target may be from where the joint stands [rad; m], such as 0.8.", SAFETY, "D"),
 ]
 GuardThen = Annotated[
     Guard,
-    typer.Option(
+    option(
+        "What becomes of one farther away: `refuse`, or `blend` (go there slowly).",
+        SAFETY,
+        "WHAT",
         "--start-guard-then",
-        metavar="WHAT",
-        help="What becomes of one farther away: `refuse`, or `blend` (go there slowly).",
-        rich_help_panel=SAFETY,
     ),
 ]
 ResumeSpeed = Annotated[
-    float,
-    typer.Option(
-        metavar="V",
-        help="Speed of the first approach after a stop, a silence or a blend [rad/s; m/s].",
-        rich_help_panel=SAFETY,
-    ),
+    float, option("Speed of the first approach after a stop, a silence or a blend [rad/s; m/s].", SAFETY, "V")
 ]
 OneCommander = Annotated[
-    float | None,
-    typer.Option(
-        metavar="S",
-        help="Take a topic from one node only, until it has been silent for so long [s].",
-        rich_help_panel=SAFETY,
-    ),
+    float | None, option("Take a topic from one node only, until it has been silent for so long [s].", SAFETY, "S")
 ]
 MaxAge = Annotated[
-    float | None,
-    typer.Option(
-        metavar="S",
-        help="Refuse commands stamped longer ago [s], or earlier than the one before.",
-        rich_help_panel=SAFETY,
-    ),
+    float | None, option("Refuse commands stamped longer ago [s], or earlier than the one before.", SAFETY, "S")
 ]
-Clutch = Annotated[
-    bool,
-    typer.Option(
-        "--clutch",
-        metavar="",
-        help="Let targets count from where they and the joints were at first.",
-        rich_help_panel=SAFETY,
-    ),
-]
+Clutch = Annotated[bool, flag("Let targets count from where they and the joints were at first.", SAFETY, "--clutch")]
 TipSpeed = Annotated[
-    float | None,
-    typer.Option(
-        metavar="V",
-        help="How fast the tips of arms are brought to poses [m/s]; 2 when left out.",
-        rich_help_panel=SAFETY,
-    ),
+    float | None, option("How fast the tips of arms are brought to poses [m/s]; 2 when left out.", SAFETY, "V")
 ]
 TipTurning = Annotated[
-    float | None,
-    typer.Option(
-        metavar="W",
-        help="How fast they are turned on the way [rad/s]; a turn a second when left out.",
-        rich_help_panel=SAFETY,
-    ),
+    float | None, option("How fast they are turned on the way [rad/s]; a turn a second when left out.", SAFETY, "W")
 ]
-InRos1 = Annotated[
-    bool,
-    typer.Option(
-        "--ros1",
-        metavar="",
-        help="Be a node of ROS 1 too, at the master that ROS_MASTER_URI names.",
-        rich_help_panel=REACH,
-    ),
-]
-NodeName = Annotated[
-    str, typer.Option("--node", metavar="NAME", help="Name of the node in ROS.", rich_help_panel=REACH)
-]
+InRos1 = Annotated[bool, flag("Be a node of ROS 1 too, at the master that ROS_MASTER_URI names.", REACH, "--ros1")]
+NodeName = Annotated[str, option("Name of the node in ROS.", REACH, "NAME", "--node")]
 
 
 def teleop(

@@ -157,6 +157,10 @@ class Target:
         """How a run ends that is stopped now."""
         return "stopped"
 
+    def ready_note(self) -> str:
+        """What there is to say of it when it is ready."""
+        return ""
+
     def end(self, session: Session, result: SessionResult) -> None:
         """The run is over, and its clients are still there."""
 
