@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -18,7 +17,7 @@ from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, load_robot
+from cellwright.config.robot.robots import load_robot
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
@@ -27,7 +26,6 @@ from cellwright.viewer.services.names import PAGE, PANEL
 from cellwright.viewer.web.connection import Link
 
 _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
-_RECORDINGS = (".mcap", ".bag")
 
 
 class TargetKind(Enum):
@@ -54,16 +52,11 @@ def kind_of(words: Sequence[str]) -> TargetKind:
 
 def _kind_of_word(word: str) -> TargetKind:
     path = Path(word)
-    if path.suffix.lower() in _RECORDINGS:
+    if path.suffix.lower() in sessions.RECORDINGS:
         return TargetKind.RECORDING
     if _ADDRESS.fullmatch(word) and not path.exists():
         return TargetKind.ADDRESS
-    if word in bundled():
-        return TargetKind.ROBOT
-    with suppress(CellwrightError, OSError, ValueError):  # what it lacks is told when it is loaded
-        if path.is_dir() or is_robot_file(find_robot(word)):
-            return TargetKind.ROBOT
-    return TargetKind.TRIAL
+    return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
 
 
 _NAP = 0.1  # [s]

@@ -103,6 +103,8 @@ class Target:
     """What clients can do, as a warning says it."""
     stopped = ""
     """Why the server closes when nothing else is known."""
+    has_end = False
+    """Whether it comes to an end by itself."""
     can_stand = True
     """Whether time may stand for clients that are behind."""
     runs_from_start = False
