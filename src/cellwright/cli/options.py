@@ -9,8 +9,11 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import NoReturn, TypeVar, get_args
+
+from rich.console import Console
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
@@ -21,6 +24,7 @@ from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_tri
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.rendering.camera import Camera, camera_of
+from cellwright.running.run import CellTarget
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LATEST = 1e9
@@ -147,6 +151,41 @@ def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
     return vary(found, found.settings.seed if given is None else given) if is_varied else found
 
 
+def cell_of(
+    files: Sequence[str],
+    console: Console,
+    *,
+    seed: int | None = None,
+    servo: str | None = None,
+    is_varied: bool = False,
+    competition: bool = True,
+    **about: str,
+) -> CellTarget:
+    """The cell of the trial in these files, made when its session opens; what it refuses is said on a console.
+
+    Args:
+        files: names of trials, or files.
+        console: where people read.
+        seed: root of all chance; None: the trial's own.
+        servo: servo profile of the arm; None: the trial's own.
+        is_varied: whether to vary the trial by its seed.
+        competition: whether what a competition refuses is refused.
+        about: what a page says of the run besides.
+    """
+
+    def make() -> Cell:
+        found = trial(files, seed, is_varied=is_varied)  # a seed that is none is refused here
+        return Cell(
+            found,
+            seed=seed,
+            servo=servo_profile(servo),
+            competition=competition,
+            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+        )
+
+    return CellTarget(make, lambda: paths(files), about)
+
+
 def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
     """What `T:FILE` says: a simulation time [s] and a file that can be written, its name ending as it should."""
     time, _, file = text.partition(":")
@@ -257,7 +296,7 @@ def address(option: str, text: str) -> tuple[str, int]:
         return parse_address(text)
 
 
-def servo(name: str | None) -> ServoProfile | None:
+def servo_profile(name: str | None) -> ServoProfile | None:
     """The servo profile of this name; None for None."""
     profiles: tuple[ServoProfile, ...] = get_args(ServoProfile)
     return None if name is None else one_of("--servo", "servo profile", name, profiles)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -19,6 +20,7 @@ from cellwright.util.files import write_whole
 if TYPE_CHECKING:
     from cellwright.engine.loop import Pace
     from cellwright.middleware.server import Server
+    from cellwright.running.run import Session
 
 _LONGEST = 10_000  # characters of a line
 
@@ -73,6 +75,21 @@ def write_result(file: Path, content: str | bytes) -> list[str]:
     except OSError as error:
         return [f"{file}: cannot be written: {error.strerror or error}"]
     return []
+
+
+def say_ready(session: Session) -> None:
+    """Say that something is served, where, how its time passes, and what it is in ROS 1."""
+    assert session.server is not None
+    line = ready_line(session.node.name, session.server, session.rate.speed)
+    if session.ros is not None:
+        line += f", ROS 1 at {session.ros.master.uri}"
+        line += "" if session.target.identity is None else f" as {session.target.identity.node}"
+    session.say(line + session.target.ready_note())
+
+
+def words_for(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
+    """Where a session that is run from the command line says things, as `Session` takes it."""
+    return {"report": warn, "notice": notice, "say": partial(say, console)}
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from cellwright.cell.cell import Cell
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import (
     END,
@@ -38,6 +37,7 @@ from cellwright.cli.arguments import (
     page_options,
     refuse_camera_name,
 )
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.output import progress_bar
 from cellwright.cli.run import summary
@@ -84,21 +84,14 @@ def served_session(
     """A session that serves a cell, and says on a console what happens; `more` as `Session` takes it."""
     progress = RunProgress(console, until=until, is_served=True)
 
-    def ready(session: Session) -> None:
-        assert session.server is not None
-        where = "" if session.ros is None else f", ROS 1 at {session.ros.master.uri}"
-        session.say(output.ready_line(session.node.name, session.server, rate.speed) + where)
-
     return Session(
         target,
         rate=rate,
         until=until,
         about={"agent": "served"},
         observers=[progress, *more.pop("observers", ())],
-        on_ready=ready,
-        report=output.warn,
-        notice=partial(progress.line, style="yellow"),
-        say=partial(console.print, markup=False, soft_wrap=True),
+        on_ready=output.say_ready,
+        **output.words_for(console, partial(progress.line, style="yellow")),
         **more,
     )
 
@@ -154,15 +147,13 @@ def serve(
     files: Files,
     speed: Annotated[
         str | None,
-        typer.Option(
-            metavar="FACTOR",
-            help=f"Simulated seconds a second, or `max`. Default: {options.SPEED}, else 1; in lockstep `max`.",
-            rich_help_panel=WORK,
+        option(
+            "FACTOR",
+            f"Simulated seconds a second, or `max`. Default: {options.SPEED}, else 1; in lockstep `max`.",
+            WORK,
         ),
     ] = None,
-    lockstep: Annotated[
-        bool, typer.Option("--lockstep", metavar="", help="Let time pass only when a guest asks.", rich_help_panel=WORK)
-    ] = False,
+    lockstep: Annotated[bool, flag("--lockstep", "Let time pass only when a guest asks.", WORK)] = False,
     servo: Servo = None,
     seed: Seed = None,
     vary: Vary = False,
@@ -170,50 +161,28 @@ def serve(
     until: Until = None,
     exit_on_completion: Annotated[
         bool,
-        typer.Option(
-            "--exit-on-completion",
-            metavar="",
-            help=f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.",
-            rich_help_panel=END,
-        ),
+        flag("--exit-on-completion", f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.", END),
     ] = False,
     host: Host = LOOPBACK,
     port: Port = None,
     ros1: Annotated[
-        bool,
-        typer.Option(
-            "--ros1",
-            metavar="",
-            help="Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.",
-            rich_help_panel=REACH,
-        ),
+        bool, flag("--ros1", "Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.", REACH)
     ] = False,
     as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json",
-            metavar="",
-            help="Print the result as JSON at the end, and nothing else on stdout.",
-            rich_help_panel=OUTPUT,
-        ),
+        bool, flag("--json", "Print the result as JSON at the end, and nothing else on stdout.", OUTPUT)
     ] = False,
     log: Log = None,
     record: Record = None,
     picture: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE.png",
-            help="Write a picture of the cell at the end, unless it is stopped with the competition not done.",
-            rich_help_panel=LOOK,
+        option(
+            "FILE.png",
+            "Write a picture of the cell at the end, unless it is stopped with the competition not done.",
+            LOOK,
         ),
     ] = None,
     camera: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].",
-            rich_help_panel=LOOK,
-        ),
+        str, option("NAME", "Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", LOOK)
     ] = "overview",
     view: View = False,
     view_host: ViewHost = None,
@@ -224,12 +193,7 @@ def serve(
     video_speed: arguments.VideoSpeed = 1.0,
     video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
     video_fine: arguments.VideoFine = False,
-    verbose: Annotated[
-        bool,
-        typer.Option(
-            "--verbose", "-v", metavar="", help="Say also how time kept to the wall clock.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
+    verbose: Annotated[bool, flag("--verbose -v", "Say also how time kept to the wall clock.", OUTPUT)] = False,
 ) -> None:
     """Run a trial for programs in other processes, until Ctrl-C; then print its score.
 
@@ -257,16 +221,7 @@ def serve(
     kept = arguments.record_options(record, agent="served")
     rate, root, place = _rate_of(speed, lockstep=lockstep), options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
-    target = CellTarget(
-        lambda: Cell(
-            options.trial(files, seed, is_varied=vary),
-            seed=root,
-            servo=options.servo(servo),
-            competition=not development,
-            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
-        ),
-        lambda: options.paths(files),
-    )
+    target = options.cell_of(files, console, seed=root, servo=servo, is_varied=vary, competition=not development)
     session = served_session(
         target,
         console,

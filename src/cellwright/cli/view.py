@@ -5,31 +5,27 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from enum import Enum
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from cellwright.cell.cell import Cell
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, load_robot
+from cellwright.config.robot.robots import load_robot
 from cellwright.engine.rate_control import RateControl
-from cellwright.running.run import CellTarget, PageOptions, RunOptions, ServerOptions
+from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PAGE, PANEL
 from cellwright.viewer.web.connection import Link
 
 _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
-_RECORDINGS = (".mcap", ".bag")
 
 
 class TargetKind(Enum):
@@ -56,16 +52,11 @@ def kind_of(words: Sequence[str]) -> TargetKind:
 
 def _kind_of_word(word: str) -> TargetKind:
     path = Path(word)
-    if path.suffix.lower() in _RECORDINGS:
+    if path.suffix.lower() in sessions.RECORDINGS:
         return TargetKind.RECORDING
     if _ADDRESS.fullmatch(word) and not path.exists():
         return TargetKind.ADDRESS
-    if word in bundled():
-        return TargetKind.ROBOT
-    with suppress(CellwrightError, OSError, ValueError):  # what it lacks is told when it is loaded
-        if path.is_dir() or is_robot_file(find_robot(word)):
-            return TargetKind.ROBOT
-    return TargetKind.TRIAL
+    return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
 
 
 _NAP = 0.1  # [s]
@@ -167,8 +158,7 @@ def view(
         case TargetKind.TRIAL:
             from cellwright.cli.serve import run_served, served_session
 
-            report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-            cell = CellTarget(lambda: Cell(options.load(what), competition=False, report=report))
+            cell = options.cell_of(what, console, competition=False)
             rate = RateControl(1.0, paused=True)
             shown = served_session(
                 cell, console, rate=rate, until=None, serve=here, view=page, options=RunOptions(ends_when_done=False)

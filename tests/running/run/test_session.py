@@ -106,8 +106,10 @@ def test_a_robot_and_a_recording_of_it(tmp_path: Path) -> None:
     with Session("tandem", record=tmp_path / "robot.mcap") as session:
         client = session.client("/operator")
         assert not isinstance(client, Client)
+        with pytest.raises(UsageError, match="an agent works a cell"):
+            session.run(Ends())
         client.sleep(0.3)
-    with Session(tmp_path / "robot.mcap", serve=HERE) as played:
+    with Session(tmp_path / "robot.mcap") as played:
         result = played.run()
     assert result.outcome == "until"
     assert result.simulated == pytest.approx(0.3, abs=0.01)

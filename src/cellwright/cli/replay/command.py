@@ -11,6 +11,7 @@ from rich.console import Console
 
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import OUTPUT, Host, OpenPage, Port, Recorded, View, ViewHost, ViewPort, page_options
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE
 from cellwright.cli.output import progress_bar
 from cellwright.engine.clock import nanoseconds, seconds
@@ -25,16 +26,13 @@ _PLAY, _VERIFY = "Play it", "Run it again"
 
 def replay(
     file: Recorded,
-    serve: Annotated[
-        bool, typer.Option("--serve", metavar="", help="Play it to programs on a socket.", rich_help_panel=_PLAY)
-    ] = False,
+    serve: Annotated[bool, flag("--serve", "Play it to programs on a socket.", _PLAY)] = False,
     ros1: Annotated[
         bool,
-        typer.Option(
+        flag(
             "--ros1",
-            metavar="",
-            help="Play it to programs of ROS 1, in simulation time, at the master that ROS_MASTER_URI names.",
-            rich_help_panel=_PLAY,
+            "Play it to programs of ROS 1, in simulation time, at the master that ROS_MASTER_URI names.",
+            _PLAY,
         ),
     ] = False,
     view: View = False,
@@ -42,58 +40,29 @@ def replay(
     view_port: ViewPort = None,
     open_page: OpenPage = False,
     speed: Annotated[
-        str,
-        typer.Option(
-            metavar="FACTOR",
-            help="Simulated seconds a second: `1` is real time, `max` as fast as it goes.",
-            rich_help_panel=_PLAY,
-        ),
+        str, option("FACTOR", "Simulated seconds a second: `1` is real time, `max` as fast as it goes.", _PLAY)
     ] = "1",
     start: Annotated[
-        float | None,
-        typer.Option(
-            metavar="T",
-            help="Play from this simulation time [s] on; a file that is made begins there too.",
-            rich_help_panel=_PLAY,
-        ),
+        float | None, option("T", "Play from this simulation time [s] on; a file that is made begins there too.", _PLAY)
     ] = None,
     until: Annotated[
-        float | None,
-        typer.Option(
-            metavar="T",
-            help="Play up to this simulation time [s]; a file that is made ends there too.",
-            rich_help_panel=_PLAY,
-        ),
+        float | None, option("T", "Play up to this simulation time [s]; a file that is made ends there too.", _PLAY)
     ] = None,
-    loop: Annotated[
-        bool, typer.Option("--loop", metavar="", help="Begin again at the end.", rich_help_panel=_PLAY)
-    ] = False,
-    hold: Annotated[
-        bool, typer.Option("--hold", metavar="", help="Let time stand at the end, until Ctrl-C.", rich_help_panel=_PLAY)
-    ] = False,
+    loop: Annotated[bool, flag("--loop", "Begin again at the end.", _PLAY)] = False,
+    hold: Annotated[bool, flag("--hold", "Let time stand at the end, until Ctrl-C.", _PLAY)] = False,
     verify: Annotated[
         bool,
-        typer.Option(
-            "--verify",
-            metavar="",
-            help="Build the cell or robot again, do to it what was done, and compare state hashes.",
-            rich_help_panel=_VERIFY,
-        ),
+        flag("--verify", "Build the cell or robot again, do to it what was done, and compare state hashes.", _VERIFY),
     ] = False,
     host: Host = LOOPBACK,
     port: Port = None,
-    bag: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OUT.bag", help="Write its topics as a bag, for the tools of ROS 1.", rich_help_panel=OUTPUT
-        ),
-    ] = None,
+    bag: Annotated[Path | None, option("OUT.bag", "Write its topics as a bag, for the tools of ROS 1.", OUTPUT)] = None,
     mcap: Annotated[
         Path | None,
-        typer.Option(
-            metavar="OUT.mcap",
-            help="Write it for Foxglove and its like: its topics, and what is to be seen as markers in frames.",
-            rich_help_panel=OUTPUT,
+        option(
+            "OUT.mcap",
+            "Write it for Foxglove and its like: its topics, and what is to be seen as markers in frames.",
+            OUTPUT,
         ),
     ] = None,
     video: arguments.VideoFile = None,
@@ -101,12 +70,7 @@ def replay(
     video_speed: arguments.VideoSpeed = 1.0,
     video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
     video_fine: arguments.VideoFine = False,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", metavar="", help="Print the summary as JSON, and nothing else on stdout.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
+    as_json: Annotated[bool, flag("--json", "Print the summary as JSON, and nothing else on stdout.", OUTPUT)] = False,
 ) -> None:
     """Look into a recording, play it to programs, or run it again.
 
@@ -162,10 +126,10 @@ def replay(
         options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
     times = {"--start": start is not None, "--until": until is not None}
     played = {"--loop": loop, "--hold": hold, "--speed": speed != "1"}
-    for option, is_given in {**played, **({} if filmed or bag or mcap else times)}.items():
+    for name, is_given in {**played, **({} if filmed or bag or mcap else times)}.items():
         if is_given and not is_played:
-            others = "" if option in played else ", or --bag, --mcap or --video for a file"
-            options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1{others}")
+            others = "" if name in played else ", or --bag, --mcap or --video for a file"
+            options.refuse(f"{name}: say to whom it is to be played: add --view, --serve or --ros1{others}")
     rate, begin, end = options.speed(speed), _time("--start", start), _time("--until", until)
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:

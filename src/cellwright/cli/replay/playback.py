@@ -58,11 +58,6 @@ def play_recording(
         RecordingError: the file is damaged.
     """
 
-    def ready(session: Session) -> None:
-        assert session.server is not None
-        where = "" if session.ros is None else f", ROS 1 at {session.ros.master.uri} as {session.ros.identity.node}"
-        session.say(output.ready_line(session.node.name, session.server, rate.speed) + where)
-
     @contextmanager
     def progress(session: Session) -> Iterator[None]:
         with progress_bar(console, session.node.name, None) as tell:
@@ -82,10 +77,8 @@ def play_recording(
         view=view or False,
         ros1=ros1,
         observers=[progress],
-        on_ready=ready,
-        report=output.warn,
-        notice=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
-        say=partial(console.print, markup=False, soft_wrap=True),
+        on_ready=output.say_ready,
+        **output.words_for(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()

@@ -36,6 +36,7 @@ from cellwright.cli.arguments import (
     page_options,
     refuse_camera_name,
 )
+from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import exit_status_of
 from cellwright.cli.run.summary import RunProgress, show_files, show_result
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
@@ -44,7 +45,7 @@ from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.backend import requested_backend
-from cellwright.running.run import CellTarget, Outcome, Program, RunOptions, ServerOptions, Session
+from cellwright.running.run import Outcome, Program, RunOptions, ServerOptions, Session
 from cellwright.running.run.observers import Pictures, Quality
 from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import UsageError
@@ -72,122 +73,81 @@ SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
 
 AgentName = Annotated[
     str,
-    typer.Option(
-        metavar="AGENT",
-        help="What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
-        rich_help_panel=WORK,
+    option(
+        "AGENT", "What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.", WORK
     ),
 ]
 Speed = Annotated[
     str | None,
-    typer.Option(
-        metavar="FACTOR",
-        help="Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
+    option(
+        "FACTOR",
+        "Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
         "`1` with --view, and with --over and no --lockstep.",
-        rich_help_panel=WORK,
+        WORK,
     ),
 ]
 Over = Annotated[
     str | None,
-    typer.Option(
-        metavar="WAY",
-        help="Run the agent in a process of its own, which comes to the cell over a `socket` or over `ros1`.",
-        rich_help_panel=PROCESSES,
+    option(
+        "WAY",
+        "Run the agent in a process of its own, which comes to the cell over a `socket` or over `ros1`.",
+        PROCESSES,
     ),
 ]
 Lockstep = Annotated[
     bool,
-    typer.Option(
+    flag(
         "--lockstep",
-        metavar="",
-        help="With --over: let time pass only while the agent waits; the same result as in one process.",
-        rich_help_panel=PROCESSES,
+        "With --over: let time pass only while the agent waits; the same result as in one process.",
+        PROCESSES,
     ),
 ]
 Connect = Annotated[
     str | None,
-    typer.Option(
-        metavar="HOST:PORT",
-        help="Work the cell that `cellwright serve` has there, instead of one of TRIAL.",
-        rich_help_panel=PROCESSES,
-    ),
+    option("HOST:PORT", "Work the cell that `cellwright serve` has there, instead of one of TRIAL.", PROCESSES),
 ]
-MinScore = Annotated[
-    float | None,
-    typer.Option(metavar="POINTS", help="Exit with status 1 when the score is below.", rich_help_panel=END),
-]
+MinScore = Annotated[float | None, option("POINTS", "Exit with status 1 when the score is below.", END)]
 Snapshots = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="T:FILE.png", help="Take a picture at a simulation time [s]; repeatable.", rich_help_panel=LOOK
-    ),
+    list[str] | None, option("T:FILE.png", "Take a picture at a simulation time [s]; repeatable.", LOOK)
 ]
 View = Annotated[
     bool,
-    typer.Option(
+    flag(
         "--view",
-        metavar="",
-        help="Show it on a page, in a browser; the page's address is printed. The page stays after the run, until "
+        "Show it on a page, in a browser; the page's address is printed. The page stays after the run, until "
         "Ctrl-C; with --json it ends with the run.",
-        rich_help_panel=LOOK,
+        LOOK,
     ),
 ]
-WithPicture = Annotated[
-    bool, typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=LOOK)
-]
+WithPicture = Annotated[bool, flag("--picture/--no-picture", "Write TRIAL.png at the end.", LOOK)]
 TakenFrom = Annotated[
-    str,
-    typer.Option(
-        metavar="NAME",
-        help="Where pictures are taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].",
-        rich_help_panel=LOOK,
-    ),
+    str, option("NAME", "Where pictures are taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", LOOK)
 ]
 HowDrawn = Annotated[
-    Quality,
-    typer.Option(
-        metavar="HOW",
-        help="How pictures are drawn: `fine`, by rays, or `fast`, by OpenGL as videos are.",
-        rich_help_panel=LOOK,
-    ),
+    Quality, option("HOW", "How pictures are drawn: `fine`, by rays, or `fast`, by OpenGL as videos are.", LOOK)
 ]
 Checkpoints = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="T:FILE.npz",
-        help="Save the simulation at this time [s]; repeatable. It is an event of the run: the state hash changes.",
-        rich_help_panel=SAVE,
+    option(
+        "T:FILE.npz",
+        "Save the simulation at this time [s]; repeatable. It is an event of the run: the state hash changes.",
+        SAVE,
     ),
 ]
-Resume = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE.npz", help="Begin from what --checkpoint saved; the agent begins anew.", rich_help_panel=SAVE
-    ),
-]
+Resume = Annotated[Path | None, option("FILE.npz", "Begin from what --checkpoint saved; the agent begins anew.", SAVE)]
 Listen = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="TOPIC", help="Count a topic's messages, `all` for every topic; repeatable.", rich_help_panel=LOOK
-    ),
+    list[str] | None, option("TOPIC", "Count a topic's messages, `all` for every topic; repeatable.", LOOK)
 ]
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json", metavar="", help="Print the result as JSON, and nothing else on stdout.", rich_help_panel=OUTPUT
-    ),
-]
+AsJson = Annotated[bool, flag("--json", "Print the result as JSON, and nothing else on stdout.", OUTPUT)]
 TeamAverages = Annotated[
     str | None,
-    typer.Option(
-        metavar="COST,TIME",
-        help="Score the trial as in the finals, against these averages of all teams [$, s]; a time for each order.",
-        rich_help_panel=OUTPUT,
+    option(
+        "COST,TIME",
+        "Score the trial as in the finals, against these averages of all teams [$, s]; a time for each order.",
+        OUTPUT,
     ),
 ]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", metavar="", help="Say what the agent logs.", rich_help_panel=OUTPUT)
-]
+Verbose = Annotated[bool, flag("--verbose -v", "Say what the agent logs.", OUTPUT)]
 
 
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
@@ -291,16 +251,8 @@ def run(
     progress = RunProgress(console, until=options.until(until), verbose=verbose)
     say = partial(console.print, markup=False, soft_wrap=True)
     session = Session(
-        CellTarget(
-            lambda: Cell(
-                options.trial(files, seed, is_varied=vary),
-                seed=options.seed(seed),
-                servo=options.servo(servo),
-                competition=not development,
-                report=partial(say, style="yellow"),
-            ),
-            lambda: options.paths(files),
-            {"agent": agent},
+        options.cell_of(
+            *(files, console), seed=seed, servo=servo, is_varied=vary, competition=not development, agent=agent
         ),
         until=until,
         rate=rate if page is None else RateControl(rate),
@@ -314,9 +266,7 @@ def run(
         about={"agent": agent},
         observers=[pictures, progress],
         options=wanted,
-        report=output.warn,
-        notice=partial(progress.line, style="yellow"),
-        say=say,
+        **output.words_for(console, partial(progress.line, style="yellow")),
     )
     session.hindrance = AGENT_IN_OWN_PROCESS if way else ""
     program = _program(agent, way, has_end=until is not None, is_verbose=verbose)

@@ -115,24 +115,12 @@ def robot_session(
     **more: Any,
 ) -> Session:
     """A session that runs a robot's node, and says on a console what happens; `more` as `Session` takes it."""
-
-    def ready(session: Session) -> None:
-        assert session.server is not None
-        line = output.ready_line(session.node.name, session.server, speed)
-        if session.ros is not None:
-            line += f", ROS 1 at {session.ros.master.uri} as {session.ros.identity.node}"
-        if not session.node.commander.is_enabled:
-            line += ", takes no commands until /io_teleop/set_enabled says so"
-        session.say(line)
-
     return Session(
         target,
         rate=RateControl(speed),
         observers=[progress] if window is None else [window, progress],
-        on_ready=ready,
-        report=output.warn,
-        notice=progress.line,
-        say=partial(console.print, markup=False, soft_wrap=True),
+        on_ready=output.say_ready,
+        **output.words_for(console, progress.line),
         **more,
     )
 

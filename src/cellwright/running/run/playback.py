@@ -26,7 +26,7 @@ class PlaybackTarget(Target):
         at_end: what becomes of time then.
     """
 
-    acts, stopped = "see the recording", "the recording is over"
+    acts, stopped, has_end = "see the recording", "the recording is over", True
     node: Recorded
     # it tells the time; frames are those that were recorded
     identity = Identity(REPLAY_NODE, "recording", makes_frames=False)

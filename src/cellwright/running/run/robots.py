@@ -82,6 +82,10 @@ class RobotTarget(Target):
         """Close the node; again is no error."""
         self.node.close()
 
+    def ready_note(self) -> str:
+        """What there is to say of a node that takes no commands yet."""
+        return "" if self.node.commander.is_enabled else ", takes no commands until /io_teleop/set_enabled says so"
+
     def reset(self) -> None:
         """Bring the robot home."""
         self.node.bus.call(_RESET, TriggerRequest(), node="/page")

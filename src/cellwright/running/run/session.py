@@ -223,7 +223,9 @@ class Session:
             opened.callback(self.page.close)
 
     def _closing_reason(self) -> str:
-        return self.target.stopped if self.result is None else f"the run is over: {self.result.outcome}"
+        if self.result is None or not self.target.runs_from_start:
+            return self.target.stopped
+        return f"the run is over: {self.result.outcome}"
 
     @property
     def title(self) -> str:
@@ -262,8 +264,11 @@ class Session:
         if self.node is None:
             with self:
                 return self.run(program, until=until)
-        if program is None and self.server is None and until is None and self.stop.deadline == NEVER:
+        has_end = until is not None or self.stop.deadline != NEVER or self.target.has_end
+        if program is None and self.server is None and not has_end:
             raise UsageError("without an agent a run has no end: say until when")
+        if program is not None and not isinstance(self.node, Cell):
+            raise UsageError("an agent works a cell; for a robot take session.client()")
         if isinstance(program, str | type):
             program = find_agent(program)() if isinstance(program, str) else maker_of(program.__qualname__, program)()
         with ExitStack() as run:
@@ -424,7 +429,8 @@ def open_page(
     return page
 
 
-_RECORDINGS = (".mcap", ".bag")
+RECORDINGS = (".mcap", ".bag")
+"""Suffixes of files that are recordings."""
 
 
 def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = False) -> Target:
@@ -441,7 +447,7 @@ def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = Fals
     if isinstance(target, Trial):
         return CellTarget(lambda: Cell(target, seed=seed))
     if isinstance(target, str | Path):
-        if Path(target).suffix.lower() in _RECORDINGS:
+        if Path(target).suffix.lower() in RECORDINGS:
             from cellwright.running.run.playback import PlaybackTarget
 
             return PlaybackTarget(Path(target))

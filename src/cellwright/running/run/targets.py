@@ -103,6 +103,8 @@ class Target:
     """What clients can do, as a warning says it."""
     stopped = ""
     """Why the server closes when nothing else is known."""
+    has_end = False
+    """Whether it comes to an end by itself."""
     can_stand = True
     """Whether time may stand for clients that are behind."""
     runs_from_start = False
@@ -156,6 +158,10 @@ class Target:
     def outcome_by_now(self) -> str:
         """How a run ends that is stopped now."""
         return "stopped"
+
+    def ready_note(self) -> str:
+        """What there is to say of it when it is ready."""
+        return ""
 
     def end(self, session: Session, result: SessionResult) -> None:
         """The run is over, and its clients are still there."""
