@@ -213,6 +213,7 @@ class Session:
 
         server = Server(self.node, host=options.host, port=options.port, lockstep=self.lockstep, report=self.notice)
         self.server = server
+        opened.callback(self._close_page)  # last, for it says that the run is over
         opened.callback(lambda: server.close(self._closing_reason()))
         opened.callback(self.target.close)  # first, for it may answer what clients wait for
         if not server.is_local:
@@ -220,7 +221,10 @@ class Session:
         self.target.offer(self)
         if self._view:
             self.page = open_page(reachable_address(server.address), self._view, self.title, self.say, key=server.key)
-            opened.callback(self.page.close)
+
+    def _close_page(self) -> None:
+        if self.page is not None:
+            self.page.close()
 
     def _closing_reason(self) -> str:
         if self.result is None or not self.target.runs_from_start:
