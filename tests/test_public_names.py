@@ -24,7 +24,7 @@ def run(program: str) -> str:
 
 def test_nothing_is_loaded_before_it_is_asked_for() -> None:
     loaded = run("import cellwright; print(*(name for name in sys.modules if name.startswith('cellwright.')))")
-    assert loaded == "\n"
+    assert loaded == "cellwright._package\n"
 
 
 def test_what_an_interpreter_with_nothing_installed_can_have() -> None:

@@ -13,7 +13,9 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec
 from typing import TYPE_CHECKING, cast
 
-__version__ = "0.1.0"
+from cellwright._package import VERSION
+
+__version__ = VERSION
 
 if os.environ.get("MUJOCO_GL", "disable") != "disable":
     from cellwright.util import mujoco_gl

@@ -21,7 +21,7 @@ def within(room: str = "") -> set[str]:
     """Rooms and files within a room."""
     folder = SOURCE.joinpath(*room.split("."))
     found = {path.parent.name for path in folder.glob("*/__init__.py")}
-    found |= {path.stem for path in folder.glob("*.py")} - {"__init__", "__main__"}
+    found |= {path.stem for path in folder.glob("*.py")} - {"__init__", "__main__", "_package"}
     return {f"{room}.{name}".lstrip(".") for name in found}
 
 

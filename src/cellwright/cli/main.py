@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 from typer.core import TyperGroup
 
-import cellwright
+from cellwright._package import VERSION
 from cellwright.util.errors import CellwrightError
 from cellwright.util.process import interrupts_end_the_process
 
@@ -133,7 +133,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:  # noqa: FBT001
     if wanted:
-        typer.echo(f"cellwright {cellwright.__version__}")
+        typer.echo(f"cellwright {VERSION}")
         raise typer.Exit
 
 

@@ -15,13 +15,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import cellwright
+from cellwright._package import FOLDER
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.messages import definition, md5, type_of
 from cellwright.middleware.wire.frames import Frame, Kind
 from cellwright.util.errors import UsageError
 
-PROGRAM = Path(cellwright.__file__).parent / "middleware" / "ros1" / "bridge" / "relay.py"
+PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "relay.py"
 DECLARE = "relay:type"
 
 _MORE = 15.0  # [s], for its own start

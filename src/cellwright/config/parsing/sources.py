@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import cellwright
+from cellwright._package import FOLDER
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.util.errors import DescriptionError
 from cellwright.util.files import open_to_read
@@ -24,7 +24,7 @@ LARGEST = 64 << 20
 
 BUNDLED, OWN = "bundled", "files"
 
-_PACKAGE = Path(os.path.abspath(cellwright.__file__)).parent
+_PACKAGE = Path(FOLDER)
 _collecting: list[Sources] = []
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-import cellwright
+from cellwright._package import FOLDER
 from cellwright.config.parsing.sources import note_source, read_at_most
 from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
 from cellwright.util.pose import Pose, Vector3
@@ -90,7 +90,7 @@ def expand_xacro(path: Path, text: str) -> str:
     if found := _DOCUMENT_TYPE.search(text):
         line = text.count("\n", 0, found.start()) + 1
         raise refusal(path, line, "declares a document type or entities, which are not read")
-    place = str(Path(cellwright.__file__).parents[1])
+    place = str(Path(FOLDER).parent)
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
             [sys.executable, "-P", "-c", _PROGRAM, place, str(path)],

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, TypeAlias
 
-import cellwright
+from cellwright._package import VERSION
 from cellwright.middleware.bus import Bus, Direction, Given, How, Later, Served, TopicInfo, absolute
 from cellwright.middleware.interface.table import Pace
 from cellwright.middleware.messages import (
@@ -74,7 +74,7 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
     timestep = cell.simulation.clock.timestep
     document = {
         "protocol": PROTOCOL,
-        "cellwright": cellwright.__version__,
+        "cellwright": VERSION,
         "trial": cell.name,
         "timestep": [timestep.numerator, timestep.denominator],
         "lockstep": lockstep,

@@ -35,7 +35,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-import cellwright
+from cellwright._package import VERSION
 from cellwright.middleware.messages.types import full_name, message_type, ros2_store
 from cellwright.recording.format.chunks import (
     MESSAGE_OVERHEAD,
@@ -151,7 +151,7 @@ class McapFile:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
         except OSError as error:
             raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
-        self._begin = MAGIC + encoded_records(Header(PROFILE, f"cellwright {cellwright.__version__}"))
+        self._begin = MAGIC + encoded_records(Header(PROFILE, f"cellwright {VERSION}"))
         self._wake, self._is_closing = Event(), False
         self._thread = Thread(target=self._work, name=f"recording {path.name}", daemon=True)
         self._thread.start()

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import cellwright
+from cellwright._package import FOLDER
 
 _PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
 
@@ -19,7 +19,7 @@ def command(ways: Iterable[str] = ()) -> list[str]:
     Args:
         ways: those that it tries, in order; none: as is settled, or all that there are.
     """
-    return [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1]), *ways]
+    return [sys.executable, "-P", "-c", _PROGRAM, str(Path(FOLDER).parent), *ways]
 
 
 def write(pipe: BinaryIO, message: object) -> None:

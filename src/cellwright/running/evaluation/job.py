@@ -12,7 +12,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
-import cellwright
+from cellwright._package import FOLDER
 from cellwright.clients.agents.agent import BUNDLED
 from cellwright.config.trial.trial import Trial
 from cellwright.running.run import versions
@@ -151,7 +151,7 @@ def _sources(place: str) -> list[Path]:
 @cache
 def _cellwright_digest() -> str:
     """Digest of Cellwright's own source: between two releases it has one version and changes all the same."""
-    return _sources_digest(sorted(Path(cellwright.__file__).parent.rglob("*.py")))
+    return _sources_digest(sorted(Path(FOLDER).rglob("*.py")))
 
 
 def _sources_digest(files: Iterable[Path]) -> str:

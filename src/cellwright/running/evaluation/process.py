@@ -17,7 +17,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-import cellwright
+from cellwright._package import FOLDER
 
 
 def usable_processors() -> int:
@@ -133,7 +133,7 @@ class WorkerProcess:
         self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
         with log.open("wb") as stderr:
             self._process = subprocess.Popen(  # noqa: S603 (this program, with arguments of ours)
-                [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1])],
+                [sys.executable, "-P", "-c", _PROGRAM, str(Path(FOLDER).parent)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=stderr,

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-import cellwright
+from cellwright._package import VERSION
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.evidence import Evidence
 from cellwright.cell.kitting.scorer import GameScore
@@ -240,7 +240,7 @@ def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
 def versions() -> dict[str, str]:
     """What a result depends on besides trial, agent and seed."""
     return {
-        "cellwright": cellwright.__version__,
+        "cellwright": VERSION,
         "mujoco": mujoco.__version__,
         "numpy": np.__version__,
         "python": platform.python_version(),

@@ -17,7 +17,7 @@ from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, Self
 
-import cellwright
+from cellwright._package import FOLDER
 from cellwright.middleware.ros1.host import installation as installations
 from cellwright.middleware.ros1.host.installation import Installation
 from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError, OwnMaster
@@ -90,7 +90,7 @@ def node_name(text: str) -> str:
 MASTER_IS_BACK = 75
 """The bridge's exit status when the master was lost and answers again: everything has to be registered anew."""
 
-_BRIDGE_PROGRAM = Path(cellwright.__file__).parent / "middleware" / "ros1" / "bridge" / "__main__.py"
+_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "__main__.py"
 _READY_LINE = "ready"
 
 

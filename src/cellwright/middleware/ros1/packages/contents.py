@@ -14,7 +14,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-import cellwright
+from cellwright._package import FOLDER
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.middleware.messages.types import sources
 from cellwright.util.errors import UnknownNameError
@@ -96,7 +96,7 @@ def _walk(folder: Traversable, prefix: str) -> Iterator[tuple[str, bytes]]:
 
 def _placed(content: bytes, programs: Path) -> bytes:
     """The content with the paths of this installation in it."""
-    place = str(Path(cellwright.__file__).parents[1])
+    place = str(Path(FOLDER).parent)
     for mark, text in ((_PYTHON, repr(sys.executable)), (_PLACE, repr(place)), (_BIN, str(programs))):
         content = content.replace(mark.encode(), text.encode())
     return content

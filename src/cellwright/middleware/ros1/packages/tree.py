@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-import cellwright
+from cellwright._package import VERSION
 from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, package_files, write_package, write_programs
 from cellwright.middleware.ros1.packages.tools import (
     RosSystem,
@@ -49,7 +49,7 @@ def ensure_tree(ros: RosSystem, folder: Path) -> Path:
     Raises:
         UsageError: the folder cannot be written, or a generator failed.
     """
-    tree = folder.absolute() / f"{cellwright.__version__}-{_digest(ros)}"
+    tree = folder.absolute() / f"{VERSION}-{_digest(ros)}"
     if tree.is_dir():
         return tree
     try:

@@ -1,0 +1,7 @@
+"""Version and folder of the package, for modules that would else import the root."""
+
+import os
+
+VERSION = "0.1.0"
+FOLDER = os.path.dirname(os.path.abspath(__file__))
+"""Absolute path of the folder `cellwright`."""
