@@ -46,6 +46,18 @@ def test_a_slow_host_does_not_rush_after_a_pause() -> None:
     assert wall.slept - before == pytest.approx(1.0, abs=0.01)
 
 
+def test_what_passed_before_the_begin_is_not_made_good() -> None:
+    simulation, wall = make_simulation(), WallClock(work=0.0)
+    simulation.reset()
+    pacer = RealTimePacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
+    wall.time += 0.4
+    pacer.begin()
+    for _ in range(500):
+        pacer.step()
+    assert wall.slept == pytest.approx(1.0, abs=0.01)
+    assert pacer.factor == pytest.approx(1.0, abs=0.01)
+
+
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_speed_is_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):

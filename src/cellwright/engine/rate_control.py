@@ -159,7 +159,7 @@ class RealTimePacer:
     def step(self) -> bool:
         """One tick, then the wait until it is time for it; False when there was no time to wait."""
         if self.tempo.changes != self._changes:
-            self._begin_anew()
+            self.begin()
         simulation, speed = self._simulation, self.tempo.speed
         simulation.step()
         now, self._newest = self._clock(), simulation.now
@@ -188,8 +188,8 @@ class RealTimePacer:
         while (left := self._stepped - self._clock()) > 0.0 and self.tempo.changes == self._changes:
             self._sleep(min(left, _LONGEST_WAIT))
 
-    def _begin_anew(self) -> None:
-        """Count from here: what was asked for before is settled, and the time since is a rest."""
+    def begin(self) -> None:
+        """Count from here, as at the start of a run: wall time since the last tick is a rest, and is not made good."""
         self._changes = self.tempo.changes
         now = self._clock()
         self._rested += now - self._stepped

@@ -85,6 +85,17 @@ def test_a_client_lets_time_pass_and_observers_follow() -> None:
     assert seen == ["begun", "0.5 s"]
 
 
+def test_a_slow_observer_is_not_made_good_by_a_rush() -> None:
+    @contextmanager
+    def dawdle(_: Session) -> Iterator[None]:
+        threading.Event().wait(0.4)
+        yield
+
+    with Session(cellwright.Cell(BARE), rate=2.0, observers=[dawdle]) as session:
+        result = session.run(until=0.4)
+    assert result.real_time_factor < 2.1  # a slow machine falls behind, none runs ahead
+
+
 def test_what_is_served_can_be_worked_from_elsewhere() -> None:
     with Session(cellwright.Cell(KITTING), serve=HERE, lockstep=True) as session:
 

@@ -157,8 +157,6 @@ class Session:
         self._run: ExitStack | None = None
         self._opened = ExitStack()
 
-    # ---------------------------------------------------------------- names of version 0.1, when Session was NodeClient
-
     def __new__(cls, target: Any, *_: Any, **__: Any) -> Self:  # noqa: D102
         if not hasattr(target, "advance"):
             return super().__new__(cls)
@@ -176,8 +174,6 @@ class Session:
         """`NodeClient.connect`, under the name that it had in version 0.1."""
         _warn_of_name("Session.connect", "NodeClient.connect")
         return NodeClient.connect(address, **more)
-
-    # ---------------------------------------------------------------- opening and closing
 
     def __enter__(self) -> Self:
         with ExitStack() as opened:
@@ -245,8 +241,6 @@ class Session:
     def url(self) -> str | None:
         """Address of the page; None where there is none."""
         return None if self.page is None else self.page.url
-
-    # ---------------------------------------------------------------- a run
 
     def run(
         self, program: Agent | type[Agent] | Program | str | None = None, *, until: float | None = None
@@ -333,6 +327,7 @@ class Session:
             run.callback(self.on_poll.remove, self.ros.poll)
         if is_there:
             self._on_ready(self)
+        self.loop.pacer.begin()
         self._begun = time.perf_counter()
 
     def _poll(self) -> None:
