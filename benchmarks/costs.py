@@ -59,9 +59,6 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     yield from _second_cell(cell, take_snapshot(cell.simulation), steps, repeats)
 
 
-# ---------------------------------------------------------------- listeners
-
-
 def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, tell: Tell) -> Iterator[Figure]:
     topics = cell.topics()
     listened = [(f"a listener on {name}", [name]) for name in _that_speak(cell, start, steps)]
@@ -105,9 +102,6 @@ def _step(cell: Cell, steps: int) -> None:
         cell.step()
 
 
-# ---------------------------------------------------------------- a log
-
-
 def _log(until: float, repeats: int) -> Iterator[Figure]:
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         file = Path(folder, "run.jsonl")
@@ -122,9 +116,6 @@ def _log(until: float, repeats: int) -> Iterator[Figure]:
         )
         size = file.stat().st_size / 1024
     yield Figure("a run of the agent with a log / without", more / bare, note=f"{until:g} s, {size:.1f} KiB written")
-
-
-# ---------------------------------------------------------------- a recording
 
 
 def _recording(until: float, repeats: int) -> Iterator[Figure]:
@@ -145,9 +136,6 @@ def _recording(until: float, repeats: int) -> Iterator[Figure]:
         rate = file.stat().st_size / 1024 / until
     yield Figure("a run of the agent recorded / without", recorded / bare, note=f"{until:g} s, {rate:.0f} KiB each")
     yield Figure("a run of the agent recorded / listened to", recorded / heard, note="a listener on every topic")
-
-
-# ---------------------------------------------------------------- a second cell
 
 
 def _second_cell(cell: Cell, start: Snapshot, steps: int, repeats: int) -> Iterator[Figure]:

@@ -87,8 +87,6 @@ class PyBulletTwin:
         """Give back what PyBullet holds."""
         self._bullet.disconnect()
 
-    # ---------------------------------------------------------------- time
-
     def step(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
         """One step, at the end of which the arm's joints are to have these positions [rad; m] and velocities."""
         self._drive(
@@ -100,8 +98,6 @@ class PyBulletTwin:
             forces=self._efforts,
         )
         self._advance()
-
-    # ---------------------------------------------------------------- what became of it
 
     def pose(self, part: str) -> Pose:
         """world_T_part."""
@@ -116,8 +112,6 @@ class PyBulletTwin:
     def arm_masses(self) -> list[float]:
         """Mass [kg] of what each joint of the arm moves, in their order."""
         return [self._bullet.getDynamicsInfo(self._arm, number)[0] for number in self._joints]
-
-    # ---------------------------------------------------------------- building
 
     def _root(self, body: int) -> str:
         name: str = self._model.body(self._model.body_rootid[body]).name

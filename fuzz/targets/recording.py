@@ -156,9 +156,6 @@ def _play(recording: Recording) -> None:
             recorded.simulation.step()
 
 
-# ---------------------------------------------------------------- MCAP, as far as it matters here
-
-
 def _records(data: bytes) -> list[tuple[int, bytes]]:
     found, place = [], len(MAGIC)
     while data.startswith(MAGIC) and place + _HEAD.size <= len(data):

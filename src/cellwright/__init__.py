@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from cellwright.clients.client import Client as Client
     from cellwright.clients.client import NodeClient as NodeClient
     from cellwright.config.trial.trial import Trial as Trial
-    from cellwright.engine.device import Device as Device
     from cellwright.engine.sensor import Reading as Reading
     from cellwright.engine.sensor import Sensor as Sensor
+    from cellwright.engine.simulation import Device as Device
     from cellwright.recording.replay.opened import OpenedRecording as OpenedRecording
     from cellwright.recording.replay.opened import open_recording as open_recording
     from cellwright.robot.drivers import Driver as Driver
@@ -61,7 +61,7 @@ _HOMES = {
     "CellwrightError": "util.errors",
     "Client": "clients.client",
     "DescriptionWarning": "running.run",
-    "Device": "engine.device",
+    "Device": "engine.simulation",
     "Driver": "robot.drivers",
     "NodeClient": "clients.client",
     "OpenedRecording": "recording.replay.opened",
@@ -130,7 +130,7 @@ _MOVED = {
     "replay.opened": "recording.replay.opened",
     "run": "running.run",
     "simulation": "engine",
-    "simulation.device": "engine.device",
+    "simulation.device": "engine.simulation",
     "teleop": "robot",
     "teleop.node": "robot.node",
     "teleop.safety": "robot",

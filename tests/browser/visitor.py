@@ -64,8 +64,6 @@ class Visitor:
     def close(self) -> None:
         self._context.close()
 
-    # ---------------------------------------------------------------- reading
-
     def text(self) -> str:
         """All that can be read on the page."""
         return self.page.inner_text("body")
@@ -107,8 +105,6 @@ class Visitor:
             return f"{seen()}\nerrors of the page: {self.errors}"
 
         return wait_until(condition, what, seen=failed, between=lambda: self.page.wait_for_timeout(100), timeout=within)
-
-    # ---------------------------------------------------------------- looking
 
     def canvas(self) -> Pixels:
         """What is drawn in three dimensions, without what lies over it; a black pixel before there is anything."""
@@ -170,8 +166,6 @@ class Visitor:
         if note.is_visible():
             note.get_by_role("button").click()
             note.wait_for(state="hidden")
-
-    # ---------------------------------------------------------------- doing
 
     def press(self, name: str) -> None:
         """Press the button of this name."""

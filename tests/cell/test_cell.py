@@ -48,9 +48,6 @@ def elsewhere(*arguments: str) -> str:
     return done.stdout.strip()
 
 
-# ---------------------------------------------------------------- the same run everywhere
-
-
 def test_all_that_can_happen_does() -> None:
     """What the tests below lean on."""
     cell = play(Cell(TRIAL), MIDDLE)
@@ -125,9 +122,6 @@ def test_the_hash_knows_another_run() -> None:
     assert cell.state_hash() != before
     assert Cell(KITTING).state_hash() == Cell(KITTING, competition=False).state_hash()
     assert Cell(KITTING).state_hash() != Cell(replace(KITTING, extra_parts=())).state_hash()
-
-
-# ---------------------------------------------------------------- again and from the middle
 
 
 @pytest.mark.slow
@@ -208,9 +202,6 @@ def test_a_checkpoint_of_another_cell_is_refused(tmp_path: Path) -> None:
     write_checkpoint(Cell(ARM_ONLY).simulation, file)
     with pytest.raises(CheckpointError, match="made with another cell"):
         read_checkpoint(Cell(BARE).simulation, file)
-
-
-# ---------------------------------------------------------------- joining
 
 
 def test_a_cell_has_what_its_trial_says() -> None:

@@ -59,9 +59,6 @@ def kinds(effects: list[Effect], *wanted: type) -> list[Effect]:
     return [effect for effect in effects if isinstance(effect, wanted)]
 
 
-# ---------------------------------------------------------------- from the start to the end
-
-
 def test_a_trial_from_its_start_to_its_end() -> None:
     cell = Cell(KITTING)
     orders = Ear(cell, "orders")
@@ -146,9 +143,6 @@ def test_belt_and_population_run_from_the_start_on() -> None:
     assert place[1] == pytest.approx(5.0 - 0.2, abs=0.03)
 
 
-# ---------------------------------------------------------------- AGVs
-
-
 def test_an_agv_drives_whether_it_is_a_competition_or_not() -> None:
     cell = Cell(KITTING)
     run(cell, 1.1)
@@ -205,9 +199,6 @@ def test_trays_are_counted_once_a_second() -> None:
         "tray1|gear_part_1",
         "tray1|gear_part_2",
     ]
-
-
-# ---------------------------------------------------------------- judging
 
 
 @pytest.mark.parametrize(
@@ -295,9 +286,6 @@ def test_the_demo_tray_is_filled_at_the_start_and_earns_the_kit() -> None:
     assert cell.competition.score().total == 6.0
 
 
-# ---------------------------------------------------------------- the gripper
-
-
 def grip(cell: Cell) -> None:
     assert cell.gripper is not None
     cell.gripper.set_enabled(True)
@@ -357,8 +345,6 @@ def test_events_that_it_does_not_know_are_refused() -> None:
     with pytest.raises(UsageError, match="device 'competition' does not know the event 'dance'"):
         cell.competition.handle("dance", ())
 
-
-# ---------------------------------------------------------------- what became of missing parts
 
 ROD_ORDER = order(0, (KitObject("piston_rod_part", Pose()),))
 RODS = replace(WHOLE, orders=(ROD_ORDER,), extra_parts=())

@@ -178,9 +178,6 @@ def test_a_frame_that_does_not_exist_is_refused() -> None:
         vary(Trial("t", extra_parts=(Part("a|gear_part_1", "gear_part", Pose(), "nowhere"),)), 0)
 
 
-# ---------------------------------------------------------------- in the running cell
-
-
 @pytest.mark.parametrize("seed", [0, 1])
 def test_varied_parts_come_to_rest_in_their_bins(seed: int) -> None:
     parts = (

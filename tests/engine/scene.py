@@ -5,8 +5,7 @@ from typing import Any
 
 import mujoco
 
-from cellwright.engine.device import Device
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation
 
 SCENE = """
 <mujoco>

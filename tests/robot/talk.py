@@ -28,8 +28,6 @@ class Talk:
             config or two_arms(), safety=safety or SafetySettings(), sim_time=True, report=self.lines.append, **more
         )
 
-    # ---------------------------------------------------------------- words
-
     def joints(self, targets: Mapping[str, float], topic: str = "joint_cmd", *, node: str = "/op", at: int = 0) -> None:
         """Targets by name."""
         self.state(topic, list(targets), targets.values(), node=node, at=at)
@@ -65,8 +63,6 @@ class Talk:
         """Ask for the way home; the answer, or what will be."""
         return self.node.bus.call(RESET, TriggerRequest(), node="/op")
 
-    # ---------------------------------------------------------------- time
-
     def steps(self, count: int = 1) -> None:
         """Let ticks pass."""
         for _ in range(count):
@@ -84,8 +80,6 @@ class Talk:
             assert self.node.simulation.time < end
             self.steps()
         return later.response
-
-    # ---------------------------------------------------------------- what is so
 
     def at(self, joint: str) -> float:
         """Where a joint stands [rad; m]."""

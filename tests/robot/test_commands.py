@@ -177,9 +177,6 @@ def test_whatever_is_asked_for_what_is_applied_is_within_limits(targets: dict[st
 SHARED = Talk()
 
 
-# ---------------------------------------------------------------- hands and grippers
-
-
 def test_a_hand_takes_the_joints_below_its_wrist(talk: Talk) -> None:
     talk.joints({"finger_right": 0.03, "finger_left": 0.03, "shoulder_right": 1.0}, "joint_cmd_finger_right")
     talk.seconds(1.0)
@@ -228,9 +225,6 @@ def test_a_plain_robot_has_no_grippers_and_all_joints_are_fingers() -> None:
     talk.joints({"finger_left": 0.02}, "joint_cmd_finger_right")
     talk.seconds(0.5)
     assert talk.at("finger_left") == pytest.approx(0.02, abs=1e-5)
-
-
-# ---------------------------------------------------------------- services
 
 
 def test_switched_off_it_holds_and_counts_what_it_ignores(talk: Talk) -> None:

@@ -59,9 +59,6 @@ def missed(tip: Pose, target: Pose) -> float:
     return math.hypot(way, TURN_WEIGHT * turn)
 
 
-# ---------------------------------------------------------------- reaching
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> None:
@@ -163,9 +160,6 @@ def test_out_of_reach_it_goes_as_near_as_it_can_and_is_calm(
             assert missed(near, target) > 0.995 * missed(there_now, target)
 
 
-# ---------------------------------------------------------------- who leads
-
-
 def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode) -> None:
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
@@ -237,9 +231,6 @@ def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
         [0.0, 0.0], abs=0.02
     )  # three joints do not turn and move
     assert small.servos.read().positions[joints_of(small, RIGHT)] != pytest.approx((0.5, -1.0, 0.2), abs=0.05)
-
-
-# ---------------------------------------------------------------- state
 
 
 def test_listening_changes_nothing() -> None:

@@ -38,9 +38,8 @@ from cellwright.config.trial.trial import Camera as CameraDescription
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.device import Device
 from cellwright.engine.sensor import Sensor
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation
 from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
@@ -190,8 +189,6 @@ class Cell(CellDevices):
     def state_hash(self) -> str:
         """SHA-256 of the whole state: engine, events, devices, referee and score."""
         return self.simulation.state_hash()
-
-    # ---------------------------------------------------------------- joining
 
     def _devices(self) -> list[Any]:
         """Every device, in the order in which they act in a tick."""

@@ -33,8 +33,8 @@ from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.build import WorldPart
 from cellwright.config.trial.trial import Order, Trial
-from cellwright.engine.device import Device, State
 from cellwright.engine.events import NEVER
+from cellwright.engine.simulation import Device, State
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose, Vector3
 
@@ -82,8 +82,6 @@ class Competition(Device):
             gripper.on_change.append(self._take_grip)
             gripper.drop_target = self._drop_target
 
-    # ---------------------------------------------------------------- what one may ask
-
     @property
     def state(self) -> CompetitionState:
         """The state of the competition."""
@@ -117,8 +115,6 @@ class Competition(Device):
             TrayObject(each.name, part_type(each.name), self._is_faulty(each.name), each.pose) for each in tray.contents
         )
 
-    # ---------------------------------------------------------------- commands
-
     def start(self) -> None:
         """Start the competition; it goes with the next step.
 
@@ -142,8 +138,6 @@ class Competition(Device):
         submitted = replace(submitted, fates=self._fates_of(submitted))
         self._carry_out((submitted,))
         return submitted
-
-    # ---------------------------------------------------------------- life
 
     def reset(self) -> None:
         """A new run: nothing announced, every tray empty."""
@@ -179,8 +173,6 @@ class Competition(Device):
     def set_record(self, record: State) -> None:
         """Take over what `get_record` returned."""
         self._handling.set_record(record)
-
-    # ---------------------------------------------------------------- inside
 
     def _carry_out(self, effects: tuple[Effect, ...]) -> None:
         for effect in effects:

@@ -68,9 +68,6 @@ def _load(name: str) -> Trial:
     return load_trial([find_trial(name)]).trial
 
 
-# ---------------------------------------------------------------- for people
-
-
 def _show(found: dict[str, Trial], sensors: dict[str, Trial]) -> None:
     console = Console(highlight=False)
     headings = {name: _heading(name) for name in found}
@@ -106,9 +103,6 @@ def _lines(trial: Trial) -> Iterable[str]:
 def _parts(order: Order) -> Counter[str]:
     """How many parts of each type one kit of an order has."""
     return Counter(each.type for each in order.kits[0].objects) if order.kits else Counter()
-
-
-# ---------------------------------------------------------------- for programs
 
 
 def _trial(name: str, trial: Trial) -> dict[str, Any]:

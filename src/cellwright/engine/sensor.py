@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.clock import Cadence, nanoseconds
-from cellwright.engine.device import Device, State
 from cellwright.engine.events import Watch
 from cellwright.engine.random_streams import SampleNoise
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -135,8 +134,6 @@ class Sensor(Device, ABC, Generic[R]):
         if not enabled:
             self._lose_under_way()
 
-    # ---------------------------------------------------------------- measuring
-
     @abstractmethod
     def measure(self, index: int) -> R:
         """Sample number `index`, measured now. Positions in the engine's data are up to date."""
@@ -159,8 +156,6 @@ class Sensor(Device, ABC, Generic[R]):
             return np.zeros(size)
         return self.noise * self._chance.normal(index, size)
 
-    # ---------------------------------------------------------------- viewers
-
     def describe(self) -> dict[str, Any]:
         """What viewers draw of it, as JSON values: `name`, `position`, `quaternion`, `form`, and its figures."""
         pose = self.world_T_sensor
@@ -173,8 +168,6 @@ class Sensor(Device, ABC, Generic[R]):
         The sensor has to be switched on.
         """
         return None
-
-    # ---------------------------------------------------------------- listening
 
     def listen(self, callback: Callable[[R], None]) -> Callable[[], None]:
         """Have every reading measured from now on given to `callback`, in the thread that steps the simulation.
@@ -232,8 +225,6 @@ class Sensor(Device, ABC, Generic[R]):
             # who came after a reading was measured does not get it, whoever else was listening then
             if listener.active and reading.time_ns > listener.since:
                 listener.callback(reading)
-
-    # ---------------------------------------------------------------- life
 
     def attach(self, simulation: Simulation) -> None:
         """Take a place in a simulation; its seed is the root of the noise."""

@@ -24,8 +24,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.device import Device, State
-from cellwright.engine.simulation import CHANGING_FIELDS, Simulation
+from cellwright.engine.simulation import CHANGING_FIELDS, Device, Simulation, State
 from cellwright.util.errors import CellwrightError
 from cellwright.util.files import atomic_file
 

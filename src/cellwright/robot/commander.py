@@ -15,7 +15,7 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Device, State
 from cellwright.middleware.bus import Later
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
@@ -96,8 +96,6 @@ class Commander(Device):
         if self._safety.start_disabled:
             self.limiter.hold(self.applied)  # once it is enabled it is approached slowly, as after any hold
 
-    # ---------------------------------------------------------------- what is asked for
-
     @property
     def applied(self) -> Array:
         """What the joints are given [rad; m]."""
@@ -171,8 +169,6 @@ class Commander(Device):
         """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
         self.limiter.stand(self.measured())
 
-    # ---------------------------------------------------------------- what ends it
-
     def hold(self, why: str) -> None:
         """Hold all joints where they stand; what was asked for is forgotten, so that nothing jumps afterwards."""
         self.limiter.hold(self.measured())
@@ -218,16 +214,12 @@ class Commander(Device):
         self.limiter.release()
         self.is_homing = False
 
-    # ---------------------------------------------------------------- time
-
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
         self.watchdog.look()
         if self.limiter.advance(self._seconds):
             self.mimics.carry(self.limiter)
             self.driver.command(self.limiter.applied)
-
-    # ---------------------------------------------------------------- state
 
     def get_state(self) -> State:
         """Targets, flags, and whose commands are taken."""
@@ -248,8 +240,6 @@ class Commander(Device):
         self.watchdog.set_state(state["silent"])
         self.is_enabled, self.is_stopped, self.is_homing = state["enabled"], state["stopped"], state["homing"]
         self.why_held = state["why held"]
-
-    # ---------------------------------------------------------------- inside
 
     def measured(self) -> Array:
         """Where the joints stand [rad; m]."""

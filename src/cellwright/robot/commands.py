@@ -79,8 +79,6 @@ class Commands:
         self._grippers, self._base = tuple(grippers), base
         self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
 
-    # ---------------------------------------------------------------- joints
-
     def target_joints(self, row: Row, message: Any, node: str) -> None:
         """Follow targets of any joints."""
         self._follow(row.name, None, message, node)
@@ -130,8 +128,6 @@ class Commands:
                 strange[name] = "is no joint of this robot"
         commander.notices.tell_of_unknown(topic, strange)
 
-    # ---------------------------------------------------------------- grippers and base
-
     def target_grippers(self, row: Row, message: Any, node: str) -> None:
         """Close each gripper so far."""
         topic = row.name
@@ -163,8 +159,6 @@ class Commands:
             return True
 
         self._commander.take(row.name, node, 0, act)
-
-    # ---------------------------------------------------------------- whether commands are taken
 
     def stop(self, _row: Row, message: Any, node: str) -> None:
         """True stops; false is what a button says that is not pressed, and clears nothing."""

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.engine.device import Device
+from cellwright.engine.simulation import Device
 from cellwright.robot.servos import Array, JointReadings, JointServos
 from cellwright.util import plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
@@ -140,8 +140,6 @@ class LiveDriver:
         self._awake.set()
         if threading.current_thread() is not self._thread:
             self._thread.join(_JOIN_TIMEOUT)
-
-    # ---------------------------------------------------------------- the thread
 
     def _run(self, first: threading.Event) -> None:
         while not self._has_ended:

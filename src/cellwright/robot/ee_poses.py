@@ -15,8 +15,7 @@ import mujoco
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.engine.device import Device, State
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.conversions import header, nanoseconds, pose_message
@@ -95,8 +94,6 @@ class EePoses(Device):
         for arm in self._arms:
             arm.target = None
 
-    # ---------------------------------------------------------------- commands
-
     @property
     def references(self) -> tuple[str, ...]:
         """The link of each arm in whose frame its poses are given."""
@@ -129,8 +126,6 @@ class EePoses(Device):
         self._take_posture(self._measured())
         mujoco.mj_kinematics(self._model, self._data)
         return [arm.solver.frame(self._data, link) for arm in self._arms]
-
-    # ---------------------------------------------------------------- what it does
 
     def before_step(self) -> None:
         """Aim the joints of each arm that is on its way one step further."""
@@ -166,8 +161,6 @@ class EePoses(Device):
         for arm, target, positions in zip(self._arms, state["targets"], state["positions"], strict=True):
             arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
             arm.positions = np.array(positions)
-
-    # ---------------------------------------------------------------- inside
 
     def _take_posture(self, positions: Array) -> None:
         self._data.qpos[self._qpos] = positions

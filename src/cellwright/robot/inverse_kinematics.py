@@ -146,8 +146,6 @@ class ArmSolver:
         moved: Array = np.asarray(found)
         return moved if flag == _OPTIMAL else np.zeros_like(position)  # no step was found: stand still
 
-    # ---------------------------------------------------------------- inside
-
     def _posture(self, position: Array, jacobian: Array, time: float) -> Array:
         """The way home that leaves the tip where it is [rad; m]: N posture."""
         most = POSTURE_SPEED * time

@@ -147,8 +147,6 @@ class RobotServices:
         base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
 
-    # ---------------------------------------------------------------- inside
-
     def _check_freedom(self) -> None:
         commander = self._node.commander
         if not commander.takes_commands:

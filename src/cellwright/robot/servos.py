@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.robot.model import Joint, JointType, RobotModel
-from cellwright.engine.device import Device
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation
 
 GAIN = 24.0
 """Velocity for an error of one [1/s]."""
@@ -107,8 +106,6 @@ class JointServos(Device):
         data = self.simulation.data
         data.ctrl[self._ctrl] = data.qpos[self._qpos]
 
-    # ---------------------------------------------------------------- commands
-
     @property
     def targets(self) -> Array:
         """Where the joints are to go [rad; m]; a copy."""
@@ -131,8 +128,6 @@ class JointServos(Device):
         data.ctrl[self._ctrl[chosen]] = values
         self._place_followers()
         self.simulation.touch()
-
-    # ---------------------------------------------------------------- what they do
 
     def read(self) -> JointReadings:
         """The joints as they are now."""
@@ -160,8 +155,6 @@ class JointServos(Device):
         # where the engine's solver begins: a drive that is not at its bound gives what is wanted, and one that is gives
         # about what it gave in the step before; what comes out is the same, with a quarter of the iterations
         np.copyto(self._guess, self._wanted, where=np.abs(self._wanted) < self._attainable)
-
-    # ---------------------------------------------------------------- inside
 
     def _efforts(self) -> Array:
         """What the drives gave in the newest step."""

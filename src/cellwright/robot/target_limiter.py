@@ -73,8 +73,6 @@ class TargetLimiter:
         self._is_under_way = False
         self._is_untouched = True  # nothing has been asked for since the beginning
 
-    # ---------------------------------------------------------------- commands
-
     def begin(self, positions: Array) -> None:
         """Stand at positions [rad; m], with nothing commanded yet."""
         self.desired, self.applied = positions.copy(), positions.copy()
@@ -163,8 +161,6 @@ class TargetLimiter:
             )
         return is_jump
 
-    # ---------------------------------------------------------------- time
-
     def advance(self, seconds: float) -> bool:
         """Bring what is applied nearer to what is desired, as far as `seconds` allow; whether it changed."""
         if not self._is_under_way:
@@ -206,8 +202,6 @@ class TargetLimiter:
         self._moved = np.where(lands & (far == 0.0), 0.0, way)
         found: Array = np.where(lands, self.desired[self._braked], self.applied[self._braked] + way)
         return found
-
-    # ---------------------------------------------------------------- state
 
     def get_state(self) -> dict[str, Any]:
         """All of it, as JSON values."""

@@ -46,8 +46,6 @@ class Floor:
         self.model: Any = self.simulation.model
         self._scratch: Any = mujoco.MjData(self.model)
 
-    # ---------------------------------------------------------------- time
-
     @property
     def now(self) -> float:
         """Simulation time [s]."""
@@ -70,8 +68,6 @@ class Floor:
             self.cell.step()
         return (self.simulation.now - start) / 1e9
 
-    # ---------------------------------------------------------------- devices
-
     @property
     def arm(self) -> Arm:
         assert self.cell.arm is not None
@@ -81,8 +77,6 @@ class Floor:
     def gripper(self) -> VacuumGripper:
         assert self.cell.gripper is not None
         return self.cell.gripper
-
-    # ---------------------------------------------------------------- parts
 
     def part(self, name: str) -> WorldPart:
         return self.cell.parts.part(name)
@@ -106,8 +100,6 @@ class Floor:
     def asleep(self, body: int) -> bool:
         return bool(self.simulation.data.tree_asleep[self.model.body_treeid[body]] >= 0)
 
-    # ---------------------------------------------------------------- bodies
-
     def body_pose(self, name: str) -> Pose:
         self.simulation.refresh()
         body = self.simulation.data.body(name)
@@ -118,8 +110,6 @@ class Floor:
     def cup(self) -> Pose:
         """world_T_gripper link."""
         return self.body_pose("vacuum_gripper_link")
-
-    # ---------------------------------------------------------------- arm
 
     def put_arm(self, positions: Sequence[float]) -> None:
         """The arm there at once, at rest, and told to stay there."""

@@ -73,9 +73,6 @@ def smooth(place: Sequence[float], seconds: float) -> JointTrajectory:
     return JointTrajectory(ARM_JOINTS, [TrajectoryPoint(place, still, still, nanoseconds(seconds))])
 
 
-# ---------------------------------------------------------------- holding
-
-
 def test_it_holds_its_first_posture_from_the_first_step(precise: Floor) -> None:
     for _ in range(500):
         precise.cell.step()
@@ -141,9 +138,6 @@ def test_it_rests_when_there_is_nothing_to_do_and_still_holds(precise: Floor) ->
     assert not is_driven(precise)
     precise.run(1.0)
     assert furthest(positions(precise), FREE) < 1e-4
-
-
-# ---------------------------------------------------------------- following
 
 
 def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
@@ -297,9 +291,6 @@ def test_the_arm_is_stopped_by_what_it_runs_into(original: Floor) -> None:
     assert furthest(positions(original)[1:], FREE[1:]) < 5e-3
 
 
-# ---------------------------------------------------------------- goals
-
-
 def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> TrajectoryGoal:
     """The goal as it was when listeners heard that it had ended."""
     ended: list[TrajectoryGoal] = []
@@ -377,9 +368,6 @@ def test_a_rejected_goal_leaves_the_active_one(original: Floor) -> None:
         original.arm.accept(GoalRequest("bad", trajectory((MOVED, -1.0))))
     original.run(1.5)
     assert goal.status is GoalStatus.SUCCEEDED
-
-
-# ---------------------------------------------------------------- state
 
 
 @pytest.mark.parametrize("asks", ["command", "goal"])

@@ -47,9 +47,6 @@ def lift(floor: Floor) -> None:
     floor.run(1.2)
 
 
-# ---------------------------------------------------------------- taking hold
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("phase", [None, 0, 30 * MILLISECOND, 99 * MILLISECOND])
 @pytest.mark.parametrize("kind", PART_TYPES)
@@ -162,9 +159,6 @@ def test_whoever_listens_hears_of_every_change(floor: Floor) -> None:
     assert heard == [(True, False), (True, True), (False, False)]
 
 
-# ---------------------------------------------------------------- holding
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_held_part_stays_at_the_cup_in_a_fast_swing(precise: Floor, original: Floor, kind: str) -> None:
@@ -199,9 +193,6 @@ def test_the_arm_sags_more_with_a_part(original: Floor) -> None:
         floor.run(1.0)
         heights.append(floor.cup().position[2])
     assert 0.3 * MM < heights[1] - heights[0] < 1.5 * MM
-
-
-# ---------------------------------------------------------------- letting go
 
 
 @pytest.mark.slow
@@ -277,9 +268,6 @@ def test_a_part_of_another_type_passes_the_drop_region() -> None:
     name = floor.grasp("disk_part")
     lift(floor)
     assert floor.gripper.part == name
-
-
-# ---------------------------------------------------------------- state
 
 
 def test_a_snapshot_with_a_held_part_goes_on_bit_for_bit(floor: Floor) -> None:

@@ -50,9 +50,6 @@ def velocity(cell: Cell) -> float:
     return max(map(abs, cell.arm.controller.velocities(cell.simulation.now)))
 
 
-# ---------------------------------------------------------------- a goal from its start to its end
-
-
 def test_a_goal_is_taken_reported_and_succeeds() -> None:
     cell, client = arm_cell()
     run(cell, 0.3)
@@ -119,9 +116,6 @@ def test_a_goal_that_does_not_arrive_in_its_time_is_aborted() -> None:
     assert client.result.times[0] == pytest.approx(1.2, abs=0.003)
 
 
-# ---------------------------------------------------------------- goals that are refused
-
-
 def test_a_goal_that_cannot_be_followed_is_rejected_with_its_reason() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "good")
@@ -168,9 +162,6 @@ def test_a_flood_of_bad_goals_swells_no_message() -> None:
     assert "bad 299" in statuses
     cancel(cell, "good")
     assert client.results()[-1] == ("good", PREEMPTED, 0)
-
-
-# ---------------------------------------------------------------- cancelling
 
 
 @pytest.mark.parametrize(
@@ -223,9 +214,6 @@ def test_a_goal_without_a_name_is_given_one() -> None:
     assert client.results() == [(name, PREEMPTED, 0) for name in names]
 
 
-# ---------------------------------------------------------------- what takes its place
-
-
 def test_another_goal_takes_its_place() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "first")
@@ -266,9 +254,6 @@ def test_a_part_of_the_joints_where_the_file_allows_it() -> None:
     send(cell, way((0.2,), names=JOINTS[:1]), "rail")
     run(cell, 1.5)
     assert client.results() == [("rail", SUCCEEDED, 0)]
-
-
-# ---------------------------------------------------------------- life
 
 
 def test_a_new_run_knows_no_goals() -> None:

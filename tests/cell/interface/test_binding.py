@@ -116,9 +116,6 @@ def test_a_late_listener_changes_no_times() -> None:
     assert late.times[1:] == [time for time in early.times if time > late.times[0]]
 
 
-# ---------------------------------------------------------------- modes
-
-
 @pytest.mark.parametrize("node", ["/team", "/gazebo", ""])
 def test_a_competition_refuses_cheats_whatever_a_guest_calls_itself(node: str) -> None:
     cell = Cell(WHOLE)

@@ -42,9 +42,6 @@ from tests.cells import (
 AHEAD = tuple(value + 0.1 for value in INITIAL)
 
 
-# ---------------------------------------------------------------- the arm's command topic
-
-
 def test_names_may_come_in_any_order() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way(AHEAD[::-1], names=JOINTS[::-1]))
@@ -182,9 +179,6 @@ def test_the_state_that_is_wanted_at_a_time_can_be_asked_for() -> None:
         call(cell, "arm/query_state", QueryTrajectoryStateRequest(stamp(NANOSECONDS // 10)))
     far = call(cell, "arm/query_state", QueryTrajectoryStateRequest(stamp(2**31 * NANOSECONDS - 1)))
     assert far.position == pytest.approx(AHEAD)
-
-
-# ---------------------------------------------------------------- services
 
 
 def test_where_material_is() -> None:

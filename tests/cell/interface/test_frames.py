@@ -87,9 +87,6 @@ def same_angle(a: float, b: float) -> bool:
     return abs(math.remainder(a - b, 2 * math.pi)) < 1e-3
 
 
-# ---------------------------------------------------------------- what does not move
-
-
 def test_fixed_frames() -> None:
     ear = Ear(Cell(WHOLE), "/tf_static")
     assert len(ear) == 1
@@ -117,9 +114,6 @@ def test_who_has_a_fixed_frame_is_told_by_the_name_as_in_the_original() -> None:
     tree = tree_of(Ear(Cell(replace(BARE, sensors=sensors)), "/tf_static"))
     assert "my_camera_frame" in tree
     assert "logical_camera_beam_frame" not in tree
-
-
-# ---------------------------------------------------------------- what moves
 
 
 def test_every_frame_hangs_in_the_world() -> None:
@@ -169,9 +163,6 @@ def test_stamps_and_senders() -> None:
     stamps = [transform.header.stamp.nanosec for message in ear.messages for transform in message.transforms]
     assert stamps == [n * 20_000_000 for n in range(1, 6) for _ in LINKS[1:]]
     assert cell.bus.topic("/tf").publishers == ("/robot_state_publisher",)
-
-
-# ---------------------------------------------------------------- the arm's kinematics
 
 
 def put(cell: Cell, joints: dict[str, float]) -> None:

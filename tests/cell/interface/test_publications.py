@@ -32,9 +32,6 @@ def at_rest(trial: Trial = WHOLE) -> Cell:
     return Cell(trial, competition=False)
 
 
-# ---------------------------------------------------------------- the arm
-
-
 def test_joint_states_name_eight_joints_and_the_last_never_moves() -> None:
     cell = at_rest(replace(WHOLE, initial_joint_states={}))
     ear = Ear(cell, "joint_states")
@@ -92,9 +89,6 @@ def test_the_gripper_tells_of_suction_and_hold_apart() -> None:
         (False, False),
     ]
     assert cell.gripper.lost_reason == "released"
-
-
-# ---------------------------------------------------------------- sensors
 
 
 def test_the_break_beam() -> None:
@@ -195,9 +189,6 @@ def test_quality_control_tells_faulty_parts_only() -> None:
     assert seen.position == pytest.approx(cell.parts.pose(cell.parts.part("tray1|gear_part_2")).position, abs=0.006)
 
 
-# ---------------------------------------------------------------- the trial
-
-
 def test_an_order_is_told_once_and_a_late_listener_hears_the_newest_only() -> None:
     turned = KitObject("gear_part", Pose.from_rpy((0.1, -0.2, 0.3), (0.0, 0.0, math.pi / 2)))
     first = Order("order_0", (Kit("order_0_kit_0", (turned,)), Kit("order_0_kit_1", (turned,))), start_time=0.0)
@@ -271,9 +262,6 @@ def test_time_is_told_in_whole_nanoseconds() -> None:
         cell.step()
     told = [message.clock.sec * 10**9 + message.clock.nanosec for message in ear.messages]
     assert told == [round(Fraction(n * 10**9, 240)) for n in range(1, 241)]
-
-
-# ---------------------------------------------------------------- a new run
 
 
 def test_what_was_latched_in_one_run_is_not_heard_in_the_next() -> None:

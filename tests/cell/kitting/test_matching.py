@@ -26,9 +26,6 @@ def lying(there: Pose, type_: str = "gear_part") -> TrayObject:
     return TrayObject("bin5|gear_part_1", type_, False, there)
 
 
-# ------------------------------------------------------------------ one object against one place
-
-
 @pytest.mark.parametrize(
     ("there", "verdict"),
     [
@@ -68,9 +65,6 @@ def test_yaw_is_that_of_the_normalised_quaternion_of_either_sign(goal: KitObject
     scale = sign * length
     fit = fit_of(goal, lying(Pose(goal.pose.position, (scale * w, scale * x, scale * y, scale * z))))
     assert fit.yaw_difference == pytest.approx(0.0, abs=1e-6)
-
-
-# ------------------------------------------------------------------ a whole tray
 
 
 def test_a_perfect_tray() -> None:
@@ -144,9 +138,6 @@ def test_misplaced_objects_stand_for_the_places_closest_to_them() -> None:
     assert names == ["b", "a"]
     assert score.part_presence == 2.0
     assert score.all_parts_bonus == 2.0
-
-
-# ------------------------------------------------------------------ what must always hold
 
 
 @pytest.mark.slow

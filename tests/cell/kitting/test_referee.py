@@ -65,9 +65,6 @@ def short(effects: tuple[Effect, ...]) -> list[Any]:
     return said
 
 
-# ------------------------------------------------------------------ the state machine, row by row
-
-
 def in_state(state: CompetitionState) -> Referee:
     """A referee that has come to a state by time 0."""
     fresh = referee(FIRST)
@@ -159,9 +156,6 @@ def test_a_trial_without_orders_is_over_at_once() -> None:
     ]
 
 
-# ------------------------------------------------------------------ the time limit
-
-
 def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
     judge = going(FIRST, limit=10.0)
     judge.update(TICK)
@@ -194,9 +188,6 @@ def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() ->
     assert judge.update(10**6 * SECOND) == ()
     assert judge.state is GO
     assert [each.order_id for each in judge._announcements.waiting] == ["order_0"]
-
-
-# ------------------------------------------------------------------ orders
 
 
 def test_an_order_is_announced_at_the_first_step_at_its_time() -> None:
@@ -288,9 +279,6 @@ def test_an_order_of_no_kits_is_announced_and_closed_in_one_step() -> None:
     ]
 
 
-# ------------------------------------------------------------------ submitting
-
-
 def test_a_repeated_submission_returns_the_old_score() -> None:
     judge = going(order(0, ("gear_part",), kits=2, start_time=0.0))
     judge.update(TICK)
@@ -340,9 +328,6 @@ def test_parts_travel_only_while_the_game_is_on() -> None:
     judge.gripper_changed(6 * SECOND, enabled=True, attached=True)
     judge.end(7 * SECOND)
     assert judge.score(9 * SECOND).part_travel_time == 4 * SECOND
-
-
-# ------------------------------------------------------------------ state
 
 
 def test_reset_makes_it_new() -> None:

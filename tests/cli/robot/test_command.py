@@ -167,9 +167,6 @@ def test_bad_input(arguments: tuple[str, ...], said: str, cellwright: CommandLin
     assert refusal(cellwright("robot", *arguments)).startswith(said)
 
 
-# ---------------------------------------------------------------- cellwright check
-
-
 def test_check_takes_robots(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
     for name in (small, "robot.urdf", str(tmp_path), "qinglong"):
         ran = cellwright("check", name)
@@ -185,9 +182,6 @@ def test_check_tells_of_every_slip(cellwright: CommandLine, small: str, tmp_path
     assert error.startswith("error: vr_configs.yml:7: arms[1].joint_index[1]: joint 8 (l_wrist) is fixed")
     assert warning == "warning: vr_configs.yml:16: arm: unknown entry, ignored; did you mean arms"
     assert verdict == "1 error"
-
-
-# ---------------------------------------------------------------- --init
 
 
 def test_a_configuration_is_begun(cellwright: CommandLine, small: str, tmp_path: Path) -> None:

@@ -117,9 +117,6 @@ def test_an_agv_that_is_away_changes_nothing_for_it() -> None:
     assert result.outcome in (Outcome.UNTIL, Outcome.GAVE_UP)
 
 
-# ---------------------------------------------------------------- its figures
-
-
 def test_waypoints_are_the_arms_seven_joints_and_one_number_too_many() -> None:
     assert len(WAYPOINTS) == 11
     assert {len(each) for each in WAYPOINTS} == {len(ARM_JOINTS) + 1}

@@ -24,9 +24,6 @@ def in_order(positions: dict[str, float]) -> list[float]:
     return [positions[name] for name in ARM_JOINTS]
 
 
-# ---------------------------------------------------------------- the competition
-
-
 def test_before_anything_was_heard() -> None:
     client = client_of(Cell(WHOLE))
     assert (client.competition_state, client.score, client.orders) == ("", 0.0, [])
@@ -75,9 +72,6 @@ def test_where_material_is() -> None:
     client = client_of(Cell(WHOLE))
     assert client.material_locations("gear_part") == ("belt", "bin8")
     assert client.material_locations("gear_prat") == ()
-
-
-# ---------------------------------------------------------------- the arm
 
 
 def test_where_the_joints_are() -> None:
@@ -230,9 +224,6 @@ def test_a_trajectory_message() -> None:
     assert [nanoseconds(point.time_from_start) for point in message.points] == [500_000_000, 1_250_000_000]
     np.testing.assert_array_equal(message.points[1].positions, [3.0, 4.0])
     np.testing.assert_array_equal(message.points[0].velocities, [0.1, 0.2])
-
-
-# ---------------------------------------------------------------- gripper and sensors
 
 
 def test_picking_a_rod() -> None:

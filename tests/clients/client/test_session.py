@@ -19,9 +19,6 @@ def session_of(cell: Cell | None = None) -> NodeClient:
     return NodeClient(InProcess(cell or Cell(BARE)))
 
 
-# ---------------------------------------------------------------- sleeping
-
-
 def test_sleeping_lets_simulation_time_pass() -> None:
     session = session_of()
     assert session.time == 0.0
@@ -84,9 +81,6 @@ def test_after_an_error_in_a_callback_time_can_pass_again() -> None:
     assert session.time == 1.002
 
 
-# ---------------------------------------------------------------- waiting
-
-
 def test_waiting_ends_with_the_tick_in_which_it_is_so() -> None:
     session = session_of()
     assert session.wait_until(lambda: session.time >= 0.0101)
@@ -110,9 +104,6 @@ def test_waiting_ends_in_time() -> None:
 def test_what_is_so_in_the_last_tick_counts() -> None:
     session = session_of()
     assert session.wait_until(lambda: session.time >= 0.1, 0.1)
-
-
-# ---------------------------------------------------------------- a rhythm
 
 
 def test_a_rhythm() -> None:
@@ -166,9 +157,6 @@ def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, sp
 
 
 SHARED = Cell(BARE)
-
-
-# ---------------------------------------------------------------- the newest message
 
 
 def test_the_newest_message_is_at_hand() -> None:

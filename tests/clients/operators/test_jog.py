@@ -61,9 +61,6 @@ def pressed(jog: Jog, *keys: str) -> list[object]:
     return [jog.press(key) for key in keys]
 
 
-# ---------------------------------------------------------------- joints
-
-
 @pytest.mark.parametrize("key", KEYS)
 def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: Told) -> None:
     names, robot.joints = robot.joints, ()
@@ -140,9 +137,6 @@ def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> 
     assert jog.press("q") is Now.QUIT
 
 
-# ---------------------------------------------------------------- tips
-
-
 def test_a_tip_moves_along_the_axes_of_the_base_and_the_other_stays(jog: Jog, robot: Told) -> None:
     order = jog.press("z")
     assert order == MoveTips((Pose((0.5, -0.2, near(0.305))), robot.tips[1]))
@@ -188,9 +182,6 @@ def test_joints_and_tips_do_not_go_on_from_each_others_targets(jog: Jog, robot: 
     order = jog.press("x")
     assert isinstance(order, MoveTips)
     assert order.tips[0].position == pytest.approx((0.105, 0.1, 0.1))
-
-
-# ---------------------------------------------------------------- grippers, and what comes first
 
 
 def test_grippers_open_close_and_step_within_their_way(jog: Jog) -> None:

@@ -128,9 +128,6 @@ def test_furniture_refused(entry: str, said: str, tmp_path: Path) -> None:
     assert found[0].startswith("trial.yaml:2: cellwright.furniture")
 
 
-# ---------------------------------------------------------------- files
-
-
 SDF = "<sdf version='1.5'><model name='m'><link name='l'>{}</link></model></sdf>"
 COLLISION = "<collision name='c'><geometry>{}</geometry></collision>"
 SPHERE = COLLISION.format("<sphere><radius>0.01</radius></sphere>")
@@ -211,8 +208,6 @@ def test_joints_in_a_ring(tmp_path: Path) -> None:
     (tmp_path / "a.urdf").write_text(f"<robot>{links}{joint.format('a', 'b')}{joint.format('b', 'a')}</robot>")
     assert "which is no way to a first link" in refused(tmp_path, parts("{file: a.urdf}"))[0]
 
-
-# ---------------------------------------------------------------- meshes
 
 TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2/1 3/1 4/1\nf -4 -1 -2\n"
 

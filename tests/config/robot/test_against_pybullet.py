@@ -57,8 +57,6 @@ def engine_differences(robot: RobotModel, posture: list[float]) -> list[str]:
     return found
 
 
-# ---------------------------------------------------------------- the files that come with PyBullet
-
 REFUSED_BY_BOTH = {"torus_deform.urdf"}  # cloth: no links
 REFUSED_BY_PYBULLET = {"kuka_iiwa/model_for_sdf.urdf", "toys/concave_box.urdf"}  # meshes elsewhere; an unknown shape
 OTHERWISE = {
@@ -97,8 +95,6 @@ def test_every_file_that_comes_with_pybullet(oracle: Oracle) -> None:
             assert engine_differences(robot, postures[1]) == [], name
     assert {name: what for name, what in found.items() if what} == OTHERWISE
 
-
-# ---------------------------------------------------------------- trees made up at random
 
 KINDS = ("fixed", "revolute", "continuous", "prismatic", "spherical", "planar")
 number = st.floats(-1.0, 1.0, width=32)

@@ -146,8 +146,6 @@ def test_all_keys_are_known_and_none_twice() -> None:
     assert len(READ) == len(set(READ))
 
 
-# ---------------------------------------------------------------- any file at all
-
 WHOLE: dict[str, Any] = yaml.safe_load(CONFIG)
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(string.printable, max_size=8),

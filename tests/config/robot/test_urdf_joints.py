@@ -113,9 +113,6 @@ def test_what_is_no_joint_is_refused(tmp_path: Path, element: str, what: str) ->
     assert f"robot.urdf:{what}" in refused(tmp_path, robot(element, links="ab"))
 
 
-# ---------------------------------------------------------------- joints that follow others
-
-
 def follower(name: str, child: str, leader: str, figures: str = "", kind: str = "revolute") -> str:
     return joint(name, "a", child, f'{LIMIT}<mimic joint="{leader}" {figures}/>', kind)
 

@@ -19,9 +19,6 @@ def inertial(mass: str, inertia: str) -> str:
     return f'<inertial><origin xyz="0 0 0.1"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
 
 
-# ---------------------------------------------------------------- mass
-
-
 def test_mass_and_inertia(tmp_path: Path) -> None:
     link, warnings = read_link(tmp_path, inertial("2", 'ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"'))
     assert link.inertial == Inertial(2.0, Pose((0.0, 0.0, 0.1)), (1.0, 2.0, 2.5, 0.1, 0.2, 0.3))
@@ -53,9 +50,6 @@ def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
 )
 def test_a_mass_that_makes_no_sense_is_refused(tmp_path: Path, inside: str, what: str) -> None:
     assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{what}"]
-
-
-# ---------------------------------------------------------------- shapes
 
 
 def seen(form: str, rest: str = "") -> str:
@@ -116,8 +110,6 @@ def test_shapes_with_slips_are_refused(tmp_path: Path, form: str, what: str) -> 
     problems = refused(tmp_path, robot(f'<link name="a">\n{seen(form)}</link>'))
     assert f"robot.urdf:3: link[a].visual.geometry.{what}" in problems
 
-
-# ---------------------------------------------------------------- colours
 
 RED = '<material name="red"><color rgba="1 0 0 1"/></material>'
 BOX = '<box size="1 1 1"/>'

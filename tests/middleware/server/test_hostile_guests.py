@@ -349,9 +349,6 @@ def test_watching_leaves_the_state_as_it_is() -> None:
     assert len(hashes) == 1
 
 
-# ---------------------------------------------------------------- what is kept for guests has bounds
-
-
 def test_wishes_that_time_pass_are_bounded_and_go_with_their_guest() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         guest, other = hall.guest(), hall.guest("/other")

@@ -190,9 +190,6 @@ def test_read_waits_for_a_picture_of_now() -> None:
     assert picture.depth is not None
 
 
-# ---------------------------------------------------------------- being late
-
-
 def test_time_waits_for_a_picture() -> None:
     room = Room(replace(EYE, when_late="wait"))
     room.simulation.is_paced = True
@@ -257,9 +254,6 @@ def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
     room.worker.is_quick = False
     room.run(210)
     assert (room.camera.dropped > 0, len(room.pictures)) == (is_paced, 0 if is_paced else 1)
-
-
-# ---------------------------------------------------------------- what goes wrong
 
 
 def test_a_worker_that_fails_is_told_once_and_the_run_goes_on() -> None:

@@ -72,8 +72,6 @@ def test_the_head_has_a_place_for_each_axis() -> None:
     assert said.count(",") == 2
 
 
-# ---------------------------------------------------------------- what they do
-
 FILE = """\
 urdf_path: robot.urdf
 waist: {joint_index: [torso_joint1, torso_joint2, torso_joint3, torso_joint4], rest_j_pos: [0, 0, 0, 0]BOUND}

@@ -42,9 +42,6 @@ def checked(config: RobotConfig, motion: Motion = Motion.SERVO) -> MotionReport:
     return check_motion(RobotNode(config, motion=motion))
 
 
-# ---------------------------------------------------------------- against what was recorded
-
-
 @pytest.mark.slow
 def test_the_qinglong_moves_as_recorded(report: MotionReport) -> None:
     assert report.passed, [finding for finding in report.findings if not finding.passed]
@@ -184,9 +181,6 @@ def test_a_joint_that_did_not_move_is_to_stand_still(tmp_path: Path) -> None:
         (tmp_path / REFERENCE_FILE).write_text(EMPTY.replace('"steps": []', f'"steps": [{step % target}]'), "utf-8")
         verdicts.append(checked(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
     assert verdicts == [True, False]
-
-
-# ---------------------------------------------------------------- joint by joint
 
 
 def with_limits(joint: str, **values: float) -> RobotConfig:

@@ -71,9 +71,6 @@ def test_the_robot_is_put_up_at_home_without_gravity_on_a_base_that_can_be_moved
     assert world.model.body(BASE_BODY).mocapid[0] == 0
 
 
-# ---------------------------------------------------------------- mass
-
-
 def hinge(child: str, parent: str = "root", limits: Limits | None = None, name: str = "") -> Joint:
     return Joint(
         name or f"to {child}", REVOLUTE, parent, child, Pose((0.0, 0.0, 0.3)), limits=limits or Limits(-1.0, 1.0)
@@ -152,9 +149,6 @@ def test_links_of_no_mass_and_impossible_inertia_move_and_stay_finite() -> None:
     data.qvel[:] = 1.0
     mujoco.mj_step(world.model, data, 100)
     assert np.isfinite(data.qpos).all()
-
-
-# ---------------------------------------------------------------- joints and names
 
 
 def test_joints_have_the_limits_of_the_description() -> None:

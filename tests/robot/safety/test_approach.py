@@ -165,8 +165,6 @@ def test_its_state_is_json_and_goes_on_as_if_nothing_had_been() -> None:
     assert first.get_state() == second.get_state()
 
 
-# ---------------------------------------------------------------- accelerations
-
 ACCELERATIONS = np.array([8.0, 2.0, np.inf])
 AT_ONCE = ACCELERATIONS * TICK * TICK
 

@@ -44,9 +44,6 @@ def deliver_and_go_on(client: Client) -> None:
         client.sleep(0.1)
 
 
-# ---------------------------------------------------------------- how a run ends
-
-
 def test_a_kit_that_was_sent_off_is_waited_for() -> None:
     result = work(deliver)
     assert (result.outcome, result.competition_state, result.score.total) == (Outcome.DONE, "done", 6.0)
@@ -181,9 +178,6 @@ def test_a_trial_without_orders_is_done_as_soon_as_it_is_started() -> None:
     assert result.simulated == pytest.approx(0.1)
 
 
-# ---------------------------------------------------------------- what else a run is told
-
-
 def test_listeners_are_counted() -> None:
     result = work(
         deliver, listen=["/ariac/orders", "/clock", "/ariac/arm/command"], cell=Cell(replace(KITTING, has_arm=True))
@@ -251,9 +245,6 @@ def test_what_was_refused_is_told_to_the_last() -> None:
     work(clumsy, Cell(ARM_ONLY, report=lines.append))
     assert len(lines) == 2
     assert lines[1] == "refused /ariac/arm/command from /agent: 4 more since the last report"
-
-
-# ---------------------------------------------------------------- checkpoints
 
 
 def test_a_run_goes_on_from_its_checkpoint(tmp_path: Path) -> None:

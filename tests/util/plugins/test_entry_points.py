@@ -214,7 +214,7 @@ def test_the_list_of_trials(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 FAILING_AT_WORK = """
-from cellwright.engine.device import Device
+from cellwright.engine.simulation import Device
 import workshop.part_counter as workshop
 from dataclasses import replace
 

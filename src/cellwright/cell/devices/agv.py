@@ -19,8 +19,7 @@ from typing import ClassVar, Final, Literal, TypeAlias
 from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation
 
 KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
 """Time, and x and y of AGV 1 in the world frame [m], at each key frame."""

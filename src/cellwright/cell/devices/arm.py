@@ -12,8 +12,7 @@ from cellwright.cell.devices.trajectory_controller import Following, JointTrajec
 from cellwright.cell.devices.trajectory_goal import GoalRequest, TrajectoryGoal
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings
-from cellwright.engine.device import Device, State
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation, State
 
 T = TypeVar("T")
 
@@ -65,8 +64,6 @@ class Arm(Device):
         self.set_stepping(True)  # a run that follows another begins in the same state as the first
         self._drive()
 
-    # ---------------------------------------------------------------- commands
-
     def command(self, trajectory: JointTrajectory) -> None:
         """Follow a trajectory that came on the command topic.
 
@@ -86,8 +83,6 @@ class Arm(Device):
     def cancel(self) -> bool:
         """End the active goal and bring the arm to rest; whether there was one."""
         return self._with_goal(lambda: self.controller.cancel(self.simulation.now))
-
-    # ---------------------------------------------------------------- what it does
 
     def read(self) -> JointReadings:
         """The joints as they are now."""
@@ -125,8 +120,6 @@ class Arm(Device):
     def set_state(self, state: State) -> None:
         """Remember what `get_state` returned."""
         self.controller.set_state(state)
-
-    # ---------------------------------------------------------------- inside
 
     def _drive(self) -> None:
         simulation = self.simulation

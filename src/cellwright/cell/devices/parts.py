@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.parts import separation_speed
-from cellwright.engine.device import Device, State
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
@@ -188,8 +187,6 @@ class Overlaps(Device):
                 self._speeds[body] = 0.0
         self._set_pairs({})
 
-    # ---------------------------------------------------------------- life
-
     def reset(self) -> None:
         """Begin a run: every part was put where it is."""
         self._put = {part.body for part in self._parts.all}
@@ -215,8 +212,6 @@ class Overlaps(Device):
     def _take_placed(self, body: int) -> None:
         self._put = {*(self._put or ()), body}
         self.set_stepping(True)
-
-    # ---------------------------------------------------------------- in a step
 
     def drive(self) -> None:
         """Find pairs that overlap now, and hold back what would push the known ones apart."""

@@ -225,8 +225,6 @@ class JointTrajectoryController:
         """The last goal that was taken; it may have ended."""
         self.start([0.0] * len(self.joint_names), 0)
 
-    # ---------------------------------------------------------------- commands
-
     def start(self, positions: Sequence[float], now: int) -> None:
         """Begin at `now` [ns], with every joint to stay at its position [rad or m]."""
         self._follow(Trajectory([rest_segment(now, float(position))] for position in positions))
@@ -296,8 +294,6 @@ class JointTrajectoryController:
             velocity_errors = [d - a for d, a in zip(self.velocities(now), velocities, strict=True)]
             goal.update(now, position_errors, velocity_errors)
 
-    # ---------------------------------------------------------------- what is to be done
-
     @property
     def end(self) -> int:
         """From this time [ns] on the joints are to rest, unless another command comes."""
@@ -332,8 +328,6 @@ class JointTrajectoryController:
             [d - a for d, a in zip(desired.positions, positions, strict=True)],
             [d - a for d, a in zip(desired.velocities, velocities, strict=True)],
         )
-
-    # ---------------------------------------------------------------- state
 
     def get_state(self) -> dict[str, Any]:
         """The trajectory and the last goal, as JSON values."""

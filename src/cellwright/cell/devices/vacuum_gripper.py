@@ -23,9 +23,8 @@ from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device, PlainState
 from cellwright.engine.events import NEVER
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, PlainState, Simulation
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -224,8 +223,6 @@ class VacuumGripper(VacuumCheck, Device):
         self._face = model.geom(CUP_FACE_GEOM).id
         self._belt = model.geom(BELT_GEOM).id
 
-    # ---------------------------------------------------------------- commands
-
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
         """Switch the vacuum on or off. Switched off it lets go at once."""
         if enabled == self.enabled:
@@ -236,8 +233,6 @@ class VacuumGripper(VacuumCheck, Device):
             self._release(self.disable())
         self._plan()
         self._tell()
-
-    # ---------------------------------------------------------------- life
 
     def handle_look(self) -> None:
         """Look at the contacts."""
@@ -258,8 +253,6 @@ class VacuumGripper(VacuumCheck, Device):
         self._plan()
         if verdict.action != "none":
             self._tell()
-
-    # ---------------------------------------------------------------- inside
 
     def contacts(self) -> list[CupContact]:
         """What the cup touches: by the engine's contacts in the last step, and by the plain disc that it stands for.

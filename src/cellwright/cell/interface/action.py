@@ -15,7 +15,7 @@ from cellwright.cell.interface.commands import trajectory_of
 from cellwright.cell.interface.publications import following_points
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.control_msgs import (
@@ -60,8 +60,6 @@ class TrajectoryAction(Device):
         self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}
         arm.on_goal_ended.append(self._tell_ended)
 
-    # ---------------------------------------------------------------- life
-
     def reset(self) -> None:
         """Forget all goals."""
         self._statuses = {}
@@ -81,8 +79,6 @@ class TrajectoryAction(Device):
             name: (GoalStatus(GoalID(stamp(given), name), code, text), ended)
             for name, given, code, text, ended in state["goals"]
         }
-
-    # ---------------------------------------------------------------- what comes in
 
     def take_goal(self, _row: Row, message: FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, or reject it with a result."""
@@ -116,8 +112,6 @@ class TrajectoryAction(Device):
         everything = not message.id and until == 0
         if everything or message.id == goal.goal_id or (until and given <= until):
             self._arm.cancel()
-
-    # ---------------------------------------------------------------- what goes out
 
     def goal_status(self, output: Output) -> None:
         """What became of the goals."""
@@ -156,8 +150,6 @@ class TrajectoryAction(Device):
         names, points = self._arm.controller.joint_names, following_points(self._arm.following())
         content = FollowJointTrajectoryFeedback(header("", now), list(names), *points)
         return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
-
-    # ---------------------------------------------------------------- inside
 
     def _current(self) -> TrajectoryGoal | None:
         """The goal that is being followed, if it came on the topic."""

@@ -65,8 +65,6 @@ class Commands:
     def __init__(self, cell: CellDevices) -> None:
         self._cell = cell
 
-    # ---------------------------------------------------------------- the competition
-
     def start_competition(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Start the trial."""
         try:
@@ -99,8 +97,6 @@ class Commands:
         """Note what the agent says that it is about."""
         self._cell.intention.say(message.data, node, self._cell.simulation.now)
 
-    # ---------------------------------------------------------------- the arm and the AGVs
-
     def command_arm(self, _row: Row, message: JointTrajectoryMessage, _node: str) -> None:
         """Have the arm follow a trajectory."""
         present(self._cell.arm).command(trajectory_of(message))
@@ -126,8 +122,6 @@ class Commands:
     def send_agv(self, row: Row, request: AGVControlRequest, _node: str) -> AGVControlResponse:
         """Send an AGV off."""
         return AGVControlResponse(success=self._cell.agvs[int(row.subject or 0)].send(request.kit_type))
-
-    # ---------------------------------------------------------------- cheats
 
     def refuse(self, row: Row, _request: Message, node: str) -> Message:
         """Refuse what is cheating in a competition, and report it."""

@@ -16,8 +16,8 @@ from cellwright.cell.interface.devices import CellDevices
 from cellwright.config.trial.sensors import SENSOR_TYPES
 from cellwright.config.trial.trial import Camera, PluginDevice
 from cellwright.config.trial.trial import Sensor as SensorDescription
-from cellwright.engine.device import Device
 from cellwright.engine.sensor import Reading, Sensor
+from cellwright.engine.simulation import Device
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.sampling import Streamed
 from cellwright.middleware.interface.table import Row

@@ -19,7 +19,7 @@ from cellwright.cell.kitting.effects import Effect, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Order
-from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
@@ -152,8 +152,6 @@ class Publications(Device):
         super().__init__("/ariac")
         self._cell = cell
 
-    # ---------------------------------------------------------------- life
-
     def reset(self) -> None:
         """A new run: no message of the last one is left."""
         self._cell.bus.forget_latched()
@@ -167,8 +165,6 @@ class Publications(Device):
         """Go on from a saved moment."""
         self.reset()
         self._cell.bus.set_latched(state["latched"])
-
-    # ---------------------------------------------------------------- time and frames
 
     clock = staticmethod(publish_clock)
 
@@ -195,8 +191,6 @@ class Publications(Device):
             return leave_all
 
         output.stream(listen, lambda reading: frames_message(reading.frames, reading.time_ns))
-
-    # ---------------------------------------------------------------- the trial
 
     def competition_state(self, output: Output) -> None:
         """State of the competition."""
@@ -230,8 +224,6 @@ class Publications(Device):
     def silence(self, output: Output) -> None:
         """Publish nothing, in a competition."""
         output.advertise()
-
-    # ---------------------------------------------------------------- arm, gripper, AGVs, belt
 
     def joint_states(self, output: Output) -> None:
         """Positions, velocities and efforts of the joints."""
@@ -270,8 +262,6 @@ class Publications(Device):
         population = present(self._cell.population)
         states = {enabled: PopulationState(enabled=enabled) for enabled in (False, True)}
         output.sample(lambda: states[population.enabled])
-
-    # ---------------------------------------------------------------- sensors
 
     def break_beam(self, output: Output) -> None:
         """Readings of a break beam."""

@@ -241,8 +241,6 @@ class HandlingRecord:
         self._fates[score.kit_type] = tuple(fates)
         return tuple(fates)
 
-    # ---------------------------------------------------------------- snapshots
-
     def get_record(self) -> dict[str, Any]:
         """All that was recorded, as JSON values; nothing if nothing was."""
         parts = {name: asdict(history) for name, history in self._parts.items()}

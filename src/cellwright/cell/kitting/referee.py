@@ -135,8 +135,6 @@ class Referee:
         self._deadline = NEVER
         self._blank = self.get_state()
 
-    # ---------------------------------------------------------------- what one may ask
-
     @property
     def state(self) -> CompetitionState:
         """The state of the competition."""
@@ -165,8 +163,6 @@ class Referee:
     def next_deadline(self) -> int:
         """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
         return self._deadline
-
-    # ---------------------------------------------------------------- inputs
 
     def start(self, now: int) -> tuple[Effect, ...]:
         """Somebody starts the competition.
@@ -211,8 +207,6 @@ class Referee:
         score = self.scorer.submit(kit_type, contents, now)
         self._plan()
         return KitSubmitted(tray_id, kit_type, score, is_repeated=is_repeated and score.is_submitted)
-
-    # ---------------------------------------------------------------- the step
 
     def update(self, now: int) -> tuple[Effect, ...]:
         """Take a step if one is due: it is not before `next_deadline`, nor at the time of the step before."""
@@ -263,8 +257,6 @@ class Referee:
         self._is_reported = True
         return (*effects, TrialEnded(self._end_reason, self.score(now), self.process_time(now)))
 
-    # ---------------------------------------------------------------- state
-
     def reset(self) -> None:
         """A new run of the same trial: as it was made, no tray known."""
         self.set_state(self._blank)
@@ -301,8 +293,6 @@ class Referee:
         self._end_reason = None if state["end_reason"] is None else EndReason(state["end_reason"])
         self._is_reported = state["reported"]
         self._plan()
-
-    # ---------------------------------------------------------------- inside
 
     def _top(self) -> str | None:
         return self._active[-1] if self._active else None

@@ -122,8 +122,6 @@ class RobotProcess:
             process.kill()
             process.wait()
 
-    # ---------------------------------------------------------------- inside
-
     def _begin(self, order: Mapping[str, Any]) -> tuple[str, int]:
         """Say what to run; where it is to be reached."""
         assert self._process.stdin is not None

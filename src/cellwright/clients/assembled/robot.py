@@ -286,8 +286,6 @@ class AssembledRobot:
         if described["dorsal"] is not None:
             self.dorsal = RobotDorsal(joints, described["dorsal"])
 
-    # ---------------------------------------------------------------- joints
-
     def move_j(self, idx: Indices, pos: Numbers, max_vel: Sequence[float] = (), force: Sequence[float] = ()) -> None:  # noqa: ARG002
         """Have joints go to positions, cut off at their limits.
 
@@ -329,8 +327,6 @@ class AssembledRobot:
     def link_pose(self, idx: int = ROOT) -> list[list[float]]:
         """Where a link is in the world, [[x, y, z], [qx, qy, qz, qw]]; the root link when left out."""
         return [list(each) for each in self._joints.link_poses([idx])[0]]
-
-    # ---------------------------------------------------------------- life
 
     @property
     def is_running(self) -> bool:

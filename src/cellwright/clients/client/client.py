@@ -61,8 +61,6 @@ class Client(NodeClient):
         self._sensors: dict[str, Latest] = {}
         self.subscribe("/ariac/orders", self.orders.append, passive=True)
 
-    # ---------------------------------------------------------------- the competition
-
     @property
     def competition_state(self) -> str:
         """`init`, `ready`, `go`, `end_game` or `done`, as last heard; empty before the first message."""
@@ -113,8 +111,6 @@ class Client(NodeClient):
         """
         with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
             self.publish(_INTENTION, String(text))
-
-    # ---------------------------------------------------------------- the arm
 
     @property
     def joint_positions(self) -> Mapping[str, float]:
@@ -187,8 +183,6 @@ class Client(NodeClient):
             for joint, value in goal.items()
         )
 
-    # ---------------------------------------------------------------- time
-
     def doze(self, duration: float) -> None:
         """Let `duration` seconds pass in which nobody looks at joint states and gripper.
 
@@ -220,8 +214,6 @@ class Client(NodeClient):
             if each.count == count and each.message is not None:  # a cell that runs ahead of its guests
                 each.wait_for_next(1.0)
 
-    # ---------------------------------------------------------------- gripper and AGVs
-
     @property
     def gripper_enabled(self) -> bool:
         """Whether the vacuum is on, as last heard."""
@@ -241,8 +233,6 @@ class Client(NodeClient):
         """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
         request = AGVControlRequest(kit_type=kit_type)
         return bool(self.call(f"/ariac/agv{number}", request).success)
-
-    # ---------------------------------------------------------------- sensors
 
     def sensor(self, name: str) -> Latest:
         """The newest reading of a sensor that the trial's file names; listened to from the first call on.

@@ -82,8 +82,6 @@ class NodeClient:
 
         return cls(SocketTransport(parse_address(address), node=node))
 
-    # ---------------------------------------------------------------- time
-
     @property
     def time(self) -> float:
         """Simulation time [s].
@@ -145,8 +143,6 @@ class NodeClient:
         self._refuse_strangers()
         if self._waiting:
             raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
-
-    # ---------------------------------------------------------------- topics and services
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Have `callback(message)` called for each message on a topic; the returned function ends that.

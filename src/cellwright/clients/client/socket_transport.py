@@ -169,8 +169,6 @@ class Connection:
             self._socket.shutdown(socket.SHUT_RDWR)  # a thread that listens is not left waiting
         self._socket.close()
 
-    # ---------------------------------------------------------------- bytes
-
     def _await_answer(self, number: int, timeout: float | None = None) -> Frame:
         self._awaited = number
         self._answers.clear()
@@ -381,8 +379,6 @@ class SocketTransport:
         self._connection.close()
         self._deliveries.clear()
         self._mail.clear()
-
-    # ---------------------------------------------------------------- time
 
     def _ask_for_time(self, until: int, each_tick: bool) -> None:  # noqa: FBT001
         self._now = read_time(self._connection.ask(advance(self._connection.number(), until, each_tick=each_tick)))

@@ -219,8 +219,6 @@ class Jog:
             return _ASKS[key]
         return None if self._choose(key) else self._move(key)
 
-    # ---------------------------------------------------------------- choosing
-
     def _choose(self, key: str) -> bool:
         last = max(0, len(self._robot.joints) - 1)
         steps = {"up": -1, "down": 1, "pageup": -_PAGE, "pagedown": _PAGE, "home": -last, "end": last}
@@ -255,8 +253,6 @@ class Jog:
     def _first(self, part: str) -> int | None:
         names = [name.lower() for name in self._robot.joints]
         return next((number for number, name in enumerate(names) if part.lower() in name), None)
-
-    # ---------------------------------------------------------------- moving
 
     def _move(self, key: str) -> Order | None:
         is_joint, is_tip, is_gripper = (

@@ -190,8 +190,6 @@ class OperatedRobot:
         others = (self._applied, self._grippers, self._tips, self._status)
         session.wait_until(lambda: all(topic.message is not None for topic in others), SETTLE)
 
-    # ---------------------------------------------------------------- what it says
-
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of all joints that are not fixed, as the node orders them."""
@@ -268,8 +266,6 @@ class OperatedRobot:
         for name in names:
             if name not in known:
                 raise UnknownNameError("joint", name, self.joints)
-
-    # ---------------------------------------------------------------- what it is told
 
     def send(self, order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now) -> None:
         """Send a command; after an emergency stop the node takes no others until that is cleared."""

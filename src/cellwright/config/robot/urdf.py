@@ -145,8 +145,6 @@ class JointReader:
         )
         return Mimic(leader, multiplier, offset)
 
-    # ---------------------------------------------------------------- all joints together
-
     def with_leaders(self, joints: Sequence[Joint]) -> list[Joint]:
         """The joints, those that follow another tied to the first in the chain, which follows none itself."""
         by_name = {joint.name: joint for joint in joints}

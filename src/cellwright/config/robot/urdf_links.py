@@ -149,8 +149,6 @@ class LinkReader:
         seen = self._shapes(element.all("visual"), name, is_touched=False)
         return Link(name, self._inertial(element, name), tuple(touched + seen))
 
-    # ---------------------------------------------------------------- mass
-
     def _inertial(self, link: Element, name: str) -> Inertial | None:
         """Mass and inertia; one that no body has is replaced by that of a ball."""
         element = link.find("inertial")
@@ -179,8 +177,6 @@ class LinkReader:
             return _NONE
         xx, yy, zz, xy, xz, yz = (self._numbers.number(written, name, 0.0) for name in _INERTIA)
         return (xx, yy, zz, xy, xz, yz)
-
-    # ---------------------------------------------------------------- shapes
 
     def _shapes(self, elements: Iterable[Element], link: str, *, is_touched: bool) -> list[ModelShape]:
         found = [self._shape(element, link, is_touched=is_touched) for element in elements]
@@ -247,8 +243,6 @@ class LinkReader:
         if not all(1e-9 < abs(value) < 1e9 for value in scale):
             self._problems.error(form, "a scale of 0 or beyond all sense")
         return scale
-
-    # ---------------------------------------------------------------- colours
 
     def _colour(self, element: Element) -> Colour | None:
         material = element.find("material")

@@ -162,8 +162,6 @@ class Bus:
         self.on_given: list[Callable[[Given], None]] = []
         """Called with everything that comes from outside and could be handled, before it is, refused then or not."""
 
-    # ---------------------------------------------------------------- for the cell
-
     def advertise(
         self,
         topic: str,
@@ -238,8 +236,6 @@ class Bus:
             for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
                 known = topic.message_class
                 publisher.newest = None if text is None or known is None else from_cdr(b64decode(text), known)
-
-    # ---------------------------------------------------------------- for clients
 
     def subscribe(
         self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, along: bool = False
@@ -321,8 +317,6 @@ class Bus:
         """Tell those who take notes of what comes from outside; for what comes past the bus, before it is done."""
         for take_note in self.on_given:
             take_note(given)
-
-    # ---------------------------------------------------------------- who is there
 
     def topics(self) -> tuple[TopicInfo, ...]:
         """All topics that the cell speaks or hears, by name."""

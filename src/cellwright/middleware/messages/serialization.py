@@ -136,8 +136,6 @@ class _WriterSource:
         write: Writer = names["write"]
         return write
 
-    # ---------------------------------------------------------------- fields
-
     def _message(self, name: str, value: str, follows: int) -> None:
         """The fields of a message that stands in a variable; `follows` is what comes behind it is aligned to."""
         fields = ros2_store().fielddefs[name][1]
@@ -221,8 +219,6 @@ class _WriterSource:
             self._place, self._modulus = _common(begun, ended)
         self._indent = self._indent[:-1]
         self._place, self._modulus = _common(before, ended)
-
-    # ---------------------------------------------------------------- lines
 
     def _align(self, size: int) -> None:
         """Zeros up to the next multiple of a size."""

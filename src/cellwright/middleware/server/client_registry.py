@@ -58,8 +58,6 @@ class ClientRegistry:
         first = turn % len(self._there) if self._there else 0
         return [*self._there[first:], *self._there[:first]]
 
-    # ---------------------------------------------------------------- coming and going
-
     def admit(self, guest: ClientConnection) -> None:
         """Take one in; if there are too many, another may have to go for it."""
         self._there.append(guest)
@@ -95,8 +93,6 @@ class ClientRegistry:
         for guest in self._there:
             guest.full = min(FULL, MOST_WAITING // len(self._there))
 
-    # ---------------------------------------------------------------- those that are behind
-
     def ping(self) -> None:
         """Send the PINGs that are due."""
         now = time.monotonic()
@@ -116,8 +112,6 @@ class ClientRegistry:
                 self._waited_for.add(guest.name)
                 self._report(f"time stands while {guest.name} is more than {LATE:g} s behind; this is said once")
         return True
-
-    # ---------------------------------------------------------------- those that misbehave
 
     def limit_what_is_begun(self) -> None:
         """Part with whoever has begun most and not ended it, until it is little enough for all together."""

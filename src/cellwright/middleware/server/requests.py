@@ -201,8 +201,6 @@ class Requests:
         asked.guest.has_news = False
         asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
 
-    # ---------------------------------------------------------------- each kind of frame
-
     def _act(self, guest: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
             raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")

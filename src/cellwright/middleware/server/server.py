@@ -276,8 +276,6 @@ class Server:
             select.select((), behind, (), 0.05)
         self._guests.close()
 
-    # ---------------------------------------------------------------- one round
-
     def _look_at_sockets(self, timeout: float) -> None:
         """Wait until some socket is ready; take in what came, send what waits."""
         readers: list[ClientConnection | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]

@@ -156,8 +156,6 @@ class McapFile:
         self._thread = Thread(target=self._work, name=f"recording {path.name}", daemon=True)
         self._thread.start()
 
-    # ---------------------------------------------------------------- for who records
-
     @property
     def is_writing(self) -> bool:
         """Whether what is handed in still goes to the file."""
@@ -242,8 +240,6 @@ class McapFile:
         self._wake.set()
         while waiting.given - waiting.taken > MOST_WAITING and self._thread.is_alive():
             time.sleep(0.001)
-
-    # ---------------------------------------------------------------- the thread
 
     def _work(self) -> None:
         try:

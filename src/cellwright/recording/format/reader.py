@@ -56,8 +56,6 @@ class Recording:
             self._file.close()
             raise
 
-    # ---------------------------------------------------------------- what it is
-
     @property
     def is_complete(self) -> bool:
         """Whether it was ended as it should be; one that was cut short is read as far as it goes."""
@@ -129,8 +127,6 @@ class Recording:
             RecordingError: it is damaged; the text says where.
         """
         self._file.check_bytes()
-
-    # ---------------------------------------------------------------- what is in it
 
     def messages(
         self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
@@ -229,8 +225,6 @@ class Recording:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    # ---------------------------------------------------------------- inside
 
     def _entries(self, chunk: ChunkPlace, channels: Collection[int] | None = None) -> Iterator[Entry]:
         return self._file.entries(chunk, self._names if channels is None else channels)

@@ -116,8 +116,6 @@ class Recorder:
             leave()
         self._finish(result)
 
-    # ---------------------------------------------------------------- files
-
     def _begin(self) -> None:
         self._runs += 1
         stem = self._path.stem if self._runs == 1 else f"{self._path.stem}_{self._runs}"
@@ -153,8 +151,6 @@ class Recorder:
         self._text(names.END, result)
         self._file.close()
         self.is_whole = self.is_whole and self._file.is_whole
-
-    # ---------------------------------------------------------------- what is kept
 
     def _listen(self, topic: RecordedTopic) -> Subscription:
         clock = self._simulation.clock

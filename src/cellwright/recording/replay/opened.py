@@ -54,8 +54,6 @@ class OpenedRecording:
         """Read no more."""
         self.recording.close()
 
-    # ---------------------------------------------------------------- what it is
-
     @property
     def kind(self) -> str:
         """What was recorded: `cell` or `robot`."""
@@ -102,8 +100,6 @@ class OpenedRecording:
         """What the run earned; None where that is not known."""
         score = (self.result or {}).get("score")
         return float(score) if isinstance(score, int | float) else None
-
-    # ---------------------------------------------------------------- what is in it
 
     def messages(self, *topics: str, start: float | None = None, until: float | None = None) -> Iterator[Stamped]:
         """The messages of some topics, or of all, in order.

@@ -11,10 +11,9 @@ from typing import Any, NoReturn
 import mujoco
 
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device
 from cellwright.engine.loop import Loop
 from cellwright.engine.rate_control import RateControl
-from cellwright.engine.simulation import Simulation
+from cellwright.engine.simulation import Device, Simulation
 from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.messages import Message, from_cdr, message_type
 from cellwright.middleware.messages.standard import Clock, Time

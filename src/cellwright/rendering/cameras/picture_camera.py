@@ -153,8 +153,6 @@ class PictureCamera(Sensor[Picture]):
         self._untold = 0
         self._told = -_A_SECOND
 
-    # ---------------------------------------------------------------- listening
-
     def listen(self, callback: Callable[[Picture], None]) -> Callable[[], None]:
         """Have every picture given to `callback`, with all that the camera can take. See `Sensor.listen`."""
         return self.look(callback, colour=self.description.has_colour, depth=self.description.has_depth)
@@ -183,8 +181,6 @@ class PictureCamera(Sensor[Picture]):
             leave()
 
         return leave_once
-
-    # ---------------------------------------------------------------- taking pictures
 
     @property
     def world_T_camera(self) -> Pose:
@@ -281,8 +277,6 @@ class PictureCamera(Sensor[Picture]):
             depth=depth,
         )
 
-    # ---------------------------------------------------------------- being late
-
     @property
     def _drops(self) -> bool:
         late = self.description.when_late
@@ -307,8 +301,6 @@ class PictureCamera(Sensor[Picture]):
                 f"{self.dropped} in all: drawing takes longer than the time between two"
             )
             self._told, self._untold = now, 0
-
-    # ---------------------------------------------------------------- life
 
     def attach(self, simulation: Simulation) -> None:
         """Take a place in a simulation, on what the camera is fixed to."""

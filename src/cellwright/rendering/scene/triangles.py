@@ -180,9 +180,6 @@ def _plane(x: float, y: float) -> Triangles:
     return Triangles(points, np.tile((0.0, 0.0, 1.0), (4, 1)), np.array([(0, 1, 2), (0, 2, 3)]))
 
 
-# -------------------------------------------------------------------- what is round about z
-
-
 def _cylinder(radius: float, half: float, corners: int) -> Triangles:
     below, above = (0.0, -1.0), (0.0, 1.0)
     side = (1.0, 0.0)

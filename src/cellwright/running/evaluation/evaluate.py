@@ -137,8 +137,6 @@ class Evaluation:
             self._running.clear()
         return not unfinished
 
-    # ---------------------------------------------------------------- inside
-
     def _begin(self, job: Job) -> None:
         log = self._log(job.log_name)
         record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else ""

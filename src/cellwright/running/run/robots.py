@@ -96,8 +96,6 @@ class RobotTarget(Target):
             self.node.close()
         self.node.bus.refusals.flush()
 
-    # ---------------------------------------------------------------- for those who look on
-
     def refused(self) -> dict[str, str]:
         """Actions on its time that are refused, and why: that of a real robot passes as it does."""
         if self.node.made_with["driver"]:

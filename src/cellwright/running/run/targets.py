@@ -166,8 +166,6 @@ class Target:
     def end(self, session: Session, result: SessionResult) -> None:
         """The run is over, and its clients are still there."""
 
-    # ---------------------------------------------------------------- for those who look on
-
     def hindrance(self) -> str:
         """Why it may not begin again; empty when it may."""
         return ""
@@ -205,8 +203,6 @@ class Target:
             RenderingError: it cannot be written.
         """
         raise NotImplementedError
-
-    # ---------------------------------------------------------------- for a recording
 
     def header(self, session: Session, record: RecordOptions) -> RecordingHeader:
         """What a recording says of itself."""
@@ -373,8 +369,6 @@ class CellTarget(Target):
         if self.control is not None and not session.begins_again:
             self.control.over = OVER
 
-    # ---------------------------------------------------------------- for those who look on
-
     @cached_property
     def cell_panel(self) -> CellPanel:
         """Panel of the cell; made when something shows or records it."""
@@ -405,8 +399,6 @@ class CellTarget(Target):
 
         camera = still(options.camera or VIEWS["overview"])
         return Filming(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
-
-    # ---------------------------------------------------------------- for logs and recordings
 
     @contextmanager
     def events(self, events: RunEvents, more: Mapping[str, Any]) -> Iterator[Callable[[], None]]:

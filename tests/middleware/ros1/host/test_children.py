@@ -38,9 +38,6 @@ def ended(process: Child) -> int:
     return status
 
 
-# ---------------------------------------------------------------- what they say
-
-
 def test_what_it_says_is_passed_on_in_lines() -> None:
     said: list[str] = []
     errors: list[str] = []
@@ -83,9 +80,6 @@ def test_lines_come_whole_however_they_are_cut(pieces: list[bytes]) -> None:
     whole = b"".join(pieces).split(b"\n")[:-1]
     texts = [line.decode(errors="replace").rstrip() for line in whole]
     assert said == [text for text in texts if text]
-
-
-# ---------------------------------------------------------------- how they end
 
 
 def test_it_is_told_to_end() -> None:
@@ -155,9 +149,6 @@ os.kill(os.getpid(), 9)
 def test_an_end_in_words(status: int, words: str) -> None:
     assert how_it_ended(status) == words
     assert how_it_ended(-250) == "was ended by signal 250"
-
-
-# ---------------------------------------------------------------- how long to wait
 
 
 def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:

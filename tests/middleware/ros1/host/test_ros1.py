@@ -70,9 +70,6 @@ def refused(ground: Ground, *options: str, **more: str) -> str:
     return lines[0]
 
 
-# ---------------------------------------------------------------- start
-
-
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, Process]]:
     """A master and a cell there, for tests that leave it as it is."""
@@ -172,9 +169,6 @@ def test_a_socket_that_cannot_be_had(master: Ground) -> None:
     wait_until(lambda: GAZEBO not in nodes(master), "node less")
 
 
-# ---------------------------------------------------------------- faults
-
-
 def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) -> None:
     cell = no_master.serve("lesson")
     run = parameter(no_master, "/run_id")
@@ -203,9 +197,6 @@ def test_another_simulator_that_takes_the_name_is_given_way_to(master: Ground) -
     usurper.signal(signal.SIGKILL)
     usurper.finish()
     cell.wait_for("everything is registered again")
-
-
-# ---------------------------------------------------------------- end
 
 
 def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:

@@ -211,8 +211,6 @@ class Strategy:
         self._say(text, *arguments)
         self._client.intend(text % arguments)
 
-    # ---------------------------------------------------------------- kits
-
     def await_order(self) -> State | None:
         """Wait until there is a kit to build; the end comes when the competition is over."""
         self._client.intend("waiting for an order")
@@ -251,8 +249,6 @@ class Strategy:
 
     def _is_over(self) -> bool:
         return self._client.competition_state in ("end_game", "done")
-
-    # ---------------------------------------------------------------- parts
 
     def choose_part(self, kit: Kit) -> State | None:
         """The next part to fetch, from the belt if one comes along, else from a bin; without any the kit is sent."""
@@ -318,8 +314,6 @@ class Strategy:
             self._say("it was missed")
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
-
-    # ---------------------------------------------------------------- the tray
 
     def place(self, kit: Kit, task: Task, held: Held) -> State | None:
         """Put the held part on the tray."""

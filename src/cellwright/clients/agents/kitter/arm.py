@@ -76,8 +76,6 @@ class Arm:
         self._commanded = list(self.joints)
         self._extra = 0.0
 
-    # ---------------------------------------------------------------- where it is
-
     @property
     def joints(self) -> Joints:
         """Positions by the last joint states [m for the rail; rad]."""
@@ -118,8 +116,6 @@ class Arm:
         """Whether it gets to a tool pose, in the posture that stations are worked in, with the rail at `rail` [m]."""
         return station_posture(goal, rail, self._commanded) is not None
 
-    # ---------------------------------------------------------------- from station to station
-
     def travel(self, goal: Pose, rail: float) -> bool:
         """Go to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach."""
         stops = self._stops(goal, rail)
@@ -152,8 +148,6 @@ class Arm:
             self._move([want + sag for want, sag in zip(joints, sags, strict=True)])
             self._client.sleep(0.1)
         return True
-
-    # ---------------------------------------------------------------- at a station
 
     def rise(self, height: float) -> None:
         """Straight up until the gripper link is at a height [m]."""
@@ -189,8 +183,6 @@ class Arm:
             return 0.0
         self._send(points, times, velocities_along(self._commanded, points, times))
         return times[-1]
-
-    # ---------------------------------------------------------------- joints
 
     def _stops(self, goal: Pose, rail: float) -> list[list[float]] | None:
         """Joint positions to stop at on the way to a tool pose; None if it is out of reach."""

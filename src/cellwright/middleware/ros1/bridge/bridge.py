@@ -76,8 +76,6 @@ class Bridge:
             status = ENDED
         end_process(status, before=self._begin_to_end, after=self._end)
 
-    # ---------------------------------------------------------------- beginning
-
     def _begin(self) -> None:
         listen_on_loopback()
         self._link = LinkClient(self._loop, self._address, self._node, self._cell_ended)
@@ -184,8 +182,6 @@ class Bridge:
                 report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
                 return
             time.sleep(_PAUSE)
-
-    # ---------------------------------------------------------------- ending
 
     def _cell_ended(self, reason: str | None) -> None:
         if reason is None:

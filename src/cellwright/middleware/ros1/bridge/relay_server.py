@@ -88,8 +88,6 @@ class Relay:
         else:
             self._loop.later(_LOOK_AFTER, self._look_after)
 
-    # ---------------------------------------------------------------- frames
-
     def _read(self, data: bytes) -> None:
         try:
             for frame in self._decoder.feed(data):
@@ -145,8 +143,6 @@ class Relay:
             return _refusal(0, "UsageError", "a relay passes messages on in the form of ROS 1 only")
         return Frame(Kind.WELCOME, payload=json.dumps(self._welcome).encode())
 
-    # ---------------------------------------------------------------- topics
-
     def _subscribe(self, frame: Frame) -> Frame:
         topic = self._heard.get(frame.name)
         if topic is None:
@@ -196,8 +192,6 @@ class Relay:
             return _refusal(frame.number, "RejectedCommandError", f"nobody hears {frame.name}")
         topic.publish(frame.payload)
         return Frame(Kind.DONE, frame.number) if frame.number else None
-
-    # ---------------------------------------------------------------- services and time
 
     def _call(self, frame: Frame) -> Frame:
         if frame.name == DECLARE:

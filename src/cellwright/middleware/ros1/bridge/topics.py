@@ -78,8 +78,6 @@ class Publication(ManagedTopic):
         if self._always:
             self._listen()
 
-    # ---------------------------------------------------------------- for the TCPROS server
-
     def take(self, connection: socket.socket, header: Header) -> str | None:
         """Take on a subscriber, which gets what is latched at once; or say why not."""
         for field, mine in (("type", self.type), ("md5sum", self.md5sum)):
@@ -169,8 +167,6 @@ class Publication(ManagedTopic):
         peer.bytes += len(data)
         if self._sent is not None:
             self._sent.count(peer.caller, self.name)
-
-    # ---------------------------------------------------------------- for rospy's topic manager
 
     def get_stats_info(self) -> list[Any]:
         """The connections, as `rosnode info` wants to know them."""

@@ -148,8 +148,6 @@ class Master:
         nodes: list[Any] = next((nodes for name, nodes in published if name == topic), [])
         return [node for node in map(str, nodes) if self.living_node(node) is not None]
 
-    # ---------------------------------------------------------------- calls
-
     def _call(self, uri: str, method: str, *arguments: Any) -> Any:
         code, text, value = self._answer(uri, method, *arguments)
         if code != 1:

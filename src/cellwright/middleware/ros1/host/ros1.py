@@ -194,8 +194,6 @@ class Ros1:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # ---------------------------------------------------------------- start
-
     def prepare(self) -> None:
         """Have a master, and say that time is simulated, if it is; before anything that takes long.
 
@@ -255,8 +253,6 @@ class Ros1:
                 raise UsageError(f"the ROS 1 bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
         self._was_ready = bridge.is_ready
         return bridge.is_ready
-
-    # ---------------------------------------------------------------- while the cell runs
 
     @property
     def bridge_pid(self) -> int | None:
@@ -320,8 +316,6 @@ class Ros1:
             except MasterError:
                 self._closed.wait(_AGAIN)
 
-    # ---------------------------------------------------------------- end
-
     def close(self) -> None:
         """End what was started, the bridge first: it takes leave of the master."""
         self._closed.set()
@@ -331,8 +325,6 @@ class Ros1:
         own, self._own_master = self._own_master, None
         if own is not None:
             own.stop()
-
-    # ---------------------------------------------------------------- inside
 
     def _start_bridge(self) -> Bridge:
         self._bridge = Bridge(self._installation, self.identity, self._address, self._say)

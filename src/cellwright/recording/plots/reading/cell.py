@@ -129,8 +129,6 @@ class Competition:
         times, points = (np.array(column) for column in zip(*self._points, strict=True))
         return ScoreTrack(times, points, float(best) if isinstance(best, (int, float)) else None)
 
-    # ---------------------------------------------------------------- inside
-
     def _add_points(self, time: float, points: float) -> None:
         if not self._points or self._points[-1][1] != points:
             self._points.append((time, points))
