@@ -311,8 +311,8 @@ def _begins_again(session: Session, say: Callable[[str], None], *, keeps: bool) 
         return True
     if session.page is None or not keeps:
         return False
-    say("the page stays open; Ctrl-C ends")
     with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
+        say("the page stays open; Ctrl-C ends")  # once signals are followed
         return session.wait()
     return False
 

@@ -18,7 +18,6 @@ from typing import IO
 from cellwright.cell.kitting.effects import CompetitionState
 from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.in_process import InProcess
 from cellwright.middleware import wire as link
 from cellwright.running.remote.program import REFUSED, AgentExit, Parting
 from cellwright.running.run import Outcome, Program, Session, how_it_ended, wait_for_kits
@@ -226,6 +225,7 @@ class RemoteAgent(Program):
             while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
                 server.wait(_NAP)
                 was_there = NODE in server.guests
+            session.loop.pacer.begin()
             outcome, error = session.target.loop(session)
         finally:
             session.on_poll.remove(look_after)
@@ -248,7 +248,7 @@ class RemoteAgent(Program):
         if ended.parting is Parting.CRASHED:
             return Outcome.CRASHED, ended.error
         if ended.parting is Parting.RETURNED:
-            client = Client(InProcess(cell, node=NODE, stop=stop))
+            client = Client(session.transport(NODE))
             with contextlib.suppress(RunEndedError), contextlib.closing(client):
                 wait_for_kits(cell, client)
         is_stopped = cell.simulation.now >= stop.deadline
