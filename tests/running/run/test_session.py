@@ -126,6 +126,16 @@ def test_a_robot_and_a_recording_of_it(tmp_path: Path) -> None:
     assert result.simulated == pytest.approx(0.3, abs=0.01)
 
 
+@pytest.mark.parametrize("option", ["record", "video"])
+def test_a_recording_is_neither_recorded_nor_filmed(option: str, tmp_path: Path) -> None:
+    with Session("tandem", record=tmp_path / "robot.mcap", until=0.1) as session:
+        session.run()
+    file = tmp_path / f"again.{'mcap' if option == 'record' else 'mp4'}"
+    with pytest.raises(UsageError, match=f"^{option}: "):
+        Session(tmp_path / "robot.mcap", **{option: file}).run()  # type: ignore[arg-type]
+    assert not file.exists()
+
+
 def test_a_name_that_nobody_has() -> None:
     with pytest.raises(UnknownNameError, match="lesson"):
         Session("leson").run(until=0.1)

@@ -10,6 +10,7 @@ from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
 from cellwright.running.run.targets import Target
+from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
     from contextlib import ExitStack
@@ -44,7 +45,15 @@ class PlaybackTarget(Target):
         self._opened: Recording | None = None
 
     def open(self, session: Session) -> None:
-        """Open the recording; it stands at its begin."""
+        """Open the recording; it stands at its begin.
+
+        Raises:
+            UsageError: the session is to record or film it.
+        """
+        if session.record is not None:
+            raise UsageError("record: a recording is not recorded again; copy its file")
+        if session.video is not None:
+            raise UsageError("video: a session films no recording; use `cellwright replay FILE --video OUT.mp4`")
         recording = self._recording
         if isinstance(recording, Path):
             recording = self._opened = Recording(recording)
