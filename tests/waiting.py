@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Value = TypeVar("Value")
 
@@ -40,3 +40,12 @@ def wait_until(
             raise AssertionError(f"no {what} within {timeout:g} s" + (f"; last seen:\n{seen()}" if seen else ""))
         time.sleep(0.01) if between is None else between()
     return value
+
+
+def has_publisher(subscriber: Any) -> bool:
+    """Return whether a publisher has answered the handshake of a rospy subscriber: it sends all messages from then on.
+
+    `get_num_connections` counts a connection before the handshake, while the publisher may not know of it.
+    Clients under the Python of ROS 1 get this function with their own source too.
+    """
+    return any(connection.header for connection in subscriber.impl.connections)

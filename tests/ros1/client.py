@@ -15,7 +15,7 @@ from typing import Any
 
 from tests.processes import Process
 from tests.ros1.requirement import ros_python, system_path
-from tests.waiting import TIMEOUT, wait_until
+from tests.waiting import TIMEOUT, has_publisher, wait_until
 from tests.warm import WarmStart, warm_start
 
 _MODULES = (
@@ -87,6 +87,7 @@ class Client(Process):
                 # a client gives up first: its traceback says more than "still there"
                 f"from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = {TIMEOUT / 2}\n"
                 + inspect.getsource(wait_until)
+                + inspect.getsource(has_publisher)
                 + textwrap.dedent(inspect.getsource(program))
                 + _CALL.format(result=_RESULT, name=program.__name__)
             )

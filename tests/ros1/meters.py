@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tests.waiting import TIMEOUT, wait_until
+from tests.waiting import TIMEOUT, has_publisher, wait_until
 
 
 def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]:
@@ -51,9 +51,9 @@ def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]
     step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
     step.wait_for_service(TIMEOUT)
     wait_until(
-        lambda: all(each.get_num_connections() for each in subscribers.values()),
+        lambda: all(has_publisher(each) for each in subscribers.values()),
         "connections",
-        seen=lambda: {topic: each.get_num_connections() for topic, each in subscribers.items()},
+        seen=lambda: {topic: has_publisher(each) for topic, each in subscribers.items()},
     )
     begin: dict[str, dict[str, int]] = {}
     for number in range(10 * seconds + 1):

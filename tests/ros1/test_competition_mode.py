@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.waiting import TIMEOUT, has_publisher, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -57,7 +57,7 @@ def take_part(cheats: dict[str, str]) -> dict[str, Any]:
         rospy.Subscriber("/ariac/competition_state", String, lambda message: heard["states"].append(message.data)),
         rospy.Subscriber("/ariac/trays", TrayContents, lambda message: heard["trays"].append(message.tray)),
     ]
-    wait_until(lambda: all(each.get_num_connections() for each in subscribers), "connections")
+    wait_until(lambda: all(has_publisher(each) for each in subscribers), "connections")
 
     def let_pass(periods: int) -> None:
         """Tenths of a second, which the competition state is told in each."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros1.ground import Ground, ground
-from tests.waiting import TIMEOUT, wait_until
+from tests.waiting import TIMEOUT, has_publisher, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -60,7 +60,7 @@ def count(seconds: int) -> dict[str, list[float]]:
     ]
     step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
     step.wait_for_service(TIMEOUT)
-    wait_until(lambda: all(each.get_num_connections() for each in subscribers), "connections")
+    wait_until(lambda: all(has_publisher(each) for each in subscribers), "connections")
     for _ in range(10 * seconds):
         answer = step(rospy.Duration(0, 100_000_000), list(stamps), [0, 0])
         assert answer.success, answer.message
