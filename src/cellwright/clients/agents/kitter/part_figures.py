@@ -110,8 +110,7 @@ In trials a bar of 0.56 kg m came to lie 6 mm off its place; with 0.8 kg m the w
 class Catalogue:
     """The part types that the agent can handle in one cell, and why it can't handle the others.
 
-    Args:
-        own: the part types of the trial's own, as `Client.part_types` returns them.
+    `own` are the part types of the trial's own, as `Client.part_types` returns them.
     """
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
@@ -137,11 +136,7 @@ class Catalogue:
         return max(kind.reach for kind in self._known.values())
 
     def figures(self, part_type: str) -> PartFigures:
-        """What the agent knows of a type.
-
-        Raises:
-            UnknownNameError: it knows nothing of this type, or can't handle it.
-        """
+        """What the agent knows of a type; an UnknownNameError if it knows nothing of it, or can't handle it."""
         try:
             return self._known[part_type]
         except KeyError:
@@ -180,10 +175,9 @@ class Catalogue:
 
 
 def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
-    """The figures of a type of the trial's own with one of its sides up, or why the agent can't handle it.
+    """The figures of a type of the trial's own with one side up, or why the agent can't handle it.
 
-    Args:
-        values: what `Client.part_types` tells of that top, and the mass.
+    `values` are what `Client.part_types` tells of that top, and the mass.
     """
     mass, spots = values["mass"], values["spots"]
     wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]
