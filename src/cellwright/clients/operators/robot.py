@@ -39,15 +39,11 @@ _UNKNOWN_LIMITS = Limits()
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits by joint; a joint that is not there has none that anybody knows.
-
-    Attributes:
-        joints: by name.
-        source: where they are from, for people; empty where nothing is known.
-    """
+    """Limits by joint; a joint that is not there has none that anybody knows."""
 
     joints: Mapping[str, Limits] = field(default_factory=dict)
     source: str = ""
+    """Where they are from, for people; empty where nothing is known."""
 
     @classmethod
     def of(cls, robot: RobotModel) -> JointLimits:
@@ -64,16 +60,10 @@ class JointLimits:
         return min(max(position, limits.lower), limits.upper)
 
     def check(self, name: str, low: float, high: float, what: str) -> None:
-        """Refuse a way of a joint that leaves its limits.
-
-        Args:
-            name: of the joint.
-            low: the lower end of the way [rad; m].
-            high: the upper one.
-            what: what would take this way, for people.
+        """Refuse a way of a joint from `low` to `high` [rad; m] that leaves its limits.
 
         Raises:
-            UsageError: it leaves them.
+            UsageError: it leaves them; `what` names what would take this way.
         """
         limits = self.of_joint(name)
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
@@ -167,9 +157,6 @@ class OperatedRobot:
 
     Only joint states must be there; a node of somebody else's may say nothing of grippers, tips or status.
 
-    Args:
-        session: the way to it.
-
     Raises:
         UsageError: nothing is heard of a robot.
     """
@@ -206,10 +193,10 @@ class OperatedRobot:
         Raises:
             UsageError: the node does not say.
         """
-        found = self.positions.get(joint)
-        if found is None:
-            raise UsageError(f"the node does not say where {joint} is")
-        return found
+        try:
+            return self.positions[joint]
+        except KeyError:
+            raise UsageError(f"the node does not say where {joint} is") from None
 
     @property
     def applied(self) -> dict[str, float]:
@@ -296,11 +283,7 @@ CLEAR_STOP_SERVICE = "/io_teleop/clear_emergency_stop"
 
 
 class ServiceCaller:
-    """Calls one service at a time, in a thread, over a connection of its own.
-
-    Args:
-        open_session: makes that connection; called in the thread, when it is needed first.
-    """
+    """Calls one service at a time, in a thread, over a connection that `open_session` makes there when it is needed."""
 
     def __init__(self, open_session: Callable[[], NodeClient]) -> None:
         self._open = open_session
@@ -333,28 +316,20 @@ class ServiceCaller:
 
     def _call(self, ask: Ask) -> None:
         try:
-            self._answer = f"{ask.value}: {self._asked(ask)}"
+            self._session = self._session or self._open()
+            self._session.adopt()  # each call has a thread of its own, one after the other
+            response = self._session.call(*service_request(ask))
+            outcome = "done" if response.success else "refused"
+            answer = f"{outcome}; {response.message}" if response.message else outcome
         except (CellwrightError, RunEndedError) as error:
-            self._answer = f"{ask.value}: {error}"
+            answer = str(error)
         except Exception as error:  # the operator waits for an answer, and a thread that dies gives none
-            self._answer = f"{ask.value}: failed: {type(error).__name__}: {error}"
-
-    def _asked(self, ask: Ask) -> str:
-        """What a service answers, in a sentence."""
-        if self._session is None:
-            self._session = self._open()
-        self._session.adopt()  # each call has a thread of its own, one after the other
-        response = self._session.call(*service_request(ask))
-        outcome = "done" if response.success else "refused"
-        return f"{outcome}; {response.message}" if response.message else outcome
+            answer = f"failed: {type(error).__name__}: {error}"
+        self._answer = f"{ask.value}: {answer}"
 
 
 def service_request(ask: Ask) -> tuple[str, Any]:
     """The service that is meant, and what it is asked."""
-    match ask:
-        case Ask.HOME:
-            return HOME_SERVICE, TriggerRequest()
-        case Ask.CLEAR_STOP:
-            return CLEAR_STOP_SERVICE, TriggerRequest()
-        case Ask.ENABLE | Ask.DISABLE:
-            return ENABLE_SERVICE, SetBoolRequest(ask is Ask.ENABLE)
+    if ask in (Ask.ENABLE, Ask.DISABLE):
+        return ENABLE_SERVICE, SetBoolRequest(ask is Ask.ENABLE)
+    return HOME_SERVICE if ask is Ask.HOME else CLEAR_STOP_SERVICE, TriggerRequest()
