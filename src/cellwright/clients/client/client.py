@@ -248,7 +248,7 @@ class Client(NodeClient):
         """Have `callback(message)` called for each reading of a sensor; the returned function ends that.
 
         Raises:
-            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+            UnknownNameError: as for `sensor`.
         """
         return self.subscribe(self._sensor_topic(name), callback)
 
@@ -274,14 +274,7 @@ def trajectory_message(
     times: Sequence[float],
     velocities: Sequence[Sequence[float]] | None = None,
 ) -> JointTrajectory:
-    """A trajectory_msgs/JointTrajectory that begins when it arrives.
-
-    Args:
-        joints: joint names.
-        waypoints: positions [rad; m] for each time, in the order of `joints`.
-        times: when each is to be reached [s] from the start, rising.
-        velocities: velocities at the waypoints [rad/s; m/s].
-    """
+    """A trajectory_msgs/JointTrajectory that begins when it arrives; arguments as for `Client.send_arm`."""
     points = [
         trajectory_point(
             positions,

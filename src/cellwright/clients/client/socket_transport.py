@@ -16,7 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from cellwright.clients.client.in_process import Callback
+from cellwright.clients.client.in_process import Callback, deliver_all
 from cellwright.middleware.messages import (
     Message,
     checked,
@@ -28,6 +28,7 @@ from cellwright.middleware.messages import (
     to_ros1,
     type_of,
 )
+from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (
     LONGEST_SAID,
     QUIET,
@@ -261,16 +262,11 @@ _END_OF_TIME = (1 << 63) - 1
 _REQUEST_SUFFIX = "_Request"
 _POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock ticks
 
-Deliver = Callable[[bytes], None]
-
 
 class SocketTransport:
-    """A client's way to a served cell.
+    """A client's way to a cell served at an address (host and port), which sees it as the node `node`.
 
-    Args:
-        address: host and port at which the cell is served.
-        node: the client's node name, as the cell sees it.
-        encoding: the form in which messages travel, `cdr` or `ros1`.
+    Messages travel in the form that `encoding` names, `cdr` or `ros1`.
 
     Raises:
         UsageError: nobody answers there.
@@ -279,18 +275,17 @@ class SocketTransport:
     def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
         self.node = node
         self._read, self._write = (from_ros1, to_ros1) if encoding == "ros1" else (from_cdr, to_cdr)
-        self._deliveries: dict[int, Deliver] = {}
-        self._mail: deque[tuple[Deliver, bytes]] = deque()
+        self._deliveries: dict[int, Callback] = {}
+        self._mail: deque[tuple[Callback, bytes]] = deque()
         self._connection = Connection(address, node=node, encoding=encoding, on_frame=self._take)
-        welcome = self._connection.welcome
-        self.welcome = welcome
+        self.welcome = welcome = self._connection.welcome
         """What the cell says of itself."""
         self._types = {each["name"]: str(each["type"]) for each in welcome["topics"]}
         self._services = {each["name"]: str(each["type"]) for each in welcome["services"]}
         self._now = int(welcome["time"])
         self._lockstep = bool(welcome["lockstep"])
         self._clock = 0
-        self._has_clock = any(each["name"] == "/clock" and each["direction"] == "out" for each in welcome["topics"])
+        self._has_clock = "/clock" in self.topics()
         self._ahead = self._now - time.perf_counter_ns()
         if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
@@ -317,7 +312,7 @@ class SocketTransport:
             let_pass = self._ask_for_time
         while until is None or self._now < until:
             let_pass(_END_OF_TIME if until is None else until, finished is not None)
-            self._deliver()
+            deliver_all(self._mail)
             if finished is not None and finished():
                 return
 
@@ -409,12 +404,4 @@ class SocketTransport:
             self._mail.append((deliver, frame.payload))
         elif frame.number == self._clock:
             stamp = self._read(frame.payload, message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
-            self._now = stamp.sec * 1_000_000_000 + stamp.nanosec
-
-    def _deliver(self) -> None:
-        # What callbacks cause comes with the next step, so that a conversation cannot stop time.
-        for _ in range(len(self._mail)):
-            if not self._mail:  # the callback before has closed the client
-                return
-            deliver, data = self._mail.popleft()
-            deliver(data)
+            self._now = nanoseconds(stamp)
