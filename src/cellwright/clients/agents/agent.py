@@ -51,11 +51,7 @@ def find_agent(name: str) -> Callable[[], Agent]:
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:
-    """What makes an agent of a class.
-
-    Args:
-        target: the class as its author knows it.
-        found: the class.
+    """What makes an agent of a class; `target` is what its author calls it.
 
     Raises:
         AgentError: it is none of an agent. Making the agent raises it too, when that fails.

@@ -34,11 +34,7 @@ def is_bag(path: Path) -> bool:
 
 
 def read_bag(path: Path, topic: str | None = None) -> Targets:
-    """The targets in a bag.
-
-    Args:
-        path: the file of a ROS 1 bag, or the folder of a ROS 2 bag.
-        topic: the one topic of joint states to take as targets of joints; None for all commands in it.
+    """The targets in a bag: all commands in it, or one topic of joint states as targets of joints.
 
     Raises:
         UsageError: it cannot be read, or has no targets.
