@@ -125,7 +125,6 @@ class NodeClient:
         return Rate(self, frequency)
 
     def _advance(self, until: int | None, finished: Callable[[], bool] | None) -> None:
-        self._refuse_nesting()
         self._waiting = True
         try:
             self.transport.advance(until, finished)

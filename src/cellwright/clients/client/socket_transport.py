@@ -85,7 +85,7 @@ class Connection:
         self._on_frame = on_frame
         self._awaited = 0
         self._answers: list[Frame] = []
-        self._promised: dict[int, Frame | None] = {}
+        self._promised: dict[int, list[Frame]] = {}
         self._end: str | None = None
         try:
             self._send(hello(node, encoding, key).encode())
@@ -107,28 +107,14 @@ class Connection:
             RunEndedError: there is no more answer to be had, or no more time.
         """
         self.say(frame)
-        answer = self._await_answer(frame.number)
-        if answer.kind is Kind.REFUSED:
-            raise _error_of(answer)
-        return answer
+        return accepted(self._await_answer(frame.number))
 
-    def promise(self, number: int) -> None:
-        """Keep another answer to a question that has been answered already, for `promised`."""
+    def promised(self, number: int) -> list[Frame]:
+        """A list for another answer to a question that has been answered already; empty until it has come."""
         came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
-        self._promised[number] = came[0] if came else None
-
-    def promised(self, number: int) -> Frame | None:
-        """That answer; None while it has not come.
-
-        Raises:
-            CellwrightError: it was refused; of the class that says why.
-        """
-        answer = self._promised[number]
-        if answer is not None:
-            del self._promised[number]
-            if answer.kind is Kind.REFUSED:
-                raise _error_of(answer)
-        return answer
+        if not came:
+            self._promised[number] = came
+        return came
 
     def say(self, frame: Frame) -> None:
         """Send a frame that has no answer, or whose answer is nobody's concern.
@@ -227,7 +213,7 @@ class Connection:
             case Kind.REFUSED if frame.number == 0:
                 self._is_over(showable(frame.text()))
             case _ if frame.number in self._promised:
-                self._promised[frame.number] = frame
+                self._promised.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
                 self._answers.append(frame)
             case _:  # the answer to what somebody stopped waiting for
@@ -248,14 +234,16 @@ class _ToldUnknownNameError(UnknownNameError):
         return self._sentence
 
 
-def _error_of(answer: Frame) -> BaseException:
-    """The error that a refusal stands for, of a class that this process knows."""
+def accepted(answer: Frame) -> Frame:
+    """An answer; a refusal is raised as the error that it stands for, of a class that this process knows."""
+    if answer.kind is not Kind.REFUSED:
+        return answer
     found = getattr(errors, answer.name, CellwrightError)
     if found is UnknownNameError:
-        return _ToldUnknownNameError(showable(answer.text()))
-    if not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
+        found = _ToldUnknownNameError
+    elif not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
-    return found(showable(answer.text()))
+    raise found(showable(answer.text()))
 
 
 _END_OF_TIME = (1 << 63) - 1
@@ -380,10 +368,10 @@ class SocketTransport:
 
     def _wait_for(self, number: int) -> Frame:
         """In lockstep: let time pass, tick by tick, until a call is answered."""
-        self._connection.promise(number)
-        while (answer := self._connection.promised(number)) is None:
+        promised = self._connection.promised(number)
+        while not promised:
             self._ask_for_time(_END_OF_TIME, each_tick=True)
-        return answer
+        return accepted(promised[0])
 
     def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
         before = self._now

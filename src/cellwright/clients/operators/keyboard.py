@@ -26,19 +26,9 @@ from cellwright.clients.operators.robot import (
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose, normalized
 
+_ENDS = {"A": "up", "B": "down", "C": "right", "D": "left", "H": "home", "F": "end"}
 _SEQUENCES = {
-    "[A": "up",
-    "[B": "down",
-    "[C": "right",
-    "[D": "left",
-    "OA": "up",
-    "OB": "down",
-    "OC": "right",
-    "OD": "left",
-    "[H": "home",
-    "[F": "end",
-    "OH": "home",
-    "OF": "end",
+    **{start + end: key for start in "[O" for end, key in _ENDS.items()},
     "[1~": "home",
     "[4~": "end",
     "[5~": "pageup",
