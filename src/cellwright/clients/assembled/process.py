@@ -81,11 +81,7 @@ class RobotProcess:
         return self._connection is not None and self._process.poll() is None
 
     def ask(self, service: str, **values: Any) -> dict[str, Any]:
-        """Call a service of the process with JSON values.
-
-        Raises:
-            CellwrightError: it is refused, or the process has ended; the text says why.
-        """
+        """Call a service with JSON values; a CellwrightError says why it is refused, or that the process has ended."""
         with self._lock:
             self._number = self._number % _NUMBERS + 1
             payload = json.dumps(values).encode()

@@ -79,11 +79,7 @@ class NodeClient:
 
     @property
     def time(self) -> float:
-        """Simulation time [s].
-
-        Raises:
-            UsageError: asked by another thread.
-        """
+        """Simulation time [s]; a UsageError in another thread."""
         self._refuse_strangers()
         return self.transport.now() / 1e9
 

@@ -49,15 +49,10 @@ _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process w
 
 
 class Connection:
-    """Asks and listens. What is not an answer is handed to `on_frame` as it comes.
+    """Asks and listens, as the node `node`. What is not an answer is handed to `on_frame` as it comes.
 
-    Args:
-        address: host and port.
-        node: the name by which the other end knows this one.
-        encoding: the form of messages, `cdr` or `ros1`.
-        on_frame: takes messages.
-        timeout: how long [s] to wait for the other end to take the connection and to greet.
-        key: the key of the server at the other end, for its own page.
+    Messages are in the form `encoding`, `cdr` or `ros1`. The other end has `timeout` [s] to take the connection and to
+    greet; `key` is the key of the server there, for its own page.
 
     Raises:
         UsageError: nobody answers there, or it is no cell.
@@ -117,11 +112,7 @@ class Connection:
         return came
 
     def say(self, frame: Frame) -> None:
-        """Send a frame that has no answer, or whose answer is nobody's concern.
-
-        Raises:
-            RunEndedError: nobody is there to take it.
-        """
+        """Send a frame that has no answer, or whose answer is nobody's concern; errors as of `ask`."""
         if self._end is not None:
             raise RunEndedError(self._end)
         try:
@@ -131,7 +122,7 @@ class Connection:
         self._send(data)
 
     def listen(self, timeout: float | None) -> bool:
-        """Take in what has come; wait for something, so long at most [s] (None: for ever). Whether something came.
+        """Take in what has come; wait so long for it at most [s] (None: for ever). Whether something came.
 
         Raises:
             RunEndedError: nothing can come any more.

@@ -47,11 +47,7 @@ class Wave:
 
     @classmethod
     def lasting(cls, shape: Shape, amplitude: float, frequency: float, duration: float) -> Wave:
-        """A wave of about a duration [s], at least one period.
-
-        Raises:
-            UsageError: a number makes no sense.
-        """
+        """A wave of about a duration [s], at least one period; a UsageError where a number makes no sense."""
         if not math.isfinite(amplitude) or amplitude == 0.0:
             raise UsageError(f"an amplitude must be a number other than 0, not {amplitude:g}")
         if not 0.0 < frequency <= MAX_FREQUENCY:

@@ -209,15 +209,12 @@ class Jog:
         elif key == "backspace":
             self.search = searched[:-1]
         elif len(key) == 1:
-            found = self._first(searched + key)
-            if found is None:
-                self.note = f"no joint has {searched + key!r} in its name"
+            part = searched + key
+            found = [number for number, name in enumerate(self._robot.joints) if part.lower() in name.lower()]
+            if found:
+                self._chosen, self.search = found[0], part
             else:
-                self._chosen, self.search = found, searched + key
-
-    def _first(self, part: str) -> int | None:
-        names = [name.lower() for name in self._robot.joints]
-        return next((number for number, name in enumerate(names) if part.lower() in name), None)
+                self.note = f"no joint has {part!r} in its name"
 
     def _move(self, key: str) -> Order | None:
         moves = {
@@ -319,11 +316,7 @@ class Keyboard:
         self._decoder = KeyDecoder()
 
     def run(self, read: Callable[[], str], draw: Callable[[], None]) -> None:
-        """Drive until a key quits; `read` says what has been typed since its last call, and never waits.
-
-        Raises:
-            RunEndedError: the node is gone.
-        """
+        """Drive until a key quits; `read` says what has been typed since its last call, and never waits."""
         looks = 0
         while self.take(read()):
             if looks % POLLS_PER_REDRAW == 0:

@@ -60,11 +60,7 @@ class JointLimits:
         return min(max(position, limits.lower), limits.upper)
 
     def check(self, name: str, low: float, high: float, what: str) -> None:
-        """Refuse a way of a joint from `low` to `high` [rad; m] that leaves its limits.
-
-        Raises:
-            UsageError: it leaves them; `what` names what would take this way.
-        """
+        """Refuse what would take a joint from `low` to `high` [rad; m], out of its limits, by a UsageError."""
         limits = self.of_joint(name)
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
             raise UsageError(
@@ -188,11 +184,7 @@ class OperatedRobot:
         return by_name(self._states.message)
 
     def position(self, joint: str) -> float:
-        """Where a joint is [rad; m], as last heard.
-
-        Raises:
-            UsageError: the node does not say.
-        """
+        """Where a joint is [rad; m], as last heard; a UsageError where the node does not say."""
         try:
             return self.positions[joint]
         except KeyError:
@@ -232,11 +224,7 @@ class OperatedRobot:
         return "" if status.enabled else _DISABLED
 
     def check_ready(self) -> None:
-        """Refuse to drive a node that would take no commands.
-
-        Raises:
-            UsageError: why it would not, and what ends that.
-        """
+        """Refuse a node that would take no commands, by a UsageError that says why, and what ends that."""
         reason = self.why_not()
         if reason:
             word = {_STOPPED: "clear-stop", _DISABLED: "enable"}.get(reason, "")
@@ -244,14 +232,9 @@ class OperatedRobot:
             raise UsageError(f"the robot takes no commands: {reason}{hint}")
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Refuse joints that it has not.
-
-        Raises:
-            UnknownNameError: with the names that there are.
-        """
-        known = set(self.joints)
+        """Refuse joints that it has not, by an UnknownNameError with the names that there are."""
         for name in names:
-            if name not in known:
+            if name not in self.joints:
                 raise UnknownNameError("joint", name, self.joints)
 
     def send(self, order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
@@ -56,12 +57,9 @@ def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
     first: dict[str, Any] = {}
     listening = []
     for name in frames:
-        if name.startswith(QUALITY_SENSOR_PREFIX):
-            continue
-        try:
-            listening.append(client.on_sensor(name, lambda message, name=name: first.setdefault(name, message)))  # type: ignore[misc]
-        except CellwrightError:
-            continue  # a bin, a load point: a frame, but no sensor
+        if not name.startswith(QUALITY_SENSOR_PREFIX):
+            with suppress(CellwrightError):  # a bin, a load point: a frame, but no sensor
+                listening.append(client.on_sensor(name, lambda message, name=name: first.setdefault(name, message)))  # type: ignore[misc]
     client.sleep(DISCOVERY_TIME)
     for each in listening:
         each()

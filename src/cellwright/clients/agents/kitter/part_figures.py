@@ -26,20 +26,17 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class PartFigures:
-    """A part type as the agent handles it.
-
-    Attributes:
-        grip: where the middle of the cup goes: x, y [m] in the part's frame. It is chosen such that the cup's face
-            (radius 38 mm) meets something solid and stays clear of a mark where it can.
-        top: height [m] above the part's origin that the cup meets there first.
-        outline: discs that cover the part's floor plan together.
-        below: how far [m] the part reaches below its origin.
-    """
+    """A part type as the agent handles it."""
 
     grip: tuple[float, float]
+    """Where the middle of the cup goes: x, y [m] in the part's frame. It is chosen such that the cup's face (radius
+    38 mm) meets something solid and stays clear of a mark where it can."""
     top: float
+    """Height [m] above the part's origin that the cup meets there first."""
     outline: tuple[Disc, ...]
+    """Discs that cover the part's floor plan together."""
     below: float = 0.0
+    """How far [m] the part reaches below its origin."""
 
     @property
     def height(self) -> float:

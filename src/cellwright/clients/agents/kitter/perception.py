@@ -240,17 +240,13 @@ MAX_BELT_SIGHTINGS = 40
 
 @dataclass
 class BeltPart:
-    """A part on the belt, seen several times by a camera, or once by a beam.
-
-    Attributes:
-        type: of the part.
-        at_zero: where it would be at time 0, for each time that it was seen: the belt moves along y only.
-        has_yaw: whether it is known how it is turned.
-    """
+    """A part on the belt, seen several times by a camera, or once by a beam."""
 
     type: str
     at_zero: list[Pose] = field(default_factory=list)
+    """Where it would be at time 0, for each time that it was seen: the belt moves along y only."""
     has_yaw: bool = True
+    """Whether it is known how it is turned."""
     _mean: Pose | None = field(default=None, init=False, repr=False)
 
     def pose(self, time: float) -> Pose:
@@ -293,8 +289,8 @@ class BeltWatch:
         self._client = client
         self._types = tuple(types)
         self._catalogue = catalogue
-        self._beams = [
-            _Beam(client, name, pose.position[1], self._take_crossing)
+        self._leave_beams = [
+            self._watch_beam(name, pose.position[1])
             for name, pose in beams.items()
             if crosses_belt(pose) and len(self._types) == 1
         ]
@@ -305,9 +301,8 @@ class BeltWatch:
             x, _, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
-                for beam in self._beams:  # what a camera sees they need not tell
-                    beam.leave()
-                self._beams.clear()
+                while self._leave_beams:  # what a camera sees they need not tell
+                    self._leave_beams.pop()()
                 self._note(seen.type, seen.world_T_part, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[BeltPart]:
@@ -325,6 +320,21 @@ class BeltWatch:
             known = self._new(BeltPart(part_type), time)
         known.add(pose, time)
 
+    def _watch_beam(self, name: str, y: float) -> Callable[[], None]:
+        """Time what passes a beam at world y [m]; the returned function ends that."""
+        began: float | None = None
+
+        def take(message: Any) -> None:
+            nonlocal began
+            now = self._client.time - BEAM_DELAY
+            if message.object_detected:
+                began = now
+            elif began is not None:
+                self._take_crossing((began + now) / 2, BELT_SPEED * (now - began), y)
+                began = None
+
+        return self._client.subscribe(f"/ariac/{name}_change", take)
+
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
         """Something passed a beam: its middle at time `middle` [s], `length` [m] of it."""
         kind = self._catalogue.figures(self._types[0])
@@ -336,25 +346,6 @@ class BeltWatch:
         """A part that came in view; those that have left the belt are forgotten."""
         self.parts = [*(each for each in self.parts if each.time_at(-5.0) > time), part]
         return part
-
-
-class _Beam:
-    """Times what passes one beam."""
-
-    def __init__(self, client: Client, name: str, y: float, on_crossing: Any) -> None:
-        self._client = client
-        self._y = y
-        self._began: float | None = None
-        self._on_crossing = on_crossing
-        self.leave = client.subscribe(f"/ariac/{name}_change", self._take)
-
-    def _take(self, message: Any) -> None:
-        now = self._client.time - BEAM_DELAY
-        if message.object_detected:
-            self._began = now
-        elif self._began is not None:
-            self._on_crossing((self._began + now) / 2, BELT_SPEED * (now - self._began), self._y)
-            self._began = None
 
 
 def crosses_belt(world_T_beam: Pose) -> bool:
