@@ -172,7 +172,7 @@ class FakeHand:
 
     def from_belt(self, part: BeltPart, _y: float) -> Held | None:
         self.floor.time += 5.0
-        return Held(part.type, flat(0.0, 0.0, -0.02), part.has_yaw)
+        return Held(part.type, flat(0.0, 0.0, -0.02))
 
     def put_down(self, held: Held, world_T_part: Pose, _rail: float) -> bool:
         floor = self.floor

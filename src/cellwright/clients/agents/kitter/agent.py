@@ -29,7 +29,7 @@ from cellwright.clients.agents.kitter.kits import (
     strays,
 )
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import BINS, BeltPart, Sighting, bin_at
+from cellwright.clients.agents.kitter.perception import BINS, BeltPart, Sighting, is_in_bin
 from cellwright.clients.agents.kitter.pick_and_place import (
     STATIONS,
     Held,
@@ -264,7 +264,7 @@ class Strategy:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
         self._intend("fetching a %s at (%.3f, %.3f)", task.type, x, y)
-        rail = bin_rail(y) if bin_at(x, y) is not None else kit.station.rail
+        rail = bin_rail(y) if is_in_bin(x, y) else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
         held = self._hand.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
         if held is None:

@@ -46,7 +46,7 @@ SETTLING = 0.7
 """About how long [s] it takes to come to stand exactly."""
 
 SAFE_HEIGHT = 0.95
-"""Height [m] of the gripper link on ways between stations, with a part that hangs up to `LOW` below the cup."""
+"""Height [m] of the gripper link on ways between stations, with one of the parts of 2017 on the cup."""
 
 TALLEST_PART_2017 = 0.0724
 """How far [m] the tallest part of 2017 hangs below the cup; with a taller one the arm keeps that much higher."""
@@ -73,9 +73,7 @@ class Arm:
     @property
     def joints(self) -> Joints:
         """Positions by the last joint states [m for the rail; rad]."""
-        message = self._states.message
-        positions = dict(zip(message.name, message.position.tolist(), strict=True))
-        return Joints(*(positions[name] for name in ARM_JOINTS))
+        return Joints.of(self._client.joint_positions)
 
     @property
     def tool(self) -> Pose:
@@ -146,7 +144,7 @@ class Arm:
             self._client.doze(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
-        """Go along with something that moves along -y and come down on it, without waiting: see `following_way`."""
+        """Go along with something that moves along -y and come down on it, without waiting: see `following_path`."""
         self._go_along(following_path(start, near, press, speed))
 
     def _go_along(self, way: Iterable[TimedPose]) -> float:

@@ -20,8 +20,8 @@ from cellwright.clients.agents.kitter.perception import (
     Camera,
     Images,
     Sighting,
-    bin_at,
     distance,
+    is_in_bin,
     is_well_in_view,
     resting_parts,
     take_fresh,
@@ -137,7 +137,7 @@ class CellView:
 
     def parts_in_bins(self) -> list[Sighting]:
         """The parts that lay flat in the bins at the last look, as far as cameras saw them."""
-        return self._lying(BIN_SURFACE, lambda x, y: bin_at(x, y) is not None)
+        return self._lying(BIN_SURFACE, is_in_bin)
 
     def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
         """The parts that lay on a tray at the last look, as far as cameras saw them."""

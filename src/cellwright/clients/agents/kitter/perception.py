@@ -90,12 +90,9 @@ def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
     )
 
 
-def bin_at(x: float, y: float) -> str | None:
-    """The bin that holds a place of the world; None if none does."""
-    for name, (centre_x, centre_y) in BIN_CENTRES.items():
-        if max(abs(x - centre_x), abs(y - centre_y)) < BIN_WIDTH / 2:
-            return name
-    return None
+def is_in_bin(x: float, y: float) -> bool:
+    """Whether a bin holds a place of the world."""
+    return any(max(abs(x - bin_x), abs(y - bin_y)) < BIN_WIDTH / 2 for bin_x, bin_y in BIN_CENTRES.values())
 
 
 RESTING_SPREAD = 0.012

@@ -38,11 +38,10 @@ SUCTION_TIMEOUT = 0.35
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A part on the cup: its type, where it hangs, and whether its yaw is known."""
+    """A part on the cup: its type, and where it hangs."""
 
     type: str
     gripper_T_part: Pose
-    has_yaw: bool = True
 
 
 def bin_rail(y: float) -> float:
@@ -137,7 +136,7 @@ class Manipulator:
         client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
         held = None
         if client.gripper_attached:
-            held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.has_yaw))
+            held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time)))
         arm.rise(z + 0.12)
         return self._kept(held)
 
