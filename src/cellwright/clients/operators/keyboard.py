@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from typing import Protocol
 
 from cellwright.clients.operators.robot import (
     Ask,
@@ -102,33 +101,10 @@ _TURNS = {"r": (0, 1), "R": (0, -1), "p": (1, 1), "P": (1, -1), "w": (2, 1), "W"
 _ASKS = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
 
 
-class JoggedRobot(Protocol):
-    """What there is to know of a robot."""
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names, in the order of the node."""
-
-    @property
-    def positions(self) -> dict[str, float]:
-        """Measured [rad; m]."""
-
-    @property
-    def grippers(self) -> tuple[float, ...]:
-        """How far each is closed, from 0 (open) to 1."""
-
-    @property
-    def tips(self) -> tuple[Pose, ...]:
-        """Measured base_T_tip of each arm."""
-
-    def why_not(self) -> str:
-        """Why it would take no commands; empty if it would."""
-
-
 class Jog:
     """Keeps what is chosen, and turns keys into orders."""
 
-    def __init__(self, robot: JoggedRobot, limits: JointLimits) -> None:
+    def __init__(self, robot: OperatedRobot, limits: JointLimits) -> None:
         self._robot = robot
         self._limits = limits
         self._chosen = 0
