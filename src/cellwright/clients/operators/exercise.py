@@ -112,7 +112,7 @@ _LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
 
 @dataclass(frozen=True)
 class Trace:
-    """Targets and measured positions of a joint [rad; m], against time [s] from the beginning of the signal.
+    """What a joint was told and what was seen of it [rad; m], against time [s] from the beginning of the signal.
 
     Each target is in force until the next.
     """
@@ -305,14 +305,9 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
 
 
 def exercise(
-    robot: OperatedRobot,
-    joint: str,
-    wave: Wave,
-    *,
-    rate: float = RATE,
-    on_beat: Callable[[float], None] = lambda _part: None,
+    robot: OperatedRobot, joint: str, wave: Wave, *, on_beat: Callable[[float], None] = lambda _part: None
 ) -> Exercise:
-    """Give a joint a signal about where it stands, with `rate` commands a second, and bring it back to there.
+    """Give a joint a signal about where it stands, with `RATE` commands a second, and bring it back to there.
 
     After each command `on_beat` takes how much of the signal is over, 0 to 1.
 
@@ -332,7 +327,7 @@ def exercise(
 
     leave = session.subscribe(JOINT_STATES, note)
     try:
-        beat = session.rate(rate)
+        beat = session.rate(RATE)
         while (time := session.time - begun) < wave.duration + TAIL:
             target = start + wave.offset(time)
             robot.send(MoveJoints({joint: target}))
