@@ -3,7 +3,7 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.engine.events import NEVER, Event, EventQueue
+from cellwright.engine.clock import NEVER, Event, EventQueue
 
 entries = st.lists(st.tuples(st.integers(0, 20), st.integers(-2, 2), st.sampled_from("abc")), max_size=40)
 

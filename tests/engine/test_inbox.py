@@ -1,7 +1,7 @@
 from functools import partial
 from threading import Thread
 
-from cellwright.engine.events import Inbox
+from cellwright.engine.clock import Inbox
 
 
 def test_commands_are_carried_out_in_order() -> None:

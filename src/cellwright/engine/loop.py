@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import RunEndedError

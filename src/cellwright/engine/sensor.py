@@ -17,8 +17,7 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.clock import Cadence, nanoseconds
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Cadence, Watch, nanoseconds
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UsageError

@@ -18,8 +18,7 @@ import mujoco
 import numpy as np
 
 from cellwright.engine import random_streams
-from cellwright.engine.clock import Clock, nanoseconds
-from cellwright.engine.events import EventQueue, Inbox, Watch, Watches
+from cellwright.engine.clock import Clock, EventQueue, Inbox, Watch, Watches, nanoseconds
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
 
 State: TypeAlias = Mapping[str, Any]
