@@ -21,9 +21,8 @@ from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
-from cellwright.robot.safety import CommandGate, Notices, SafetySettings
-from cellwright.robot.servos import Array, fastest
-from cellwright.robot.target_limiter import NO_SOURCE, MimicJoints, Numbers, TargetLimiter
+from cellwright.robot.safety import NO_SOURCE, CommandGate, Notices, Numbers, SafetySettings, TargetLimiter
+from cellwright.robot.servos import Array, MimicJoints, fastest
 
 
 class Commander(Device):
@@ -76,7 +75,7 @@ class Commander(Device):
             safety,
             np.array([max_accelerations.get(joint.name, np.inf) for joint in joints]),
         )
-        self.mimics = MimicJoints(joints, self.numbers)
+        self.mimics = MimicJoints(joints, self.limiter.lower, self.limiter.upper)
         self._safety = safety
         self._seconds = 0.0
         self.watchdog = Watchdog(self, safety.silence)
@@ -217,9 +216,12 @@ class Commander(Device):
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
         self.watchdog.look()
-        if self.limiter.advance(self._seconds):
-            self.mimics.carry(self.limiter)
-            self.driver.command(self.limiter.applied)
+        limiter, mimics = self.limiter, self.mimics
+        if limiter.advance(self._seconds):
+            if mimics.leaders:
+                places = mimics.places(limiter.applied)
+                limiter.applied[mimics.followers] = limiter.desired[mimics.followers] = places
+            self.driver.command(limiter.applied)
 
     def get_state(self) -> State:
         """Targets, flags, and whose commands are taken."""

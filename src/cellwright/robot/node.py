@@ -86,17 +86,14 @@ class RobotNode:
                 on_failure.pop_all()  # from here on it is closed by the thread that calls it
                 self.driver = live = LiveDriver(config, driver)
                 on_failure.callback(live.close)
-            self.bus = Bus(lambda: self.simulation.now, report)
-            told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
-            notices = Notices(lambda: self.simulation.now, report)
-            self.told = told
+            now = self.simulation.clock.read
+            self.bus = Bus(now, report)
+            self.told = told = stamp if stamp is not None and not sim_time else now
             """The time that messages carry [ns]."""
-            self.arrived = told()
-            """When the newest command came, as the stamps of messages count [ns]."""
-            self.bus.on_given.append(lambda _given: setattr(self, "arrived", told()))
-            gate = CommandGate(safety, lambda: self.simulation.now, lambda: self.arrived)
+            gate = CommandGate(safety, now, told)
+            self.bus.on_given.append(gate.note_arrival)
             self.commander = Commander(
-                self.driver, config.robot, safety, gate, notices, max_accelerations=config.max_accelerations
+                self.driver, config.robot, safety, gate, Notices(now, report), config.max_accelerations
             )
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
