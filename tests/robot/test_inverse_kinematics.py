@@ -62,8 +62,8 @@ def test_pose_and_frame_are_those_of_forward_kinematics(model: mujoco.MjModel) -
     for place, expected in enumerate(tips(config, posture)):
         solver = solver_of(model, place)
         assert apart(solver.pose(data), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
-        assert apart(solver.frame(data, config.arms[place].tip), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
-        assert apart(solver.frame(data, "base_link"), Pose()) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert apart(solver.pose(data, config.arms[place].tip), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert apart(solver.pose(data, "base_link"), Pose()) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
 def test_error_is_way_and_turn_along_the_axes_of_the_world(model: mujoco.MjModel) -> None:
@@ -187,7 +187,7 @@ def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
         caps=TipSpeedLimits(),
     )
     assert solver.pose(at(model, {})).position == pytest.approx((0.0, 0.0, 0.8))
-    assert solver.frame(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
+    assert solver.pose(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
 
 
 def test_an_arm_stands_still_where_the_solver_finds_nothing(

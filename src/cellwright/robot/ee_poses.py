@@ -1,9 +1,4 @@
-"""End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there.
-
-The steps are made on a posture of its own (the desired one), not on the robot's: physics is left alone, the robot's
-servos follow, and what is aimed at depends on nothing but the commands. Joints that do not belong to an arm are where
-they are told to be; a waist is never moved to reach something.
-"""
+"""End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there."""
 
 from __future__ import annotations
 
@@ -46,12 +41,10 @@ class _Arm:
 class EePoses(Device):
     """The poses of the tips of all arms: right, left.
 
-    A later command for joints of an arm, whoever gives it, ends the way of that arm; the next poses begin a new one.
-
-    Args:
-        config: the robot.
-        commander: whom joint targets go to.
-        caps: how fast a tip may be brought to its target.
+    Steps are made on a posture of its own (the desired one), not on the robot's: physics is left alone, the servos
+    follow, and what is aimed at depends on nothing but the commands. Joints that do not belong to an arm are where they
+    are told to be; a waist is never moved to reach something. A later command for joints of an arm, whoever gives it,
+    ends the way of that arm; the next poses begin a new one. `caps` says how fast a tip may be brought to its target.
     """
 
     def __init__(self, config: RobotConfig, commander: Commander, *, caps: TipSpeedLimits | None = None) -> None:
@@ -106,7 +99,7 @@ class EePoses(Device):
 
     def aim(self, poses: Sequence[Pose | None]) -> None:
         """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm, None to leave it alone."""
-        measured = self._measured()
+        measured = self._commander.measured()
         for arm, pose in zip(self._arms, poses, strict=True):
             if pose is None:
                 continue
@@ -115,17 +108,11 @@ class EePoses(Device):
                 self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
             arm.target = pose
 
-    def poses(self) -> list[Pose]:
-        """Where the tips are, reference_T_tip, as the robot's joints were read last."""
-        self._take_posture(self._measured())
+    def poses(self, link: str | None = None) -> list[Pose]:
+        """reference_T_tip of each arm, or reference_T_link of any link, as the robot's joints were read last."""
+        self._data.qpos[self._qpos] = self._commander.measured()
         mujoco.mj_kinematics(self._model, self._data)
-        return [arm.solver.pose(self._data) for arm in self._arms]
-
-    def frames(self, link: str) -> list[Pose]:
-        """reference_T_link of any link of the robot for the reference of each arm, as the joints were read last."""
-        self._take_posture(self._measured())
-        mujoco.mj_kinematics(self._model, self._data)
-        return [arm.solver.frame(self._data, link) for arm in self._arms]
+        return [arm.solver.pose(self._data, link) for arm in self._arms]
 
     def before_step(self) -> None:
         """Aim the joints of each arm that is on its way one step further."""
@@ -139,7 +126,7 @@ class EePoses(Device):
         if not moving:
             return
         data = self._data
-        self._take_posture(commander.applied)
+        data.qpos[self._qpos] = commander.applied
         for arm, _ in moving:
             data.qpos[arm.solver.qpos] = arm.positions
         mujoco.mj_kinematics(self._model, data)
@@ -162,15 +149,6 @@ class EePoses(Device):
             arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
             arm.positions = np.array(positions)
 
-    def _take_posture(self, positions: Array) -> None:
-        self._data.qpos[self._qpos] = positions
-
-    def _measured(self) -> Array:
-        """Where the joints are [rad; m]; those that the driver cannot tell of are where they were sent."""
-        found = self._commander.driver.read().positions
-        measured: Array = np.where(np.isfinite(found), found, self._commander.applied)
-        return measured
-
 
 MAX_POSE_DISTANCE = 1000.0
 """Farther away than this [m] a pose is taken for a mistake."""
@@ -179,14 +157,7 @@ MIN_QUATERNION_LENGTH = 1e-6
 
 
 class EePoseTopics:
-    """Handlers of the topics of end-effector poses, where the robot has arms.
-
-    Args:
-        config: the robot.
-        commander: decides whether a command is taken.
-        ee_poses: knows where the tips are, and in which frames poses are given.
-        told: the time that messages carry [ns].
-    """
+    """Handlers of the topics of end-effector poses, where the robot has arms; messages carry the time `told` [ns]."""
 
     def __init__(self, config: RobotConfig, commander: Commander, ee_poses: EePoses, told: Callable[[], int]) -> None:
         self._links = config.robot.link_indices
@@ -197,12 +168,7 @@ class EePoseTopics:
     def target_ee_poses(self, row: Row, message: PoseArray, node: str) -> None:
         """Bring the tips to poses."""
         poses = self.targets(message)
-
-        def act() -> bool:
-            self._ee_poses.aim(poses)
-            return True
-
-        self._commander.take(row.name, node, nanoseconds(message.header.stamp), act)
+        self._commander.take(row.name, node, nanoseconds(message.header.stamp), lambda: self._ee_poses.aim(poses))
 
     def targets(self, message: PoseArray) -> list[Pose]:
         """The poses of a message, reference_T_tip for each arm.
@@ -220,24 +186,17 @@ class EePoseTopics:
         poses = [_checked_pose(each, f"poses[{place}]") for place, each in enumerate(message.poses)]
         frame = message.header.frame_id
         if frame in self._links:
-            poses = [there @ pose for there, pose in zip(self._ee_poses.frames(frame), poses, strict=True)]
+            poses = [there @ pose for there, pose in zip(self._ee_poses.poses(frame), poses, strict=True)]
         return poses
 
     def ee_poses(self, output: Output) -> None:
         """Where the tips are."""
-        output.sample(
-            lambda: PoseArray(
-                header(self._frame, self._told()), [pose_message(pose) for pose in self._ee_poses.poses()]
-            )
-        )
+        poses = self._ee_poses.poses
+        output.sample(lambda: PoseArray(header(self._frame, self._told()), [pose_message(each) for each in poses()]))
 
 
 def _checked_pose(message: PoseMessage, where: str) -> Pose:
-    """The pose in a message; its quaternion scaled to unit length.
-
-    Raises:
-        RejectedCommandError: it is not finite, too far away, or has no direction.
-    """
+    """The pose in a message; its quaternion scaled to unit length."""
     p, q = message.position, message.orientation
     numbers = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
     length = math.hypot(*numbers[3:])

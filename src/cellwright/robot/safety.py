@@ -1,8 +1,4 @@
-"""Safety of commands: settings, the gate that admits or refuses, rate-limited notices, and the limiter of targets.
-
-Always: names that the robot does not have are passed over, messages that make no sense are refused whole, targets are
-kept within the limits of the joints. All else changes how a robot behaves, and is off until it is asked for.
-"""
+"""Safety of commands: settings, the gate that admits or refuses, rate-limited notices, and the limiter of targets."""
 
 from __future__ import annotations
 
@@ -37,6 +33,9 @@ class Guard(StrEnum):
 @dataclass(frozen=True)
 class SafetySettings:
     """What is guarded against.
+
+    Always: names that the robot does not have are passed over, messages that make no sense are refused whole, targets
+    are kept within the limits of the joints. All else changes how a robot behaves, and is off until it is asked for.
 
     Attributes:
         start_disabled: take no commands until enabled by the service.
@@ -88,11 +87,7 @@ class SafetySettings:
                 raise UsageError(f"{name}: give a number above 0, not {value:g}")
 
     def speeds(self, joints: Sequence[str], own: Array) -> Array:
-        """How fast the targets of joints may move [rad/s; m/s]; infinite where only the robot itself limits it.
-
-        Args:
-            joints: their names.
-            own: what the URDF allows.
+        """How fast the targets of joints may move [rad/s; m/s]; infinite where only the URDF (`own`) limits it.
 
         Raises:
             UnknownNameError: a pattern that fits no joint.
@@ -118,12 +113,7 @@ _MAX_NAMES_PER_LINE = 3  # names in one line
 
 
 class Notices:
-    """Lines for people, each kind at most once a second, or once for all.
-
-    Args:
-        now: the node's own time [ns].
-        report: takes a line.
-    """
+    """Lines for people, each kind at most once a second, or once for all."""
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
         self._now, self._report = now, report
@@ -201,25 +191,15 @@ class _Stream:
 
 
 class CommandGate:
-    """Lets commands pass, or refuses them.
-
-    Args:
-        safety: what is guarded against.
-        now: the node's own time [ns].
-        told: the time that messages carry [ns].
-
-    Attributes:
-        arrived: when the newest input came, as the stamps of messages count [ns].
-    """
+    """Lets commands pass, or refuses them, by the node's own time `now` [ns] and that of messages, `told` [ns]."""
 
     def __init__(self, safety: SafetySettings, now: Callable[[], int], told: Callable[[], int]) -> None:
         self._now, self._told = now, told
         self.arrived = told()
+        """When the newest input came, as the stamps of messages count [ns]."""
         self._streams: dict[str, _Stream] = {}
-        self._silence, self._alone, self._age = (
-            None if seconds is None else nanoseconds(seconds)
-            for seconds in (safety.silence, safety.one_commander, safety.max_age)
-        )
+        limits = (safety.silence, safety.one_commander, safety.max_age)
+        self._silence, self._alone, self._age = (None if each is None else nanoseconds(each) for each in limits)
 
     def forget(self) -> None:
         """Begin anew."""
@@ -235,26 +215,22 @@ class CommandGate:
         Raises:
             RejectedCommandError: it is not to be carried out.
         """
-        newest = self._streams.get(topic)
-        if newest is not None and self._alone is not None and newest.node != node:
-            quiet = self._now() - newest.heard
-            if quiet <= self._alone:
-                raise RejectedCommandError(
-                    f"{newest.node or 'another'} commands here; another may when it has been silent for "
-                    f"{self._alone / 1e9:g} s"
-                )
-        if self._age is not None and stamp:
-            self._check_stamp(newest, node, stamp, self._age)
-
-    def _check_stamp(self, newest: _Stream | None, node: str, stamp: int, limit: int) -> None:
+        newest, limit = self._streams.get(topic), self._age
+        quiet = 0 if newest is None else self._now() - newest.heard
+        if newest is not None and self._alone is not None and newest.node != node and quiet <= self._alone:
+            raise RejectedCommandError(
+                f"{newest.node or 'another'} commands here; another may when it has been silent for "
+                f"{self._alone / 1e9:g} s"
+            )
+        if limit is None or not stamp:
+            return
         age = self.arrived - stamp
         if age > limit:
             raise RejectedCommandError(f"it is {age / 1e9:.3g} s old, and {limit / 1e9:g} s are allowed")
         if age < -limit:
             raise RejectedCommandError(f"its stamp is {-age / 1e9:.3g} s ahead of the node's clock")
-        if newest is None or newest.node != node or self._now() - newest.heard > _STAMP_MEMORY:
-            return
-        if stamp < newest.stamp:
+        is_known = newest is not None and newest.node == node and quiet <= _STAMP_MEMORY
+        if newest is not None and is_known and stamp < newest.stamp:
             raise RejectedCommandError(f"it is {(newest.stamp - stamp) / 1e9:.3g} s older than the one before it")
 
     def confirm(self, topic: str, node: str, stamp: int) -> None:
@@ -270,9 +246,7 @@ class CommandGate:
     def commanders(self) -> tuple[str, ...]:
         """The nodes whose commands were taken a moment ago."""
         since = self._now() - nanoseconds(COMMANDER_TIMEOUT)
-        return tuple(
-            sorted({stream.node for stream in self._streams.values() if stream.node and stream.heard >= since})
-        )
+        return tuple(sorted({each.node for each in self._streams.values() if each.node and each.heard >= since}))
 
     def get_state(self) -> dict[str, Any]:
         """All of it, as JSON values."""

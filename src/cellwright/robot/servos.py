@@ -87,10 +87,6 @@ class JointServos(Device):
     """The servos of all joints of a robot with one degree of freedom, in the order of their indices.
 
     A joint that mimics another is driven along with it, whatever target it is given, as far as its own limits let it.
-
-    Args:
-        robot: whose joints they are.
-        motion: how targets are reached.
     """
 
     def __init__(self, robot: RobotModel, motion: Motion = Motion.SERVO) -> None:
@@ -156,9 +152,11 @@ class JointServos(Device):
         self.simulation.touch()
 
     def read(self) -> JointReadings:
-        """The joints as they are now."""
-        data = self.simulation.data
-        return JointReadings(data.qpos[self._qpos], data.qvel[self._dof], self._efforts())
+        """The joints as they are now, with the efforts that the drives gave in the newest step."""
+        data, efforts = self.simulation.data, np.zeros(self.simulation.model.nv)
+        rows, dofs = self._drives()
+        efforts[dofs] = data.efc_force[rows]
+        return JointReadings(data.qpos[self._qpos], data.qvel[self._dof], efforts[self._dof])
 
     def drive(self) -> None:
         """Give each drive the velocity that it is to have at the end of this step."""
@@ -180,14 +178,6 @@ class JointServos(Device):
         # where the engine's solver begins: a drive that is not at its bound gives what is wanted, and one that is gives
         # about what it gave in the step before; what comes out is the same, with a quarter of the iterations
         np.copyto(self._guess, self._wanted, where=np.abs(self._wanted) < self._attainable)
-
-    def _efforts(self) -> Array:
-        """What the drives gave in the newest step."""
-        efforts = np.zeros(self.simulation.model.nv)
-        rows, dofs = self._drives()
-        efforts[dofs] = self.simulation.data.efc_force[rows]
-        found: Array = efforts[self._dof]
-        return found
 
     def _drives(self) -> tuple[slice, NDArray[np.intp]]:
         """Where the drives stand among the engine's constraints of this step, and whose degree of freedom each is.
