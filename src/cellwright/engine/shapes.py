@@ -25,7 +25,7 @@ HERE = Pose()
 ShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "sphere", "mesh"]
 Colour: TypeAlias = tuple[float, float, float, float]
 
-_GEOM_TYPE = {
+GEOM_TYPES = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -178,7 +178,7 @@ def add_shape(
     """
     contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
     geom = body.add_geom(
-        type=_GEOM_TYPE[shape.kind],
+        type=GEOM_TYPES[shape.kind],
         pos=shape.pose.position,
         quat=shape.pose.quaternion,
         rgba=shape.colour,

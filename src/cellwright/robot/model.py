@@ -1,12 +1,8 @@
 """Robot model of the engine: bodies, joints and shapes of a URDF robot, contact exclusions, and the floor.
 
-Links that a joint joins never do: their shapes overlap there by design. Links that are fixed to each other count as
-one. And pairs whose shapes overlap in the posture that the robot is put up in are left out as well: they would push
-each other apart for ever, and where they overlap then, it is the shapes that are too large.
-
-Joints are driven from outside, by `devices/joint_servos.py`. What a URDF leaves open is filled in as the original of
-the io_teleop node did: a link without mass weighs 1 kg, and the links that a gripper drives 0.1 kg (measured: with
-these the recorded motion of the QingLong is met, without them its wrists are four times too quick).
+Joints are driven from outside, by `servos.py`. What a URDF leaves open is filled in as the original of the io_teleop
+node did: a link without mass weighs 1 kg, and the links that a gripper drives 0.1 kg (measured: with these the recorded
+motion of the QingLong is met, without them its wrists are four times too quick).
 """
 
 from __future__ import annotations
@@ -31,7 +27,7 @@ from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Link, RobotModel, position_of
 from cellwright.engine import colours
-from cellwright.engine.shapes import Mesh, add_mesh
+from cellwright.engine.shapes import GEOM_TYPES, Mesh, add_mesh
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose, Vector3
 
@@ -39,12 +35,9 @@ Pair = tuple[str, str]
 
 
 def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[str]) -> list[Pair]:
-    """Pairs of links that are joined, by one joint that moves or by any number that do not.
+    """Pairs of `touched` links that are joined, by one joint that is `moved` in the engine or by any number of others.
 
-    Args:
-        robot: the robot.
-        moved: the joints that move in the engine.
-        touched: links with shapes that are touched: others need no pair.
+    They never touch: their shapes overlap there by design.
     """
     group_of = {robot.root: 0}
     groups: list[list[str]] = [[robot.root]]
@@ -64,7 +57,10 @@ def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[st
 
 
 def overlapping_pairs(model: mujoco.MjModel, data: mujoco.MjData) -> list[Pair]:
-    """Pairs of bodies that reach into each other in the posture of `data`, each once."""
+    """Pairs of bodies that reach into each other in the posture of `data`, each once.
+
+    Where they do as the robot is put up, the shapes are too large, and would push each other apart for ever.
+    """
     mujoco.mj_fwdPosition(model, data)
     found = {
         (min(bodies), max(bodies))
@@ -136,20 +132,11 @@ DEFAULT_COLOUR = (0.62, 0.64, 0.67, 1.0)
 LEAST_LENGTH = 1e-4
 """Least half length of a shape [m]: the engine takes none that is thinner."""
 
-_GEOM_TYPES = {
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
-    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-}
-
 
 class ShapeBuilder:
     """Gives bodies their shapes; a mesh that many links use is loaded once.
 
-    Args:
-        spec: the model specification that the meshes go into.
-        is_touched: whether links may touch each other. If not, what is only touched is left out.
+    Where links may not touch each other (`is_touched`), what is only touched is left out.
     """
 
     def __init__(self, spec: Any, *, is_touched: bool) -> None:
@@ -169,7 +156,7 @@ class ShapeBuilder:
             x, y, z = shape.size
             halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, 0.0, 0.0)}.get(shape.kind, (x, y / 2, 0.0))
             size = tuple(max(half, LEAST_LENGTH) for half in halves)
-            geom = body.add_geom(type=_GEOM_TYPES[shape.kind], size=size, **pose_arguments(shape.pose))
+            geom = body.add_geom(type=GEOM_TYPES[shape.kind], size=size, **pose_arguments(shape.pose))
         geom.rgba = shape.colour or DEFAULT_COLOUR
         geom.contype = geom.conaffinity = int(is_touched)
         geom.group = 2 if shape.is_seen else 3
@@ -284,10 +271,7 @@ class RobotWorld:
 def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_collision: bool = False) -> RobotWorld:
     """The world with a robot in it and nothing else, without gravity, as in the original.
 
-    Args:
-        config: the robot.
-        timestep: length of a step [s].
-        self_collision: whether links may touch each other; see `robot_contacts` for those that never do.
+    With `self_collision` links may touch each other, but for those that are joined or overlap as the robot is put up.
 
     Raises:
         DescriptionError: it is a robot that the engine cannot build.

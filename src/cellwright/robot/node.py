@@ -24,6 +24,7 @@ from cellwright.robot.model import TIMESTEP, body_of, build_robot
 from cellwright.robot.publications import CameraTopics, Publications, add_cameras
 from cellwright.robot.safety import CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
+from cellwright.util.pose import Pose
 
 
 class RobotNode:
@@ -137,11 +138,16 @@ class RobotNode:
         """Ids of bodies that are not there to be seen: none."""
         return ()
 
+    def link_pose(self, link: str) -> Pose:
+        """World_T_link, as the engine's model stands."""
+        self.simulation.refresh()
+        body = self.simulation.data.body(body_of(link))
+        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
+
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """What viewers draw beside the scene: `kind`, `sensors`: none, `tools`: the tips of the arms.
 
-        Args:
-            body_index: the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        `body_index` gives the index in the scene's bodies, 0 for what stands still, for an id of the engine.
         """
         model = self.simulation.model
         bodies = [body_index(int(model.body(body_of(arm.tip)).id)) for arm in self.config.arms]

@@ -27,12 +27,8 @@ _NAP = 0.002  # [s]
 def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, within: float = 5.0) -> list[str]:
     """What is wrong with a driver, a sentence each; empty if nothing was found.
 
-    The robot moves: each joint of the driver by `NUDGE` and back, one after another. Nothing may stand in its way.
-
-    Args:
-        make: makes the driver, as `cellwright teleop --driver` does.
-        config: the robot.
-        within: how long a joint may take for that way [s].
+    The robot moves: each joint of the driver that `make` makes by `NUDGE` and back, one after another, each way
+    `within` so long [s]. Nothing may stand in its way.
     """
     try:
         driver = make(config)

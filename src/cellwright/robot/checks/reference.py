@@ -170,7 +170,7 @@ def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
         )
         return
     x, y, z, w = (np.array(hand.orientation) / np.linalg.norm(hand.orientation)).tolist()
-    pose = rig.link_pose(hand.link)
+    pose = rig.node.link_pose(hand.link)
     away, turned = math.dist(pose.position, hand.position), _angle(pose, Pose(hand.position, (w, x, y, z)))
     yield Finding(f"{hand.link} at home", 1e3 * away, 1e3 * HAND_POSITION, "mm", "", away <= HAND_POSITION)
     yield Finding(f"{hand.link} at home", 1e3 * turned, 1e3 * HAND_ANGLE, "mrad", "", turned <= HAND_ANGLE)
