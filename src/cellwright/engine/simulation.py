@@ -1,9 +1,4 @@
-"""Simulation of devices on one clock: stepping, events, watches; and the base class of devices.
-
-The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
-events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's step.
-It knows no ROS, no score and no pace.
-"""
+"""Simulation of devices on one clock: stepping, events, watches; and the base class of devices."""
 
 from __future__ import annotations
 
@@ -146,6 +141,10 @@ CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 class Simulation:
     """Time, the engine's model and data, and the devices on it.
 
+    The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
+    events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's
+    step.
+
     Args:
         model: a compiled model. `opt.timestep` is set from `timestep`.
         timestep: length of a tick [s], rational.
@@ -262,9 +261,8 @@ class Simulation:
             SimulationError: the state has become unstable, or the engine has no room for all contacts; the run is
                 worth nothing from here on.
         """
-        inbox = self.inbox
-        if inbox:
-            inbox.empty()
+        if self.inbox:
+            self.inbox.empty()
         for hook in self._before:
             hook()
         try:
