@@ -14,7 +14,6 @@ from overshooting where the arm is stretched out; close to a target it is next t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import daqp
 import mujoco
@@ -41,25 +40,12 @@ _OPTIMAL = 1
 _UNBOUNDED = 1e30  # as the solver has it
 
 
-@dataclass(frozen=True, slots=True)
-class TipSpeedLimits:
-    """How fast a tip may be brought to its target: along [m/s] and about [rad/s]; infinite for as fast as joints go."""
-
-    speed: float = 2.0
-    turning: float = 2.0 * math.pi
-
-    @classmethod
-    def of(cls, speed: float | None, turning: float | None) -> TipSpeedLimits:
-        """Those that were asked for [m/s, rad/s]; None for what is usual."""
-        usual = cls()
-        return cls(usual.speed if speed is None else speed, usual.turning if turning is None else turning)
-
-
 class ArmSolver:
     """Steps of the joints of one arm, each with one degree of freedom, that bring the link `tip` to a pose.
 
     Poses are given in the frame of the link `reference`. The arm keeps to the posture `home` where they leave a choice,
-    and to its limits of position [rad; m] and velocity [rad/s; m/s]; `caps` bounds the speed of the tip.
+    and to its limits of position [rad; m] and velocity [rad/s; m/s]; `caps` are the greatest speeds of the tip along
+    [m/s] and about [rad/s].
     """
 
     def __init__(
@@ -73,11 +59,10 @@ class ArmSolver:
         lower: Array,
         upper: Array,
         velocity: Array,
-        caps: TipSpeedLimits,
+        caps: tuple[float, float],
     ) -> None:
-        self.caps = caps
         self.lower, self.upper = lower, upper
-        self._model, self._home, self._velocity = model, home, velocity
+        self._model, self._home, self._velocity, self._caps = model, home, velocity, caps
         ids = [model.joint(name).id for name in joints]
         self.qpos = model.jnt_qposadr[ids].copy()
         self._dofs = model.jnt_dofadr[ids].copy()
@@ -147,7 +132,7 @@ class ArmSolver:
     def _share(self, error: Array, time: float) -> float:
         """Which part of the error is to be made good in this step: all of it in one straight motion."""
         share = -math.expm1(-GAIN * time)
-        for way, speed in ((math.hypot(*error[:3]), self.caps.speed), (math.hypot(*error[3:]), self.caps.turning)):
+        for way, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self._caps, strict=True):
             if share * way > speed * time:
                 share = speed * time / way
         return share

@@ -17,12 +17,11 @@ from cellwright.robot.base import Base
 from cellwright.robot.commander import Commander, Homing
 from cellwright.robot.commands import Commands
 from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
-from cellwright.robot.ee_poses import EePoses, EePoseTopics
+from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.grippers import gripper_ranges
-from cellwright.robot.inverse_kinematics import TipSpeedLimits
 from cellwright.robot.model import TIMESTEP, body_of, build_robot
 from cellwright.robot.publications import CameraTopics, Publications, add_cameras
-from cellwright.robot.safety import CommandGate, Notices, SafetySettings
+from cellwright.robot.safety import TIP_SPEED, TIP_TURNING, CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
 from cellwright.util.pose import Pose
 
@@ -98,9 +97,8 @@ class RobotNode:
             )
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
-            self.ee_poses = EePoses(
-                config, self.commander, caps=TipSpeedLimits.of(safety.tip_speed, safety.tip_turning)
-            )
+            caps = (safety.tip_speed or TIP_SPEED, safety.tip_turning or TIP_TURNING)
+            self.ee_poses = EePoses(config, self.commander, told, caps)
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
             grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
@@ -110,7 +108,7 @@ class RobotNode:
             handlers = (
                 Commands(config, self.commander, grippers, self.base),
                 self.homing,
-                EePoseTopics(config, self.commander, self.ee_poses, told),
+                self.ee_poses,
                 Publications(config.robot, self.driver, self.commander, grippers, told),
                 CameraTopics(self.cameras, told),
             )

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from cellwright.util.errors import RejectedCommandError, UnknownNameError, Usage
 
 RESUME_SPEED = 0.5
 """How fast joints go to their first targets after they were held [rad/s; m/s]."""
+TIP_SPEED, TIP_TURNING = 2.0, 2.0 * math.pi
+"""How fast the tip of an arm is brought to a pose [m/s], and turned on the way [rad/s]."""
 
 
 class Guard(StrEnum):
@@ -181,8 +183,7 @@ COMMANDER_TIMEOUT = 1.0
 _STAMP_MEMORY = nanoseconds(1.0)  # after so long a node may begin anew with older stamps, as when it was restarted
 
 
-@dataclass(slots=True)
-class _Stream:
+class _Stream(NamedTuple):
     """The newest command that was taken on a topic: from which node, when [ns], and its stamp [ns]."""
 
     node: str
@@ -250,7 +251,7 @@ class CommandGate:
 
     def get_state(self) -> dict[str, Any]:
         """All of it, as JSON values."""
-        return {topic: [each.node, each.heard, each.stamp] for topic, each in self._streams.items()}
+        return {topic: list(each) for topic, each in self._streams.items()}
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Take over what `get_state` returned."""
