@@ -18,7 +18,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.meshes import is_flat, read_mesh
@@ -163,17 +162,14 @@ class ShapeBuilder:
         geom.mass = 0.0
         return is_touched
 
-    def extent(self, shapes: Iterable[ModelShape]) -> NDArray[np.float64] | None:
-        """Edge lengths (3) [m] of the box around what is touched, along the axes of the link; None where nothing is."""
-        bounds = [self._bounds(shape) for shape in shapes if shape.is_touched]
-        if not bounds:
-            return None
-        lower, upper = np.min([each[0] for each in bounds], axis=0), np.max([each[1] for each in bounds], axis=0)
-        edges: NDArray[np.float64] = upper - lower
+    def extent(self, shapes: Iterable[ModelShape]) -> list[float]:
+        """Edge lengths (3) [m] of the box around what is touched, along the axes of the link; 0 where nothing is."""
+        corners = [corner for shape in shapes if shape.is_touched for corner in self._corners(shape)]
+        edges: list[float] = np.ptp(corners or [(0.0, 0.0, 0.0)], axis=0).tolist()
         return edges
 
-    def _bounds(self, shape: ModelShape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper corner [m] of the box around a shape's own box, along the axes of the link."""
+    def _corners(self, shape: ModelShape) -> list[Vector3]:
+        """Corners [m] of the box around a shape, in the frame of its link."""
         if shape.mesh is not None:
             vertices, _ = self._read(shape.mesh, shape.size)
             lower, upper = vertices.min(axis=0), vertices.max(axis=0)
@@ -182,8 +178,7 @@ class ShapeBuilder:
             halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, x, x), "cylinder": (x, x, y / 2)}
             upper = np.array(halves.get(shape.kind, (x, x, x + y / 2)))
             lower = -upper
-        corners = [shape.pose.transform((x, y, z)) for x, y, z in product(*zip(lower, upper, strict=True))]
-        return np.min(corners, axis=0), np.max(corners, axis=0)
+        return [shape.pose.transform((x, y, z)) for x, y, z in product(*zip(lower, upper, strict=True))]
 
     def _add_mesh(self, body: Any, shape: ModelShape, path: Path, *, is_touched: bool) -> Any:
         vertices, triangles = self._read(path, shape.size)
@@ -232,12 +227,9 @@ BASE_BODY = "cellwright base"
 """Name of the body that carries the robot: it has no place in the URDF, and moves as `target_base_move` says."""
 
 
-_RESERVED_NAMES = ("world", "cellwright ")  # the engine's name of the world, and how ours begin
-
-
 def body_of(link: str) -> str:
-    """Name of a link's body in the engine: the link's own, but for the few names that are taken there."""
-    return f"cellwright link {link}" if link == _RESERVED_NAMES[0] or link.startswith(_RESERVED_NAMES[1]) else link
+    """Name of a link's body in the engine: the link's own, but for those of the world and of bodies that are ours."""
+    return f"cellwright link {link}" if link == "world" or link.startswith("cellwright ") else link
 
 
 @dataclass(frozen=True)
@@ -260,10 +252,9 @@ class RobotWorld:
         robot, positions = self.config.robot, dict(self.config.start)
         leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
         for joint in leaders_first:
-            if joint.name in positions:
-                continue
-            place = position_of(robot, joint, positions)
-            positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
+            if joint.name not in positions:
+                place = position_of(robot, joint, positions)
+                positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
         for name, position in positions.items():
             data.qpos[self.model.joint(name).qposadr[0]] = position
 
@@ -318,9 +309,7 @@ def _refusing(config: RobotConfig) -> Iterator[None]:
 
 class _Builder:
     def __init__(self, spec: Any, config: RobotConfig, *, is_touched: bool) -> None:
-        self._spec = spec
-        self._robot: RobotModel = config.robot
-        self._config = config
+        self._spec, self._config, self._robot = spec, config, config.robot
         self._shapes = ShapeBuilder(spec, is_touched=is_touched)
         self.touched: set[str] = set()
         """Links with shapes that are touched."""
@@ -388,8 +377,7 @@ class _Builder:
 
     def _inertia_of_shapes(self, link: Link) -> tuple[float, ...]:
         """Of a link without mass: that of a box of 1 kg around what is touched; next to nothing where nothing is."""
-        extent = self._shapes.extent(link.shapes)
-        x, y, z = (0.0, 0.0, 0.0) if extent is None else extent.tolist()
+        x, y, z = self._shapes.extent(link.shapes)
         squares = (y * y + z * z, z * z + x * x, x * x + y * y)
         return (*(max(DEFAULT_MASS / 12 * square, _LEAST_INERTIA) for square in squares), 0.0, 0.0, 0.0)
 
