@@ -141,18 +141,14 @@ class Worst:
 
 
 class Response(NamedTuple):
-    """The response of a robot to a step of one joint.
-
-    Attributes:
-        late: how much longer the joint takes to settle than its way takes [s]; infinite if it does not settle.
-        beyond: how far it goes beyond its target, as a share of its way.
-        stray: how far the joint that moves most among those that nobody commanded goes [rad; m].
-        who: that joint.
-    """
+    """The response of a robot to a step of one joint."""
 
     late: float
+    """How much longer the joint takes to settle than its way takes [s]; infinite if it does not settle."""
     beyond: float
+    """How far it goes beyond its target, as a share of its way."""
     stray: float
+    """How far the joint that moves most among those that nobody commanded goes [rad; m]."""
     who: str
 
 
