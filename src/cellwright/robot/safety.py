@@ -313,8 +313,9 @@ class TargetLimiter:
         self._offsets = np.zeros(count)
         self._is_under_way = False
         self._is_untouched = True  # nothing has been asked for since the beginning
-        attributes = ["desired", "applied", "source", "_wary", "_slowly", "_offsets", *["_moved"][: len(self._braked)]]
-        self._arrays = {attribute.lstrip("_"): attribute for attribute in attributes}  # by their names in the state
+        self._arrays = ["desired", "applied", "source", "_wary", "_slowly", "_offsets"]  # that make up the state
+        if len(self._braked):
+            self._arrays.append("_moved")
 
     def begin(self, positions: Array) -> None:
         """Stand at positions [rad; m], with nothing commanded yet."""
@@ -433,11 +434,11 @@ class TargetLimiter:
 
     def get_state(self) -> dict[str, Any]:
         """All of it, as JSON values."""
-        arrays = {name: getattr(self, attribute).tolist() for name, attribute in self._arrays.items()}
+        arrays = {name.lstrip("_"): getattr(self, name).tolist() for name in self._arrays}
         return arrays | {"under way": self._is_under_way, "untouched": self._is_untouched}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Take over what `get_state` returned."""
-        for name, attribute in self._arrays.items():
-            setattr(self, attribute, np.array(state[name], dtype=getattr(self, attribute).dtype))
+        for name in self._arrays:
+            setattr(self, name, np.array(state[name.lstrip("_")], dtype=getattr(self, name).dtype))
         self._is_under_way, self._is_untouched = state["under way"], state["untouched"]
