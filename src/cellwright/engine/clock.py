@@ -94,15 +94,13 @@ class Inbox:
         """Leave a command, from any thread."""
         self._waiting.append(command)
 
-    def empty(self) -> int:
-        """Carry out what was waiting when the call began; how many there were.
+    def empty(self) -> None:
+        """Carry out what was waiting when the call began.
 
         What arrives meanwhile waits for the next border, so that a flood cannot stop time.
         """
-        count = len(self._waiting)
-        for _ in range(count):
+        for _ in range(len(self._waiting)):
             self._waiting.popleft()()
-        return count
 
 
 class Event(NamedTuple):
@@ -132,16 +130,11 @@ class EventQueue:
         self.next_due = NEVER
         """Time of the earliest event [ns], or `NEVER`: an attribute, because every tick looks at it."""
 
-    def __len__(self) -> int:
-        return len(self._heap)
-
-    def schedule(self, time: int, device: str, kind: str, arguments: tuple[Any, ...], priority: int) -> Event:
+    def schedule(self, time: int, device: str, kind: str, arguments: tuple[Any, ...], priority: int) -> None:
         """Put an event into the queue."""
-        event = Event(time, priority, self._serial, device, kind, arguments)
+        heapq.heappush(self._heap, Event(time, priority, self._serial, device, kind, arguments))
         self._serial += 1
-        heapq.heappush(self._heap, event)
         self._refresh()
-        return event
 
     def pop_due(self, now: int) -> Event | None:
         """Take the first event due at or before `now` [ns], if there is one."""
@@ -151,13 +144,9 @@ class EventQueue:
         self._refresh()
         return event
 
-    def cancel(self, device: str, kind: str) -> int:
-        """Take out every event of one kind that a device is waiting for; how many there were."""
-        kept = [event for event in self._heap if (event.device, event.kind) != (device, kind)]
-        removed = len(self._heap) - len(kept)
-        if removed:
-            self._put(kept)
-        return removed
+    def cancel(self, device: str, kind: str) -> None:
+        """Take out every event of one kind that a device is waiting for."""
+        self._put([event for event in self._heap if (event.device, event.kind) != (device, kind)])
 
     def clear(self) -> None:
         """Forget everything, the serial number too."""

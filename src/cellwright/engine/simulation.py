@@ -323,9 +323,9 @@ class Simulation:
         time = self.now + nanoseconds(delay) if at is None else at
         self.events.schedule(time, device.name, kind, arguments, priority)
 
-    def cancel(self, device: Device, kind: str) -> int:
-        """Take back what a device scheduled under a kind; how many events there were."""
-        return self.events.cancel(device.name, kind)
+    def cancel(self, device: Device, kind: str) -> None:
+        """Take back what a device scheduled under a kind."""
+        self.events.cancel(device.name, kind)
 
     def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
         """Call `action(sample number)` each `period` [s] (None: each tick). It must leave the simulation as it is."""

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import Limits, RobotModel
+from cellwright.config.robot.model import Limits
 from cellwright.robot.drivers import Driver, DriverError, LiveDriver
 from cellwright.util.errors import in_a_line
 
@@ -77,9 +77,9 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
             continue
         there = begin.copy()
         there[number] += nudge
-        for follower, multiplier in _followers(robot, name):
-            if follower in driver.joints:  # others are not read, and stay where they were
-                there[live.joints.index(follower)] += multiplier * nudge
+        for each in robot.driven:
+            if each.mimic and each.mimic.joint == name and each.name in driver.joints:  # others stay where they were
+                there[live.joints.index(each.name)] += each.mimic.multiplier * nudge
         for targets, what in ((there, "go"), (begin, "come back")):
             live.command(targets)
             if not _wait(partial(_is_there, live, number, targets[number], abs(nudge) / 4), within, live):
@@ -92,11 +92,6 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
         if live.fault:
             break
     return problems
-
-
-def _followers(robot: RobotModel, name: str) -> list[tuple[str, float]]:
-    """Joints that follow a joint, each with its multiplier."""
-    return [(each.name, each.mimic.multiplier) for each in robot.driven if each.mimic and each.mimic.joint == name]
 
 
 def _nudge(limits: Limits, position: float) -> float:
