@@ -129,7 +129,7 @@ class Cell(CellDevices):
             self.simulation.add(device)
         self.in_competition = competition
         """Whether what a competition refuses is refused."""
-        self.bus = Bus(self.simulation.clock.read, report)
+        self.bus = Bus(lambda: self.simulation.now, report)
         self._bind_interface()
         for brought in trial.devices:
             self.simulation.add(make_plugin_device(brought, self))

@@ -190,7 +190,7 @@ class Recorded:
         self.source = source
         self.name = source.header.name
         self.simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
-        self.bus = DeafBus(self.simulation.clock.read, report)
+        self.bus = DeafBus(lambda: self.simulation.now, report)
         self.player = Player(source, self.bus)
         self.simulation.add(self.player)
         if CLOCK not in source.topics:
