@@ -54,7 +54,7 @@ def bench_cell() -> Cell:
     cell.bus.serve("/bench/ask", "std_srvs/Trigger", lambda _request, _node: TriggerResponse(success=True))
     arm = cast("Arm", cell.arm)
     names = [f"joint_{number}" for number in range(7)]
-    row = Row(template=JOINTS["1 kHz"], type="sensor_msgs/JointState", about="", rate=Fraction(1000))
+    row = Row(name=JOINTS["1 kHz"], type="sensor_msgs/JointState", about="", rate=Fraction(1000))
 
     def state() -> Message:
         return joint_state(names, *arm.read(), time=arm.simulation.now)

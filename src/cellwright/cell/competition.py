@@ -33,7 +33,7 @@ from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.build import WorldPart
 from cellwright.config.trial.trial import Order, Trial
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.engine.simulation import Device, State
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose, Vector3

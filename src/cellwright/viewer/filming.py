@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Watch
 from cellwright.middleware.bus import Served
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera

@@ -13,7 +13,7 @@ from cellwright.cell.devices.vacuum_gripper import (
     Touched,
     VacuumCheck,
 )
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 
 STEP = 2_000_000
 PISTON = CupContact("bin7|piston_rod_part_3", Touched.PART, 1.0)

@@ -4,7 +4,7 @@ from cellwright.cell.kitting.effects import AnnouncementReason
 from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.referee import NOW, Announcements, Due, count_parts
 from cellwright.config.trial.trial import Order
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from tests.cell.kitting.builders import order, thing
 
 GEAR, DISK, PULLEY = thing("gear_part"), thing("disk_part"), thing("pulley_part")

@@ -20,7 +20,7 @@ from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, filling, order, thing
 

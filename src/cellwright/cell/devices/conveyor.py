@@ -15,8 +15,7 @@ from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
 from cellwright.config.trial.trial import BeltPart
-from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.simulation import Device, PlainState, Simulation, State
 from cellwright.util.pose import Pose
 

@@ -14,8 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
-from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NANOSECONDS, NEVER
 
 Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
 

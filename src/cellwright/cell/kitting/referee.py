@@ -33,8 +33,7 @@ from cellwright.cell.kitting.effects import (
 from cellwright.cell.kitting.inventory import TrayContents, TrayObject, Trays
 from cellwright.cell.kitting.scorer import GameScore, Scorer
 from cellwright.config.trial.trial import Order, Trial
-from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.util.errors import RejectedCommandError
 
 NOW = -NEVER

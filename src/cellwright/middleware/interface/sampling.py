@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Generic, TypeVar
 
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Watch
 from cellwright.engine.sensor import Reading
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Publisher

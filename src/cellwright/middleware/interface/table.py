@@ -102,7 +102,8 @@ class Row:
     """One topic, service or action.
 
     Attributes:
-        template: absolute name; `{sensor}` and `{n}` stand for the name of a sensor and the number of an AGV.
+        name: absolute name; `{sensor}` and `{n}` stand for the name of a sensor and the number of an AGV until `of`
+            fills them in.
         type: short name of the message, service or action type.
         about: what it is, in a sentence.
         kind: topic, service or action.
@@ -115,10 +116,10 @@ class Row:
         source: the part of the original that this is taken from.
         handler: name of the method that serves it; see `binding.bind`.
         qos: quality of service of a topic.
-        subject: the sensor or the number that the template is filled with; None where it has no gap, or is not filled.
+        subject: the sensor or the number that the name is filled with; None where it has no gap, or is not filled.
     """
 
-    template: str
+    name: str
     type: str
     about: str
     kind: Kind = Kind.TOPIC
@@ -132,13 +133,6 @@ class Row:
     handler: str = ""
     qos: Qos = RELIABLE
     subject: str | None = None
-
-    @property
-    def name(self) -> str:
-        """The name, filled in where the row has a subject."""
-        if self.subject is None:
-            return self.template
-        return self.template.replace("{sensor}", self.subject).replace("{n}", self.subject)
 
     @property
     def period(self) -> Fraction | None:
@@ -158,7 +152,9 @@ class Row:
 
     def of(self, subject: str | None) -> Row:
         """The row for one sensor or AGV, or for none."""
-        return replace(self, subject=subject)
+        if subject is None:
+            return self
+        return replace(self, name=self.name.replace("{sensor}", subject).replace("{n}", subject), subject=subject)
 
 
 class RowOptions(TypedDict, total=False):
@@ -172,7 +168,7 @@ class RowOptions(TypedDict, total=False):
 
 
 def says(
-    template: str,
+    name: str,
     type_name: str,
     rate: int | Pace,
     where: Where,
@@ -187,9 +183,9 @@ def says(
     """
     more.setdefault("qos", LATCHED if latch else BEST_EFFORT if type_name in _LARGE_TYPES else RELIABLE)
     pace = Fraction(rate) if isinstance(rate, int) else rate
-    return Row(template=template, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
+    return Row(name=name, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
 
 
-def takes(kind: Kind, template: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
+def takes(kind: Kind, name: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
     """The row of a topic that the cell hears, of a service or of an action. A topic is reliable."""
-    return Row(template=template, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)
+    return Row(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)

@@ -19,7 +19,10 @@ from cellwright.util.errors import MessageError
 M = TypeVar("M", bound=Message)
 
 Check = Callable[[object, str], object]
-"""Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError."""
+"""Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError.
+
+A message that stands nowhere ("") is named by its type.
+"""
 
 _ANY_STRING = (Nodetype.BASE, ("string", 0))
 
@@ -43,7 +46,7 @@ def checked(message: M) -> M:
     name = getattr(type(message), "__msgtype__", None)  # what an instance says of itself is one of its fields
     if not isinstance(name, str):
         raise MessageError(f"{said(message)} is no message")
-    return type_check(name)(message, short_name(name))  # type: ignore[return-value]
+    return type_check(name)(message, "")  # type: ignore[return-value]
 
 
 @cache
@@ -59,6 +62,7 @@ def type_check(name: str) -> Check:
     short = short_name(name)
 
     def check(value: object, where: str) -> object:
+        where = where or short
         if not isinstance(value, message_class):
             raise MessageError(f"{where} must be of type {short}, not {said(value)}")
         named = value.__msgtype__

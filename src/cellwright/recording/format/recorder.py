@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Watch
 from cellwright.middleware.bus import Served, Subscription
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray

@@ -72,7 +72,7 @@ class RobotTarget(Target):
         super().open(session)
         self._panel = RobotPanel(self.node)
         self.can_stand = not self.node.made_with["driver"]
-        self.stamp = lambda: self.node.arrived
+        self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
         """The robot's configuration."""

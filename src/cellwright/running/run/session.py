@@ -22,8 +22,7 @@ from cellwright.config.robot.robots import find_robot, is_robot_file
 from cellwright.config.trial.catalogue import bundled as bundled_trials
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
-from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.loop import Loop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions

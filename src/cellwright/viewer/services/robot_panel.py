@@ -36,7 +36,6 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType
 from cellwright.robot.grippers import gripper_ranges, hand_joints
-from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
 from cellwright.robot.publications import status_of
 from cellwright.robot.servos import FARTHEST, Array
@@ -133,7 +132,7 @@ class RobotPanel:
         node = self._node
         status = status_of(node.commander, node.bus)
         positions = node.driver.read().positions
-        references = [self._pose(link) for link in node.ee_poses.references]
+        references = [node.link_pose(link) for link in node.ee_poses.references]
         told: dict[str, Any] = {
             "kind": KIND,
             "name": node.name,
@@ -142,7 +141,7 @@ class RobotPanel:
             "digest": self._digest,
             "positions": _numbers(positions),
             "targets": _numbers(node.commander.applied),
-            "tips": [_seven(self._pose(link)) for link in self._tips],
+            "tips": [_seven(node.link_pose(link)) for link in self._tips],
             "references": [_seven(pose) for pose in references],
             "aims": [
                 None if aim is None else _seven(reference @ aim)
@@ -213,13 +212,6 @@ class RobotPanel:
             "unit": "m" if joint.type is JointType.PRISMATIC else "rad",
             "follows": joint.name in self._node.commander.mimics.leaders,
         }
-
-    def _pose(self, link: str) -> Pose:
-        """World_T_link."""
-        simulation = self._node.simulation
-        simulation.refresh()
-        body = simulation.data.body(body_of(link))
-        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
 
     def _refusals(self) -> dict[str, int]:
         most = sorted(self._node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
