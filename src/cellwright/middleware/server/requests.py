@@ -25,7 +25,7 @@ from cellwright.middleware.messages import (
     service_type,
     type_of,
 )
-from cellwright.middleware.server.client_connection import ClientConnection, Heartbeat
+from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
 from cellwright.middleware.wire.frames import (
     PROTOCOL,
     QUIET,
@@ -36,7 +36,6 @@ from cellwright.middleware.wire.frames import (
     read_advance,
     time_frame,
 )
-from cellwright.util import errors
 from cellwright.util.errors import (
     CellwrightError,
     MessageError,
@@ -118,8 +117,7 @@ def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
         return ""
 
 
-MOST_SUBSCRIPTIONS = 1024
-"""Of one guest."""
+MOST_SUBSCRIPTIONS = 1024  # of one guest
 
 MAX_PENDING_ADVANCES = 16
 """So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
@@ -160,16 +158,12 @@ class Requests:
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {info.name: service_type(info.type) for info in cell.bus.services()}
-        self.asked: deque[AdvanceRequest] = deque()
-        """Wishes that time pass, in the order in which they came."""
-        self.extras: dict[str, Extra] = {}
-        """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
-        self.acting: set[str] = set()
-        """Those of them that act on what is served: they are noted as commands are."""
+        self.asked: deque[AdvanceRequest] = deque()  # wishes that time pass, in the order in which they came
+        self.extras: dict[str, tuple[Extra, bool]] = {}
+        """Services of the server itself, by name, and whether they are noted as commands are. No bridge offers them."""
         self.guarded: dict[str, str] = {}
         """Those of them that answer only who has shown the key, and what all others are told."""
-        self.key = ""
-        """The key; empty: there is none."""
+        self.key = ""  # the key; empty: there is none
         welcome_frame(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
 
     def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
@@ -275,12 +269,12 @@ class Requests:
             guest.say(Frame(Kind.DONE, frame.number))
 
     def _call(self, guest: ClientConnection, frame: Frame) -> None:
-        extra = self.extras.get(frame.name)
-        if extra is not None:
+        if frame.name in self.extras:
+            extra, acts = self.extras[frame.name]
             if frame.name in self.guarded and not guest.has_key:
                 raise RejectedCommandError(self.guarded[frame.name])
             asked = frame.json()
-            if frame.name in self.acting:
+            if acts:
                 self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
             answer = extra(asked)
             if isinstance(answer, dict):
@@ -336,13 +330,6 @@ class Requests:
 def _is_name(node: str) -> bool:
     """Whether a node may be called so: its name is printed where people read, and must not break their lines."""
     return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
-
-
-def refused_frame(number: int, error: BaseException) -> Frame:
-    """The answer that says why not, by the nearest class of error that every guest knows."""
-    kinds = type(error).__mro__
-    known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
-    return Frame(Kind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
 
 
 def _nothing() -> None:

@@ -17,9 +17,8 @@ from contextlib import suppress
 from ipaddress import ip_address
 
 from cellwright.middleware.bus import Served
-from cellwright.middleware.server.client_connection import ClientConnection
-from cellwright.middleware.server.client_registry import ClientRegistry
-from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests, refused_frame
+from cellwright.middleware.server.clients import ClientConnection, ClientRegistry, refused_frame
+from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 from cellwright.util.errors import UsageError
 
@@ -109,8 +108,7 @@ class Listener:
 
 
 DEFAULT_PORT = 11399
-TRIES = 20
-"""So many ports are tried from the default one on, where it is in use."""
+TRIES = 20  # so many ports are tried from the default one on, where it is in use
 LOOPBACK = "127.0.0.1"
 
 _TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
@@ -199,9 +197,7 @@ class Server:
             handler: answers with a JSON object, or with a tuple of one and bytes.
             acts: whether it changes what is served; then those who take notes of commands hear of it as well.
         """
-        self._requests.extras[service] = handler
-        if acts:
-            self._requests.acting.add(service)
+        self._requests.extras[service] = handler, acts
 
     def guard(self, services: Iterable[str], reason: str) -> None:
         """Let services of the server answer only those who have shown the key, which is drawn when it is first needed.

@@ -31,7 +31,7 @@ that is not `quiet`. There an answer may need time to pass: DONE says so, and AN
 
 PING measures how far a guest is behind: it answers PONG when it is done with all that came before. A guest asks for
 PINGs by a PONG of its own. In real time, simulation time stands while such a guest is late with its answer, within the
-limits of `cellwright.middleware.server.client_connection`.
+limits of `cellwright.middleware.server.clients`.
 """
 
 from __future__ import annotations

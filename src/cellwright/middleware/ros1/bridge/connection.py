@@ -35,11 +35,8 @@ def receive_nowait(connection: socket.socket, most: int) -> bytes | None:
         return b""
 
 
-LATE = 0.1
-"""Data that waits for longer [s] is late."""
-
-HOPELESS = 5.0
-"""With data waiting for longer [s] the other side does not count as behind any more."""
+LATE = 0.1  # data that waits for longer [s] is late
+HOPELESS = 5.0  # with data waiting for longer [s] the other side does not count as behind any more
 
 
 _PIECE = 1 << 18
@@ -80,8 +77,7 @@ class BufferedConnection:
         self._bytes = 0  # of pieces that wait
         self._on_drop = on_drop
         self._lock = threading.Lock()
-        self._rest = b""
-        """The part of a piece whose beginning has been sent."""
+        self._rest = b""  # the part of a piece whose beginning has been sent
         self._waiting: deque[bytes] = deque()
         self._on_empty: Callback | None = None
         self._waits_since: float | None = None
@@ -182,14 +178,11 @@ class BufferedConnection:
             self._loop.watch(self._connection, self._receive, self._flush)
 
 
-PATIENCE = 10.0
-"""How long the cell may take to answer HELLO [s]."""
-
+PATIENCE = 10.0  # how long the cell may take to answer HELLO [s]
 _PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
-Answered = Callable[[Frame], None]
-"""Takes the frame that answers a request; called by the loop's thread."""
+Answered = Callable[[Frame], None]  # takes the frame that answers a request; called by the loop's thread
 
 
 class LinkError(Exception):

@@ -141,8 +141,7 @@ def nothing(*_arguments: object) -> None:
     """Do nothing."""
 
 
-LOG_PERIOD = 1.0
-"""Time between two lines about the same [s]."""
+LOG_PERIOD = 1.0  # time between two lines about the same [s]
 
 
 class ThrottledLog:

@@ -14,11 +14,8 @@ import rosgraph
 
 from cellwright.middleware.ros1.bridge.loop import report
 
-TIMEOUT = 2.0
-"""How long the master may take to answer [s]."""
-PERIOD = 1.0
-"""How often it is looked after [s]."""
-
+TIMEOUT = 2.0  # how long the master may take to answer [s]
+PERIOD = 1.0  # how often it is looked after [s]
 _LOOPBACK = ("localhost", "::1")
 _RETRY = 0.25
 

@@ -22,8 +22,7 @@ from rospy.impl.tcpros_pubsub import TCPROSSub
 from cellwright.middleware.ros1.bridge.loop import report
 from cellwright.middleware.wire.frames import LONGEST_SAID
 
-MAX_REQUEST_BYTES = 1 << 20
-"""Bytes of the longest request; those of nodes and masters have some hundreds."""
+MAX_REQUEST_BYTES = 1 << 20  # bytes of the longest request; those of nodes and masters have some hundreds
 
 REQUEST_TIMEOUT = 120.0
 """How long [s] a connection may say nothing; each has a thread of its own. Nodes leave theirs after half a minute."""
@@ -72,8 +71,7 @@ def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> 
 
 HEARD_BY_ITSELF = ("/ariac/gripper/state", "/ariac/trays")
 """Topics that the original's own task manager, a part of /gazebo, subscribes to."""
-HEARD_FOR_FRAMES = "/ariac/joint_states"
-"""What the node that makes the arm's frames subscribes to."""
+HEARD_FOR_FRAMES = "/ariac/joint_states"  # what the node that makes the arm's frames subscribes to
 
 
 class ManagedTopic:
@@ -117,8 +115,7 @@ class OwnSubscription(ManagedTopic):
         return self.name, []
 
 
-SIGN_OFF_TIMEOUT = 1.5
-"""How long signing off may take [s]; it takes some 10 ms where nothing hangs."""
+SIGN_OFF_TIMEOUT = 1.5  # how long signing off may take [s]; it takes some 10 ms where nothing hangs
 
 
 class StoppedError(BaseException):

@@ -20,9 +20,7 @@ from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, Kind, 
 DECLARE = "relay:type"
 """A service of the relay itself: the client tells it of a type that it will publish, as JSON: type, md5, definition."""
 
-PATIENCE = 5.0
-"""How long connections may take to come about, and messages to come over them [s]."""
-
+PATIENCE = 5.0  # how long connections may take to come about, and messages to come over them [s]
 _NAP = 0.002
 
 _LOOK_AFTER = 0.5

@@ -18,9 +18,7 @@ from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import PROTOCOL
 
-CONNECT_TIMEOUT = 5.0
-"""How long the other node may take to answer the handshake [s]."""
-
+CONNECT_TIMEOUT = 5.0  # how long the other node may take to answer the handshake [s]
 _LENGTH = struct.Struct("<I")
 _LONGEST = 16 << 20
 
@@ -264,8 +262,7 @@ class SpokenTopic:
     def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:
         self.name = name
         self.type = type_name
-        self.published = 0
-        """How many messages there were."""
+        self.published = 0  # how many messages there were
         self._has_header = has_header(definition)
         self._class = raw_type(type_name, md5, definition)
         with warnings.catch_warnings():

@@ -33,11 +33,8 @@ from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 
 PUBLICATION_QUEUE = 1000
 """So many messages wait for a subscriber that does not read; then the oldest is dropped."""
-MAX_PUBLICATION_BYTES = 64 << 20
-"""So many bytes of them at most: pictures are large."""
-LOCKSTEP_QUEUE = 1_000_000
-"""The same in lockstep, where nothing must be lost."""
-
+MAX_PUBLICATION_BYTES = 64 << 20  # so many bytes of them at most: pictures are large
+LOCKSTEP_QUEUE = 1_000_000  # the same in lockstep, where nothing must be lost
 _PREFIX = struct.Struct("<I")
 _COUNTED = struct.Struct("<II")
 _identities = itertools.count(1)
@@ -212,10 +209,8 @@ def _describe_connection(connection: socket.socket) -> str:
     return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {connection.fileno()}]"
 
 
-COMMAND_QUEUE = 100
-"""So many messages of a topic wait for the cell."""
-MAX_COMMAND_BYTES = 64 << 20
-"""So many bytes of them at most, also where their number has no limit."""
+COMMAND_QUEUE = 100  # so many messages of a topic wait for the cell
+MAX_COMMAND_BYTES = 64 << 20  # so many bytes of them at most, also where their number has no limit
 
 
 class CommandTopic:

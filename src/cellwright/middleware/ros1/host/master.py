@@ -21,10 +21,7 @@ from cellwright.util.errors import CellwrightError, UsageError
 
 URI_VARIABLE = "ROS_MASTER_URI"
 DEFAULT_URI = "http://localhost:11311"
-
-CALL_TIMEOUT = 3.0
-"""How long [s] a call may last in all."""
-
+CALL_TIMEOUT = 3.0  # how long [s] a call may last in all
 _CALLER = "/cellwright"
 
 
@@ -177,9 +174,7 @@ class Master:
         return answer
 
 
-START_LIMIT = 15.0
-"""How long [s] a master may take to answer."""
-
+START_LIMIT = 15.0  # how long [s] a master may take to answer
 _NAP = 0.02
 
 

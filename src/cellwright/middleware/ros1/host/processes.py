@@ -76,8 +76,7 @@ class Child:
         on_error: Callable[[str], None] = lambda _line: None,
     ) -> None:
         tied = [python, "-I", "-S", str(_TETHER), str(os.getpid()), str(int(parting)), *command]
-        self.started = time.monotonic()
-        """When it was started [s] of `time.monotonic`."""
+        self.started = time.monotonic()  # when it was started [s] of `time.monotonic`
         self._process = subprocess.Popen(  # noqa: S603
             tied,
             env=dict(environment),

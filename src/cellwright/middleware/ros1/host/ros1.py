@@ -49,8 +49,7 @@ class Identity:
     alone_on: str = ""
 
 
-SIMULATOR = Identity("/gazebo", "cell")
-"""The node that the simulator of 2017 was."""
+SIMULATOR = Identity("/gazebo", "cell")  # the node that the simulator of 2017 was
 
 
 def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
@@ -107,8 +106,7 @@ class Bridge(Child):
     def __init__(
         self, installation: Installation, identity: Identity, address: tuple[str, int], say: Callable[[str], None]
     ) -> None:
-        self.is_ready = False
-        """Whether everything is registered."""
+        self.is_ready = False  # whether everything is registered
         self.last_line = ""
         self._say = say
         host, port = address
@@ -138,14 +136,11 @@ class Bridge(Child):
         self._say(line)
 
 
-READY_LIMIT = 20.0
-"""How long [s] the bridge may take to have everything registered."""
-
+READY_LIMIT = 20.0  # how long [s] the bridge may take to have everything registered
 _NAP = 0.02
 _AGAIN = 0.5  # [s] between two attempts to reach a master that is away
 
-Serve = Callable[[float], object]
-"""Serves the cell's guests for so many seconds."""
+Serve = Callable[[float], object]  # serves the cell's guests for so many seconds
 
 
 class Ros1:
