@@ -15,16 +15,7 @@ from typing import Any, TypeAlias
 from cellwright._package import VERSION
 from cellwright.middleware.bus import Bus, Direction, Given, How, Later, Served, TopicInfo, absolute
 from cellwright.middleware.interface.table import Pace
-from cellwright.middleware.messages import (
-    ENCODINGS,
-    Message,
-    ServiceType,
-    definition,
-    md5,
-    message_type,
-    service_type,
-    type_of,
-)
+from cellwright.middleware.messages import ENCODINGS, Message, ServiceType, definition, md5, message_type, type_of
 from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
 from cellwright.middleware.wire.frames import (
     PROTOCOL,
@@ -87,7 +78,12 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
     """Topics and services with their types; the first call takes some time, for checksums are worked out."""
     services = [
-        {"name": service.name, "type": service.type, "md5": _ros1_form(service.type, md5), "node": service.node}
+        {
+            "name": service.name,
+            "type": service.type.name,
+            "md5": _ros1_form(service.type.name, md5),
+            "node": service.node,
+        }
         for service in bus.services()
     ]
     return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services}
@@ -157,7 +153,7 @@ class Requests:
         self._translation = MessageEncoder()
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
-        self._services = {info.name: service_type(info.type) for info in cell.bus.services()}
+        self._services = {service.name: service.type for service in cell.bus.services()}
         self.asked: deque[AdvanceRequest] = deque()  # wishes that time pass, in the order in which they came
         self.extras: dict[str, tuple[Extra, bool]] = {}
         """Services of the server itself, by name, and whether they are noted as commands are. No bridge offers them."""

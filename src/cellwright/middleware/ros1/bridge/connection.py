@@ -9,7 +9,7 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.loop import Callback, Loop, nothing, report
+from cellwright.middleware.ros1.bridge.loop import Callback, Loop, MissingError, nothing, report
 from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 
@@ -185,10 +185,6 @@ _NUMBERS = (1 << 32) - 1
 Answered = Callable[[Frame], None]  # takes the frame that answers a request; called by the loop's thread
 
 
-class LinkError(Exception):
-    """The cell cannot be attached to; the text says why."""
-
-
 class LinkClient:
     """A connection to a cell.
 
@@ -201,7 +197,7 @@ class LinkClient:
         on_end: called once: with the reason when the cell has ended, with None when it is gone without a word.
 
     Raises:
-        LinkError: nobody answers there, or not as a cell does.
+        MissingError: nobody answers there, or not as a cell does.
     """
 
     def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
@@ -219,9 +215,9 @@ class LinkClient:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.welcome: dict[str, Any] = self._greet(connection, node)
         except OSError as error:
-            raise LinkError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
+            raise MissingError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
         except FrameError as error:
-            raise LinkError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
+            raise MissingError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
         connection.setblocking(False)
         self._connection = BufferedConnection(loop, connection, self._read, lambda: self._end(None))
 

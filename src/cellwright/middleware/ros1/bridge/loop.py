@@ -15,6 +15,10 @@ from collections import deque
 from typing import Any, Callable, TextIO
 
 
+class MissingError(Exception):
+    """What is needed is not there; the text says what."""
+
+
 def report(line: str) -> None:
     """Say something in one line, on stderr."""
     _write_line(sys.stderr, line)

@@ -12,8 +12,8 @@ from urllib.parse import urlparse
 import rospy
 from rosgraph.network import ROSHandshakeException, decode_ros_handshake_header
 
-from cellwright.middleware.ros1.bridge.master import Master
 from cellwright.middleware.ros1.bridge.message_bytes import has_header
+from cellwright.middleware.ros1.bridge.node import Master
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import PROTOCOL

@@ -89,7 +89,7 @@ def node_name(text: str) -> str:
 MASTER_IS_BACK = 75
 """The bridge's exit status when the master was lost and answers again: everything has to be registered anew."""
 
-_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "__main__.py"
+_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
 _READY_LINE = "ready"
 
 
