@@ -46,14 +46,10 @@ _LONGEST_SOURCE = 400
 
 
 class Refusals:
-    """Counts refused input by source, and reports it.
+    """Counts refused input by source, and reports it in lines; `now` tells simulation time [ns].
 
     The first refusal of a source is reported at once; those that follow within a second of simulation time are only
     counted, and their number is told with the next report. Of many sources at once some are only counted as well.
-
-    Args:
-        now: simulation time [ns].
-        report: takes the line to be logged.
     """
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
@@ -187,16 +183,10 @@ class Subscription:
 
 
 class Publisher:
-    """What publishes on a topic.
+    """What publishes on a topic; `on_listeners` is called with the number of listeners whenever it changes.
 
-    Args:
-        latch: a late listener gets the newest message. A latched topic is published whoever listens, since the newest
-            message must not depend on that.
-        on_listeners: called with the number of listeners whenever it changes: for what is sampled only while somebody
-            listens.
-
-    Raises:
-        UsageError: latch and on_listeners exclude each other.
+    With `latch` a late listener gets the newest message. Such a topic is published whoever listens, since the newest
+    message must not depend on that: a UsageError if both are given.
     """
 
     def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
@@ -252,8 +242,7 @@ class Publisher:
     def offer(self, build: Callable[[], Message | None]) -> None:
         """Publish what `build` makes, on a latched topic; without a listener it is called when it is needed.
 
-        Args:
-            build: gives the same message whenever it is called; None when there is nothing to say.
+        It gives the same message whenever it is called, or None when there is nothing to say.
         """
         if not self._callbacks:
             self._newest = build
@@ -285,12 +274,7 @@ class Topic:
         self.subscriptions: list[Subscription] = []
 
     def declare(self, type_name: str, direction: Direction, rate: str) -> None:
-        """Settle the type and the direction; further publishers must agree.
-
-        Raises:
-            UsageError: it was settled otherwise before.
-            UnknownNameError: there is no message type of this name.
-        """
+        """Settle the type and the direction; a UsageError if they were settled otherwise before."""
         message_class = message_type(type_name)
         if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
             raise UsageError(
@@ -348,12 +332,7 @@ class Service:
 
 
 class Bus:
-    """Topics and services inside the process.
-
-    Args:
-        now: simulation time [ns].
-        report: takes a line about refused input (see `Refusals`).
-    """
+    """Topics and services inside the process; `now` tells simulation time [ns], for `report` see `Refusals`."""
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
         self._topics: dict[str, Topic] = {}
@@ -444,12 +423,9 @@ class Bus:
     ) -> Subscription:
         """Have `callback(message)` called for each message of a topic, in either direction.
 
-        A topic that is not there yet is waited for. On a latched one the newest message comes at once. With an
-        `origin` only what publishers of that node say is delivered. Who listens `along` gets what is made for others:
-        what is made only while somebody listens is not made for it.
-
-        Raises:
-            UsageError: the name is not absolute.
+        A topic that is not there yet is waited for; a UsageError unless its name is absolute. On a latched one the
+        newest message comes at once. With an `origin` only what publishers of that node say is delivered. Who listens
+        `along` gets what is made for others: what is made only while somebody listens is not made for it.
         """
         entry = self._topic(topic)
         subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
@@ -520,11 +496,7 @@ class Bus:
         return tuple(self.topic(name) for name in sorted(self._declared()))
 
     def topic(self, name: str) -> TopicInfo:
-        """One topic as it stands.
-
-        Raises:
-            UnknownNameError: there is no such topic.
-        """
+        """One topic as it stands; an UnknownNameError if there is none."""
         entry = self._topics.get(name)
         if entry is None or entry.direction is None:
             raise UnknownNameError("topic", name, sorted(self._declared()))
@@ -546,11 +518,7 @@ class Bus:
         return tuple(self._services[name] for name in sorted(self._services))
 
     def service(self, name: str) -> Service:
-        """One service.
-
-        Raises:
-            UnknownNameError: there is no such service.
-        """
+        """One service; an UnknownNameError if there is none."""
         if name not in self._services:
             raise UnknownNameError("service", name, sorted(self._services))
         return self._services[name]
@@ -601,11 +569,7 @@ def _fitting(message: M, message_class: type[Message], name: str, is_decoded: bo
 
 
 def absolute(name: str) -> str:
-    """The name itself, if it is absolute.
-
-    Raises:
-        UsageError: it is not.
-    """
+    """The name itself; a UsageError unless it is absolute."""
     if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
         raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
     return name

@@ -48,10 +48,9 @@ class Output:
         )
 
     def sample(self, build: Callable[[], Message | None]) -> Sampled:
-        """Publish at the row's rate, in each step if it has no period.
+        """Publish at the row's rate, in each step if it has no period, what `build` makes of the state of this tick.
 
-        Args:
-            build: makes the message, from the state of this tick; None when there is nothing to say.
+        It returns None when there is nothing to say.
         """
         return Sampled(self, build)
 

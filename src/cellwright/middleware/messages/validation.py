@@ -48,11 +48,7 @@ def checked(message: M) -> M:
 
 @cache
 def type_check(name: str) -> Check:
-    """The check for a message type, by full name.
-
-    Raises:
-        UnknownNameError: there is no such type.
-    """
+    """The check for a message type, by full name."""
     message_class = message_type(name)
     fields = ros2_store().fielddefs[name][1]
     members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]

@@ -193,11 +193,7 @@ class ClientConnection:
             self.is_gone = True
 
     def next_frame(self) -> Frame | None:
-        """The next frame that has come; None when there is no whole one.
-
-        Raises:
-            FrameError: what has come makes no sense.
-        """
+        """The next frame that has come; None when there is no whole one. A FrameError if it makes no sense."""
         frame = None if self._frames is None or self.is_behind else next(self._frames, None)
         if frame is None and not self.is_behind:
             self._frames = None
@@ -208,11 +204,7 @@ class ClientConnection:
         self._out += frame.encode()
 
     def tell(self, number: int, message: bytes, *, is_quiet: bool) -> None:
-        """Send a message of a subscription; dropped and counted when the guest does not keep up.
-
-        Raises:
-            FrameError: it is too long to be sent at all.
-        """
+        """Send a message of a subscription; dropped and counted when the guest does not keep up."""
         if self._left >= self.full or len(self._out) - self._left >= AT_ONCE:
             self.dropped += 1
             return
@@ -278,9 +270,7 @@ _LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck 
 class ClientRegistry:
     """Those who are there, in the order in which they came.
 
-    Args:
-        report: takes a line about guests that misbehave, at most one a second for each.
-        forget: told of each that has gone.
+    `report` takes a line about guests that misbehave, at most one a second for each; `forget` is told who has gone.
     """
 
     def __init__(self, report: Callable[[str], None], forget: Callable[[ClientConnection], None]) -> None:

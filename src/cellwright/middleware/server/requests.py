@@ -45,12 +45,7 @@ class MessageEncoder:
         self._written: dict[str, bytes] = {}
 
     def to_bytes(self, message: Message, encoding: str) -> bytes:
-        """A message as bytes.
-
-        Raises:
-            UsageError: its type has no such form.
-            MessageError: a value does not fit its field.
-        """
+        """A message as bytes; errors as of `messages.Encoding`."""
         if message is not self._newest:
             self._newest, self._written = message, {}
         data = self._written.get(encoding)
@@ -140,12 +135,7 @@ class AdvanceRequest:
 
 
 class Requests:
-    """Carries out the frames of guests, in the order in which they are handed in.
-
-    Args:
-        cell: whose bus it is.
-        lockstep: whether time passes for guests that ask for it, and for nothing else.
-    """
+    """Carries out the frames of guests, in the order in which they are handed in."""
 
     def __init__(self, cell: Served, *, lockstep: bool) -> None:
         self._cell = cell
@@ -163,11 +153,7 @@ class Requests:
         welcome_frame(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
 
     def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
-        """Do what a frame asks for, and answer.
-
-        Raises:
-            FrameError: it is nothing that a guest may say; the connection is worth nothing any more.
-        """
+        """Do what a frame asks for, and answer; a FrameError if it is nothing that a guest may say."""
         if not guest.node:
             self._greet(guest, frame)
             return

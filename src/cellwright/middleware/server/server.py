@@ -26,13 +26,9 @@ _EXHAUSTED = frozenset({errno.EMFILE, errno.ENFILE})
 
 
 def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) -> socket.socket:
-    """A socket that listens at an address.
+    """A socket that listens at an address of this machine.
 
-    Args:
-        host: name or address of this machine.
-        port: 0 takes a free one.
-        tries: so many ports are tried, from `port` upward, where it is in use.
-        backlog: so many connections may wait to be accepted.
+    With several `tries` so many ports are tried, from `port` upward, where it is in use; port 0 takes a free one.
 
     Raises:
         UsageError: the address cannot be listened at.
@@ -190,23 +186,16 @@ class Server:
             asked.guest.say(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
-        """Offer a service of the server itself: JSON in, JSON or JSON and bytes out. It is not on the bus.
+        """Offer a service of the server itself: JSON in, JSON or a tuple of JSON and bytes out. It is not on the bus.
 
-        Args:
-            service: its name.
-            handler: answers with a JSON object, or with a tuple of one and bytes.
-            acts: whether it changes what is served; then those who take notes of commands hear of it as well.
+        One that `acts` changes what is served; then those who take notes of commands hear of it as well.
         """
         self._requests.extras[service] = handler, acts
 
     def guard(self, services: Iterable[str], reason: str) -> None:
-        """Let services of the server answer only those who have shown the key, which is drawn when it is first needed.
+        """Let services of the server answer only those who have shown the key; all others are told the reason.
 
-        Guests that are there already have none.
-
-        Args:
-            services: their names.
-            reason: what all others are told.
+        The key is drawn when it is first needed: guests that are there already have none.
         """
         if not self.key:
             self.key = self._requests.key = secrets.token_urlsafe(16)

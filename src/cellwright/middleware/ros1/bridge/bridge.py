@@ -57,13 +57,7 @@ _PAUSE = 0.02
 
 
 class Bridge:
-    """A cell as a node of ROS.
-
-    Args:
-        address: host and port where the cell is served.
-        node: absolute name of the node.
-        state_publisher: path of robot_state_publisher, `auto` to look for it, or `none` to do without.
-    """
+    """A cell as a node of ROS; `state_publisher` is the path of robot_state_publisher, `auto` or `none`."""
 
     def __init__(self, address: tuple[str, int], node: str, state_publisher: str) -> None:
         self._address = address

@@ -45,16 +45,9 @@ _PIECE = 1 << 18
 class BufferedConnection:
     """A connection whose data waits until the other side takes it. `send` is for any thread, all else for the loop's.
 
-    A piece is sent whole or not at all, so that what is dropped is always a whole message.
-
-    Args:
-        loop: waits until the other side says or takes more.
-        connection: a socket that does not block.
-        on_data: takes what comes.
-        on_end: called when the other side has hung up; the connection is closed then.
-        limit: so many pieces may wait; the oldest ones make room for a new one. None for no limit.
-        most: so many bytes may wait, in the same way; one piece always may.
-        on_drop: called for each piece that is dropped.
+    A piece is sent whole or not at all, so that what is dropped is always a whole message. At most `limit` pieces and
+    `most` bytes wait, but one piece always may; the oldest ones make room, and `on_drop` is called for each. `on_end`
+    is called when the other side has hung up and the connection is closed.
     """
 
     def __init__(
@@ -186,18 +179,10 @@ Answered = Callable[[Frame], None]  # takes the frame that answers a request; ca
 
 
 class LinkClient:
-    """A connection to a cell.
+    """A connection to a cell, as a node; a MissingError if nobody answers there, or not as a cell does.
 
-    Requests may be made from any thread; answers and messages are delivered by the loop's.
-
-    Args:
-        loop: what serves the connection.
-        address: host and port of the cell.
-        node: the name to be known by.
-        on_end: called once: with the reason when the cell has ended, with None when it is gone without a word.
-
-    Raises:
-        MissingError: nobody answers there, or not as a cell does.
+    Requests may be made from any thread; answers and messages are delivered by the loop's. `on_end` is called once:
+    with the reason when the cell has ended, with None when it is gone without a word.
     """
 
     def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
@@ -243,8 +228,7 @@ class LinkClient:
     def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None], answered: Answered) -> int:
         """Have the messages of a topic given to `listener`, from one publishing node or from all (empty).
 
-        Returns:
-            The number of the subscription. Its answer goes to `answered`, after what is latched.
+        The number of the subscription; its answer goes to `answered`, after what is latched.
         """
         number = self.request(Kind.SUBSCRIBE, answered, name=topic, node=node)
         self._listeners[number] = listener
@@ -256,11 +240,7 @@ class LinkClient:
         self._connection.send(Frame(Kind.UNSUBSCRIBE, number).encode())
 
     def keep_up(self, is_behind: Callable[[], bool]) -> None:
-        """Ask the cell to let time stand while this end is behind.
-
-        Args:
-            is_behind: whether messages that came are still on their way; asked by the loop's thread.
-        """
+        """Ask the cell to let time stand while this end is behind: while messages that came are still on their way."""
         self._is_behind = is_behind
         self._pong(0)
 

@@ -151,9 +151,7 @@ LOG_PERIOD = 1.0  # time between two lines about the same [s]
 class ThrottledLog:
     """Counts by subject; the first is said at once, those that follow within a second with the next line.
 
-    Args:
-        loop: its thread keeps the books.
-        text: the line, with `{subject}`, and `{count}` for how often it happened since the last one.
+    The line has `{subject}`, and `{count}` for how often it happened since the last one.
     """
 
     def __init__(self, loop: Loop, text: str) -> None:

@@ -52,11 +52,9 @@ _LENGTH = struct.Struct("<I")
 
 
 def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> None:
-    """Have connections cut, and made anew, on which a message is announced that is too long to be carried.
+    """Have connections cut, and made anew, on which a message of more bytes than `longest` is announced.
 
-    Args:
-        tell: told of it, with the name of the topic; by threads of rospy's.
-        longest: length of a message [bytes].
+    `tell` is told of it, with the name of the topic; by threads of rospy's.
     """
     read = TCPROSSub.read_messages
 
@@ -182,12 +180,8 @@ def run_process(
 ) -> None:
     """Serve until it is over, sign off at the master and end the process, however that goes.
 
-    rospy leaves threads behind that wait for others; nothing is waited for here.
-
-    Args:
-        serve: begins, and returns the exit status when it is over; 0 after a signal, 1 where something is missing.
-        before: called then.
-        after: called when the node has signed off.
+    `serve` returns the exit status; it is 0 after a signal, and 1 where something is missing. `before` is called then,
+    and `after` when the node has signed off. rospy leaves threads behind that wait for others; nothing is waited for.
     """
     status = 1
     try:
@@ -281,13 +275,9 @@ class Master:
 
 
 class MasterWatch:
-    """Looks after the master in a thread of its own.
+    """Looks after the master in a thread of its own, for a node that should be known there by its `uri`.
 
-    Args:
-        node: our node name.
-        uri: our address, as the master should know it.
-        on_new: called when there is a master that does not know us.
-        on_replaced: called when another node has our name.
+    `on_new` is called when there is a master that does not know us, `on_replaced` when another node has our name.
     """
 
     def __init__(self, node: str, uri: str, on_new: Callable[[], None], on_replaced: Callable[[], None]) -> None:

@@ -322,13 +322,7 @@ _CLOCK_BYTES = 8
 
 
 def serve(node: str, patience: float, sign: str) -> int:
-    """Wait for a simulator, then for a client, and serve it; the exit status.
-
-    Args:
-        node: absolute name of the client's node.
-        patience: how long a simulator may take to appear [s].
-        sign: the topic that is published where there is one.
-    """
+    """Wait for a simulator [s], then for a client, and serve it; the exit status."""
     listen_on_loopback()
     loop = Loop()
     loop.watch(sys.stdin, lambda: loop.stop(0) if not os.read(0, 4096) else None)

@@ -38,11 +38,7 @@ class ServiceClient:
         self._connection: socket.socket | None = None
 
     def ask_type(self) -> tuple[str, str]:
-        """Name and checksum of the service's type.
-
-        Raises:
-            ServiceGoneError: it cannot be reached.
-        """
+        """Name and checksum of the service's type; a ServiceGoneError if it cannot be reached."""
         connection, header = self._connect({"probe": "1"})
         connection.close()
         return header.get("type", ""), header.get("md5sum", "")
@@ -50,11 +46,8 @@ class ServiceClient:
     def call(self, request: bytes, patience: float | None = None) -> tuple[bool, bytes]:
         """Whether the call succeeded, and the response, or the reason why not.
 
-        Args:
-            request: in the form of ROS 1.
-            patience: how long [s] the answer may take; None for ever, for a step of time may take long.
-
-        A connection that was broken meanwhile is made anew, but a request is not sent twice.
+        The answer may take so long [s], or for ever, for a step of time may take long. A connection that was broken
+        meanwhile is made anew, but a request is not sent twice.
 
         Raises:
             ServiceGoneError: it cannot be reached, or went before it answered.
@@ -143,12 +136,7 @@ _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
 def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
-    """WELCOME for what is there, without the time; None while there is no simulator, or one still comes up.
-
-    Args:
-        master: the ROS master.
-        node: our node name.
-        sign: the topic that is published where there is one.
+    """WELCOME for what is there, without the time; None while nobody publishes the topic `sign`, or one still comes up.
 
     Raises:
         MasterGoneError: the master does not answer.

@@ -162,21 +162,13 @@ _NANOSECONDS = 1_000_000_000
 
 @dataclass
 class Step:
-    """A step that somebody has asked for.
-
-    Attributes:
-        caller: who asks, and is answered.
-        duration: how long it is to be [ns].
-        published: how many messages the caller has published, by topic.
-        end: when the step fails for lack of messages; wall time [s].
-        until: simulation time at its end [ns]; None before it has begun.
-    """
+    """A step that somebody has asked for."""
 
     caller: Caller
-    duration: int
-    published: dict[str, int]
-    end: float = 0.0
-    until: int | None = None
+    duration: int  # [ns]
+    published: dict[str, int]  # how many messages the caller has published, by topic
+    end: float = 0.0  # when the step fails for lack of messages; wall time [s]
+    until: int | None = None  # simulation time at its end [ns]; None before it has begun
 
 
 class StepService:

@@ -27,17 +27,11 @@ _PATIENCE = 20.0  # [s]
 
 @dataclass(frozen=True)
 class Installation:
-    """An installation of ROS 1.
-
-    Attributes:
-        python: an interpreter that has rospy.
-        environment: what programs of ROS 1 need to be started with, whole.
-        prefixes: folders with `lib/<package>/<program>`.
-    """
+    """An installation of ROS 1: an interpreter that has rospy, and the whole environment that programs need."""
 
     python: str
     environment: Mapping[str, str]
-    prefixes: tuple[Path, ...]
+    prefixes: tuple[Path, ...]  # folders with `lib/<package>/<program>`
 
     def program(self, name: str) -> str | None:
         """The path of a program on the search path; None if it is not there."""
@@ -54,10 +48,6 @@ class Installation:
 
 def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/opt/ros")) -> Installation:
     """The ROS 1 of this machine: the one that is named, else the one of the shell, of /opt/ros, of the system.
-
-    Args:
-        environment: of this process, if it is not its own.
-        root: where installations that are not the system's are.
 
     Raises:
         UsageError: there is none; the text says how to get one.

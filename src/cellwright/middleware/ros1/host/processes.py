@@ -53,16 +53,8 @@ class Lines:
 class Child:
     """One child process, in a session of its own: a Ctrl-C on the terminal is for its parent alone.
 
-    Args:
-        command: program and arguments.
-        environment: of the program, whole.
-        python: an interpreter to start it with.
-        parting: what it is sent when this process is gone.
-        on_output: takes the lines of its stdout; None has them thrown away.
-        on_error: takes the lines of its stderr.
-
-    Raises:
-        OSError: it could not be started.
+    It is started through `python` with the whole `environment`, and sent `parting` when this process is gone. The lines
+    of its stderr go to `on_error`, those of its stdout to `on_output` or nowhere. An OSError if it cannot be started.
     """
 
     def __init__(
@@ -130,12 +122,9 @@ def how_it_ended(status: int) -> str:
 
 
 class RestartDelay:
-    """How long to wait before something that fails over and over is tried again.
+    """How long to wait [s] before something that fails over and over is tried again: `first`, doubled up to `longest`.
 
-    Args:
-        first: after the first failure [s].
-        longest: after many [s].
-        forgiven: who lasts so long [s] is tried again at once, as if for the first time.
+    What lasts as long as `forgiven` [s] is tried again at once, as if for the first time.
     """
 
     def __init__(self, first: float = 0.25, longest: float = 8.0, forgiven: float = 10.0) -> None:

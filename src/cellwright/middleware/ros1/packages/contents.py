@@ -54,11 +54,7 @@ class PackageFile:
 
 
 def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
-    """Every file of a package by its path in it, sorted.
-
-    Args:
-        package: its name.
-        programs: the folder that shells are given for `python`.
+    """Every file of a package by its path in it, sorted; shells are given the folder `programs` for `python`.
 
     Raises:
         UnknownNameError: there is no such package.
@@ -110,11 +106,6 @@ def write_package(package: str, folder: Path, programs: Path) -> None:
 
     What is as it should be is left alone, so that nothing is built again for nothing. A file that says something else
     is kept beside under its name with a tilde; files that are not the package's own are not touched.
-
-    Args:
-        package: its name.
-        folder: where its files go.
-        programs: the folder that shells are given for `python`.
     """
     for path, file in package_files(package, programs).items():
         write_file(folder / path, file)

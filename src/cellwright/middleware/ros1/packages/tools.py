@@ -20,12 +20,7 @@ from cellwright.util.errors import UsageError
 
 @dataclass(frozen=True, slots=True)
 class RosSystem:
-    """An installation of ROS 1.
-
-    Attributes:
-        prefix: `/usr` for Debian's own, else such as `/opt/ros/noetic`.
-        python: the interpreter that has rospy and the generators.
-    """
+    """An installation of ROS 1: its prefix (`/usr` is Debian's), and the interpreter with rospy and the generators."""
 
     prefix: Path
     python: Path
@@ -46,10 +41,7 @@ class RosSystem:
 
 
 def find_system(installation: Installation | None = None) -> RosSystem:
-    """The ROS 1 of this machine.
-
-    Args:
-        installation: which one, if it is not the one that a cell is served to.
+    """The ROS 1 of this machine, or of an installation.
 
     Raises:
         UsageError: there is none, or it cannot generate messages.
@@ -82,13 +74,7 @@ _PATIENCE = 120.0  # [s] for one generator
 
 
 def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modules: Path) -> None:
-    """Write the module of each package: `from osrf_gear.msg import Order`.
-
-    Args:
-        ros: ROS 1.
-        packages: the folder in which the packages lie.
-        names: the packages.
-        modules: the folder that is to be on the path of Python.
+    """Write the modules of packages (`from osrf_gear.msg import Order`) to a folder that is to be on Python's path.
 
     Raises:
         UsageError: a generator failed; the error has what it said last.

@@ -37,14 +37,10 @@ def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
 
 
 def ensure_tree(ros: RosSystem, folder: Path) -> Path:
-    """The tree of this version of Cellwright on this machine, made if it is not there yet.
+    """The tree of this version of Cellwright on this machine, made in a folder if it is not there yet.
 
     Its name carries the version and a digest of all that it is made of, so a tree is never stale. It appears whole or
     not at all, and two that are made at once do not harm each other.
-
-    Args:
-        ros: ROS 1.
-        folder: where trees are kept.
 
     Raises:
         UsageError: the folder cannot be written, or a generator failed.
@@ -91,13 +87,7 @@ def _digest(ros: RosSystem) -> str:
 
 
 def variables(tree: Path, ros: RosSystem, present: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """What a shell's variables are to be, with the tree in front; trees that were there before are left out.
-
-    Args:
-        tree: from `ensure_tree`.
-        ros: ROS 1.
-        present: the variables as they are.
-    """
+    """What a shell's variables are to be, with the tree in front; trees that were there before are left out."""
 
     def with_tree(name: str, part: str, otherwise: str = "") -> str:
         entries = (present.get(name) or otherwise).split(os.pathsep)
@@ -117,12 +107,7 @@ def _is_of_a_tree(entry: str, folder: Path) -> bool:
 
 
 def shell_lines(values: Mapping[str, str], shell: str) -> str:
-    """Lines for a shell to evaluate.
-
-    Args:
-        values: variables and what they are to be.
-        shell: one of `SHELLS`.
-    """
+    """Lines that set variables, for one of `SHELLS` to evaluate."""
     lines = []
     for name, value in values.items():
         if shell == "fish":
