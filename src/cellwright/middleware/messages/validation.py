@@ -93,21 +93,12 @@ def _field_check(desc: FieldDesc) -> Check:
         case (Nodetype.BASE, (name, limit)):
             return _base_check(str(name), int(limit))
         case (Nodetype.NAME, name):
-            return _late_check(str(name))
+            return lambda value, where: type_check(str(name))(value, where)  # made when it is first needed
         case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
             return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
         case (kind, (member, length)):
             check = _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
             return _unless_plain(check) if member == _ANY_STRING and not length else check
-
-
-def _late_check(name: str) -> Check:
-    """The check for a message inside another, made when it is first needed."""
-
-    def check(value: object, where: str) -> object:
-        return type_check(name)(value, where)
-
-    return check
 
 
 def _base_check(name: str, limit: int) -> Check:

@@ -76,7 +76,10 @@ class Listener:
             connection, address = self.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
-                self._turn_away()
+                self._give_one_up()
+                with suppress(OSError):  # the connection has gone, or another thread took the descriptor
+                    self.socket.accept()[0].close()
+                self._keep_one_back()
             return None
         return connection, str(address[0])
 
@@ -84,12 +87,6 @@ class Listener:
         """Listen no longer."""
         self.socket.close()
         self._give_one_up()
-
-    def _turn_away(self) -> None:
-        self._give_one_up()
-        with suppress(OSError):  # the connection has gone, or another thread took the descriptor
-            self.socket.accept()[0].close()
-        self._keep_one_back()
 
     def _keep_one_back(self) -> None:
         try:
@@ -263,19 +260,18 @@ class Server:
 
     def _look_at_sockets(self, timeout: float) -> None:
         """Wait until some socket is ready; take in what came, send what waits."""
-        readers: list[ClientConnection | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
-        read = {_socket_of(guest, self._listener.socket): guest for guest in readers}
+        listener = self._listener.socket
+        read = {guest.connection: guest for guest in self._guests if guest.may_be_read}
         write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
-        readable, writable, _ = select.select(list(read), list(write), (), timeout)
+        readable, writable, _ = select.select([listener, *read], list(write), (), timeout)
         for connection in writable:
             write[connection].flush()
         for connection in readable:
-            guest = read[connection]
-            if guest is None:
+            if connection is listener:
                 self._take_in()
             else:
-                guest.read()
-                if guest.begun > _MUCH:
+                read[connection].read()
+                if read[connection].begun > _MUCH:
                     self._guests.limit_what_is_begun()
         if readable or writable:
             self._guests.forget_those_gone()
@@ -335,7 +331,3 @@ class Server:
     def _flush(self) -> None:
         for guest in self._guests:
             guest.flush()
-
-
-def _socket_of(guest: ClientConnection | None, listener: socket.socket) -> socket.socket:
-    return listener if guest is None else guest.connection

@@ -45,8 +45,10 @@ def main() -> None:
         if ear in ready:
             os.read(ear, 4096)
         if 0 in ready and not os.read(0, 4096):
+            import shutil  # rarely needed, and takes a while
+
             _kill_all()
-            _remove(folder)
+            shutil.rmtree(folder, ignore_errors=True)
             sys.exit(0)
         ended, found = os.waitpid(child, os.WNOHANG)
         status = found if ended else None
@@ -91,7 +93,9 @@ def _kill_all() -> list[str]:
             with contextlib.suppress(OSError):  # it is gone, or another user's
                 os.kill(pid, signal.SIGKILL)
         time.sleep(0.002)
-        _reap()
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
     return list(names.values())
 
 
@@ -123,18 +127,6 @@ def _name(pid: int) -> str:
             return file.read(200).replace(b"\0", b" ").decode(errors="replace").strip() or str(pid)
     except OSError:
         return str(pid)
-
-
-def _reap() -> None:
-    with contextlib.suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
-
-
-def _remove(folder: str) -> None:
-    import shutil  # rarely needed, and takes a while
-
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":

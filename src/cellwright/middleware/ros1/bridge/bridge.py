@@ -157,7 +157,7 @@ class Bridge:
                 self._link,
                 topic,
                 queue=None if in_lockstep else COMMAND_QUEUE,
-                on_handed_over=self._look_at_steps if in_lockstep else None,
+                on_handed_over=(lambda: self._loop.call(self._steps.look)) if in_lockstep else None,
             )
             for topic in topics
             if topic["direction"] == "in"
@@ -173,9 +173,6 @@ class Bridge:
             self._steps = StepService(self._loop, self._link, self._heard, self._sent)
             found.append(Service(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
         return found
-
-    def _look_at_steps(self) -> None:
-        self._loop.call(self._steps.look)
 
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
         """Wait a while until robot_state_publisher has come up, so that whoever finds the cell finds its frames."""

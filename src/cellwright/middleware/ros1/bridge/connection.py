@@ -14,11 +14,7 @@ from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, Fram
 
 
 def address_of(text: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT`.
-
-    Raises:
-        argparse.ArgumentTypeError: it is none.
-    """
+    """Host and port of `HOST:PORT`, for an option."""
     host, _, port = text.rpartition(":")
     if not host or not port.isdigit() or not 0 < int(port) < 1 << 16:
         raise argparse.ArgumentTypeError(f"{text!r} is no address: it must look like 127.0.0.1:11399")

@@ -104,7 +104,8 @@ class Loop:
     def run(self) -> int:
         """Wait and call until stopped; the status. Then it may run again."""
         while self._status is None:
-            for key, events in self._selector.select(self._patience()):
+            patience = max(0.0, self._timers[0][0] - time.monotonic()) if self._timers else None
+            for key, events in self._selector.select(patience):
                 on_read, on_write = key.data
                 if events & selectors.EVENT_WRITE and on_write is not None:
                     self._do(on_write)
@@ -114,11 +115,6 @@ class Loop:
                 self._do(heapq.heappop(self._timers)[2])
         status, self._status = self._status, None
         return status
-
-    def _patience(self) -> float | None:
-        if not self._timers:
-            return None
-        return max(0.0, self._timers[0][0] - time.monotonic())
 
     def _hear(self) -> None:
         with contextlib.suppress(OSError):

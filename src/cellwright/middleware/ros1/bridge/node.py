@@ -226,7 +226,7 @@ class MasterGoneError(MissingError):
 
 
 class Master:
-    """The master that the environment names, with a limit to how long it may take."""
+    """The master that the environment names, with a limit to how long it may take; else a MasterGoneError."""
 
     def __init__(self, node: str) -> None:
         self.uri: str = rosgraph.get_master_uri()
@@ -234,11 +234,7 @@ class Master:
         self._server = xmlrpc.client.ServerProxy(self.uri, transport=_Transport())
 
     def ask(self, method: str, *arguments: Any) -> Any | None:
-        """Call a method of the master's API; its value, None when it says that it cannot.
-
-        Raises:
-            MasterGoneError: it does not answer.
-        """
+        """Call a method of the master's API; its value, None when it says that it cannot."""
         try:
             code, _, value = getattr(self._server, method)(self._node, *arguments)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError) as error:
@@ -246,11 +242,7 @@ class Master:
         return value if code == 1 else None
 
     def wait(self, patience: float) -> None:
-        """Wait until it answers.
-
-        Raises:
-            MasterGoneError: it has not in this time [s].
-        """
+        """Wait until it answers, for so long [s] at most."""
         end = time.monotonic() + patience
         while True:
             try:
@@ -262,11 +254,7 @@ class Master:
             time.sleep(_RETRY)
 
     def knows(self, node: str, *, publishes: str, hears: str) -> bool:
-        """Whether a node is known to publish one topic and to subscribe to another.
-
-        Raises:
-            MasterGoneError: the master does not answer.
-        """
+        """Whether a node is known to publish one topic and to subscribe to another."""
         state = self.ask("getSystemState")
         if state is None:
             return False

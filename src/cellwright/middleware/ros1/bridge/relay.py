@@ -255,11 +255,7 @@ class Relay:
         return time_frame(frame.number, self._now)
 
     def _step(self, duration: int) -> bool:
-        """Let time pass [ns], and pass on what has come by then; whether there was anything.
-
-        Raises:
-            TimeStandsError: it did not, and will not any more.
-        """
+        """Let time pass [ns], and pass on what has come by then; whether there was anything. Else a TimeStandsError."""
         published = {topic.name: topic.published for topic in self._spoken.values()}
         self._barrier = self._count()
         try:
@@ -295,11 +291,7 @@ class Relay:
 
 
 def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
-    """Whether nobody has a clock, or another sign, to publish any more.
-
-    Raises:
-        MasterGoneError: the master does not answer.
-    """
+    """Whether nobody has a clock, or another sign, to publish any more."""
     state = master.ask("getSystemState")
     return state is not None and all(name != sign for name, _ in state[0])
 

@@ -47,10 +47,8 @@ class ServiceClient:
         """Whether the call succeeded, and the response, or the reason why not.
 
         The answer may take so long [s], or for ever, for a step of time may take long. A connection that was broken
-        meanwhile is made anew, but a request is not sent twice.
-
-        Raises:
-            ServiceGoneError: it cannot be reached, or went before it answered.
+        meanwhile is made anew, but a request is not sent twice. A ServiceGoneError if it cannot be reached, or went
+        before it answered.
         """
         connection = self._connection
         if connection is not None and _is_broken(connection):
@@ -136,11 +134,7 @@ _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
 def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
-    """WELCOME for what is there, without the time; None while nobody publishes the topic `sign`, or one still comes up.
-
-    Raises:
-        MasterGoneError: the master does not answer.
-    """
+    """WELCOME for what is there, without the time; None while nobody publishes the topic `sign`."""
     state, types = master.ask("getSystemState"), dict(master.ask("getTopicTypes") or ())
     if state is None:
         return None

@@ -170,7 +170,10 @@ class Ros1:
         try:
             if self.master.answers():
                 self._refuse_another()
-                self._look_for_rivals()
+                topic = self.identity.alone_on
+                for rival in self.master.living_publishers(topic) if topic else ():
+                    where = f"{topic} at {self.master.uri}"
+                    self.report(f"{rival} publishes {where} as well: programs will hear both, and command both")
             elif self.master.is_local:
                 self._own_master = OwnMaster(self._installation, self.master, lambda line: self.report(line))
                 self._own_master.wait(self._is_stopped)
@@ -307,14 +310,6 @@ class Ros1:
         raise UsageError(
             f"a node {name} is there already at {self.master.uri}: it answers at {node}; end it, or give another name"
         )
-
-    def _look_for_rivals(self) -> None:
-        """Warn of others that say what this node alone should say."""
-        topic = self.identity.alone_on
-        for rival in self.master.living_publishers(topic) if topic else ():
-            self.report(
-                f"{rival} publishes {topic} at {self.master.uri} as well: programs will hear both, and command both"
-            )
 
     def _settle_time(self) -> None:
         """Have programs take the right time: they ask once, when they start."""

@@ -11,6 +11,7 @@ import subprocess
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import PIPE
 
 from cellwright.middleware.ros1.host import installation as installations
 from cellwright.middleware.ros1.host.installation import Installation
@@ -81,8 +82,9 @@ def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modul
     """
     search = [f"-I{name}:{packages / name / 'msg'}" for name in names]
     search += [f"-I{folder.parent.name}:{folder}" for folder in sorted(ros.share.glob("*/msg")) if folder.is_dir()]
+    environment = tool_environment(ros)
     running = [
-        (command, _start_generator(command, ros))
+        (command, subprocess.Popen(command, env=environment, stdout=PIPE, stderr=PIPE, text=True))  # noqa: S603
         for name in names
         for command in _generator_commands(ros, packages / name, modules / name, search)
     ]
@@ -94,8 +96,11 @@ def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modul
     for name in names:
         (modules / name / "__init__.py").touch()
         for namespace in ("msg", "srv"):
-            if (modules / name / namespace).is_dir():
-                _write_init(modules / name / namespace)
+            folder = modules / name / namespace
+            if folder.is_dir():
+                stems = sorted(path.stem for path in folder.glob("_*.py") if path.stem != "__init__")
+                lines = "".join(f"from .{stem} import *\n" for stem in stems)
+                (folder / "__init__.py").write_text(lines, encoding="utf-8")
 
 
 def _generator_commands(ros: RosSystem, package: Path, modules: Path, search: Sequence[str]) -> Iterator[list[str]]:
@@ -106,19 +111,6 @@ def _generator_commands(ros: RosSystem, package: Path, modules: Path, search: Se
             out.mkdir(parents=True, exist_ok=True)
             program = str(ros.generators / f"gen{namespace}_py.py")
             yield [str(ros.python), program, *definitions, *search, "-p", package.name, "-o", str(out)]
-
-
-def _start_generator(command: Sequence[str], ros: RosSystem) -> subprocess.Popen[str]:
-    return subprocess.Popen(  # noqa: S603
-        command, env=tool_environment(ros), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
-def _write_init(folder: Path) -> None:
-    """Write the module that imports all others of its folder."""
-    names = sorted(path.stem for path in folder.glob("_*.py") if path.stem != "__init__")
-    lines = [f"from .{name} import *" for name in names]
-    (folder / "__init__.py").write_text("\n".join([*lines, ""]), encoding="utf-8")
 
 
 STUB_MANIFEST = """<?xml version="1.0"?>

@@ -26,8 +26,7 @@ from cellwright.middleware.ros1.packages.tools import (
 )
 from cellwright.util.errors import UsageError
 
-SHELLS = ("sh", "fish")
-"""Shells whose language the lines are in; `sh` is understood by bash and zsh as well."""
+SHELLS = ("sh", "fish")  # whose language the lines are in; bash and zsh understand `sh` as well
 
 
 def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
@@ -81,8 +80,8 @@ def _digest(ros: RosSystem) -> str:
         digest.update(f"{item}\0".encode())
     for package in provided_packages(ros):
         digest.update(f"{package}\0".encode())
-        for path, file in package_files(package, Path("bin")).items():
-            digest.update(f"{path} {len(file.content)}\0".encode() + file.content)
+        for path, content in package_files(package, Path("bin")).items():
+            digest.update(f"{path} {len(content)}\0".encode() + content)
     return digest.hexdigest()[:12]
 
 
@@ -112,11 +111,8 @@ def shell_lines(values: Mapping[str, str], shell: str) -> str:
     for name, value in values.items():
         if shell == "fish":
             parts = value.split(os.pathsep) if name == "PATH" else [value]
-            lines.append(" ".join(["set -gx", name, *map(_fish_quoted, parts)]))
+            quoted = ("'" + part.replace("\\", "\\\\").replace("'", "\\'") + "'" for part in parts)
+            lines.append(" ".join(["set -gx", name, *quoted]))
         else:
             lines.append(f"export {name}={shlex.quote(value)}")
     return "\n".join(lines)
-
-
-def _fish_quoted(text: str) -> str:
-    return "'" + text.replace("\\", "\\\\").replace("'", "\\'") + "'"
