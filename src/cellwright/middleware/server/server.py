@@ -118,12 +118,9 @@ class Server:
     Args:
         cell: whose bus it is.
         host: the address to listen at; anything but loopback lets others in the network drive the cell.
-        port: the port to listen at; 0 takes a free one, None the default one, or one of the next where it is in use.
+        port: 0 takes a free one, None the default one, or one of the next where it is in use.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
         report: takes a line about guests that misbehave, at most one a second for each.
-
-    Attributes:
-        key: who shows it is answered by services that are guarded; empty while none is.
 
     Raises:
         UsageError: the address cannot be listened at.
@@ -140,9 +137,9 @@ class Server:
     ) -> None:
         found = open_listener(host, port) if port is not None else open_listener(host, DEFAULT_PORT, tries=TRIES)
         self._listener = Listener(found)
+        # the default port where it was wished for and in use; else 0
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
-        """The default port where it was wished for and in use; else 0."""
-        self.key = ""
+        self.key = ""  # who shows it is answered by services that are guarded; empty while none is
         self._requests = Requests(cell, lockstep=lockstep)
         self._guests = ClientRegistry(report, self._requests.forget)
         self._turn = 0

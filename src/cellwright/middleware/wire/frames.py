@@ -45,8 +45,7 @@ from typing import Any, Dict, Iterator, Tuple
 PROTOCOL = 1
 QUIET = "quiet"
 """Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
-LONGEST_FRAME = 16 << 20
-"""Bytes of the longest frame that is taken; no message of a cell comes near."""
+LONGEST_FRAME = 16 << 20  # bytes of the longest frame that is taken; no message of a cell comes near
 LONGEST_SAID = 3 << 20
 """Bytes of the longest frame that a guest may say: it is kept until it is whole, and time stands while it is read."""
 
@@ -148,8 +147,7 @@ class Decoder:
     """Makes frames of bytes, however they come in pieces."""
 
     def __init__(self, longest: int = LONGEST_FRAME) -> None:
-        self.longest = longest
-        """May be changed at any time; it holds for the frames that begin from then on."""
+        self.longest = longest  # may be changed at any time; it holds for the frames that begin from then on
         self._waiting = bytearray()
 
     @property

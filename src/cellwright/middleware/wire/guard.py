@@ -20,8 +20,7 @@ import time
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
-_KILLING = 5.0
-"""How long processes that were killed may take to be gone [s]."""
+_KILLING = 5.0  # how long processes that were killed may take to be gone [s]
 
 
 def main() -> None:

@@ -50,13 +50,11 @@ class ServiceClient:
         meanwhile is made anew, but a request is not sent twice. A ServiceGoneError if it cannot be reached, or went
         before it answered.
         """
-        connection = self._connection
-        if connection is not None and _is_broken(connection):
+        if self._connection is not None and _is_broken(self._connection):
             self.close()
-            connection = None
-        if connection is None:
-            connection, _ = self._connect({"persistent": "1"})
-            self._connection = connection
+        if self._connection is None:
+            self._connection, _ = self._connect({"persistent": "1"})
+        connection = self._connection
         connection.settimeout(patience)
         try:
             connection.sendall(_LENGTH.pack(len(request)) + request)

@@ -121,20 +121,18 @@ def how_it_ended(status: int) -> str:
         return f"was ended by signal {-status}"
 
 
+_FIRST_WAIT, _LONGEST_WAIT = 0.25, 8.0  # [s]
+_FORGIVEN = 10.0  # [s]: what lasts so long is tried again at once, as if for the first time
+
+
 class RestartDelay:
-    """How long to wait [s] before something that fails over and over is tried again: `first`, doubled up to `longest`.
+    """How long to wait [s] before something that fails over and over is tried again."""
 
-    What lasts as long as `forgiven` [s] is tried again at once, as if for the first time.
-    """
-
-    def __init__(self, first: float = 0.25, longest: float = 8.0, forgiven: float = 10.0) -> None:
-        self._first, self._longest, self._forgiven = first, longest, forgiven
+    def __init__(self) -> None:
         self._next = 0.0
 
     def after(self, lasted: float) -> float:
         """How long to wait [s] after a failure of what has `lasted` so long [s]."""
-        if lasted >= self._forgiven:
-            self._next = 0.0
-        wait = self._next
-        self._next = min(self._longest, max(self._first, 2 * wait))
+        wait = 0.0 if lasted >= _FORGIVEN else self._next
+        self._next = min(_LONGEST_WAIT, max(_FIRST_WAIT, 2 * wait))
         return wait

@@ -14,7 +14,6 @@ from pathlib import Path
 from subprocess import PIPE
 
 from cellwright.middleware.ros1.host import installation as installations
-from cellwright.middleware.ros1.host.installation import Installation
 from cellwright.middleware.ros1.packages.contents import PACKAGES
 from cellwright.util.errors import UsageError
 
@@ -41,13 +40,13 @@ class RosSystem:
         return (self.share / name / "package.xml").is_file()
 
 
-def find_system(installation: Installation | None = None) -> RosSystem:
-    """The ROS 1 of this machine, or of an installation.
+def find_system() -> RosSystem:
+    """The ROS 1 of this machine.
 
     Raises:
         UsageError: there is none, or it cannot generate messages.
     """
-    found = installations.find() if installation is None else installation
+    found = installations.find()
     for prefix in found.prefixes:
         ros = RosSystem(prefix, Path(found.python))
         if all((ros.generators / f"gen{kind}_py.py").is_file() for kind in ("msg", "srv")):
