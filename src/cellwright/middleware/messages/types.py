@@ -85,19 +85,6 @@ def sources() -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def source(name: str) -> str:
-    """The text of one definition file, message or service.
-
-    Raises:
-        UnknownNameError: the project brings no file of this name.
-    """
-    texts = sources()
-    for namespace in (MESSAGE, SERVICE):
-        if (text := texts.get(full_name(name, namespace))) is not None:
-            return text
-    raise UnknownNameError("definition file", name, texts)
-
-
 def parsed_definitions() -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
     """Every type that the files define, with its constants and fields; a service makes two types."""
     for name, text in sources().items():

@@ -4,31 +4,12 @@ from __future__ import annotations
 
 import socket
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 
 from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind
 from cellwright.util import errors
 from cellwright.util.errors import CellwrightError
-
-
-class ReasonCounter:
-    """Keeps the first of many reasons, and counts all of them."""
-
-    def __init__(self) -> None:
-        self._first = ""
-        self.count = 0
-
-    def add(self, reason: str) -> None:
-        """Take note of one."""
-        self._first = self._first or reason
-        self.count += 1
-
-    def take(self) -> str:
-        """What there was, in a line; from then on it counts anew."""
-        more = f" (and {self.count - 1} more since the last report)" if self.count > 1 else ""
-        line, self._first, self.count = f"{self._first}{more}", "", 0
-        return line
-
 
 PING_PERIOD = 0.02  # wall time [s] between an answer and the next PING
 LATE = 0.1  # a guest is behind when its answer takes longer than this [s]
@@ -131,8 +112,7 @@ class ClientConnection:
         self.full = FULL  # with so many bytes waiting its messages are dropped
         self.is_heavy = False  # whether what it asked for last took long to carry out
         self.heartbeat: Heartbeat | None = None  # tells how far it is behind; None unless it asked for PINGs
-        self.untold = ReasonCounter()
-        """Why messages could not be put into a form for it, since that was last said."""
+        self.untold: Counter[str] = Counter()  # why messages had no form for it, since that was last said
         self.is_gone = False  # nothing more can be said or heard
         self.is_leaving = False
         """Nothing more is heard from it; it is gone as soon as it has taken what waits for it."""
@@ -277,7 +257,7 @@ class ClientRegistry:
         self._report = report
         self._forget = forget
         self._there: list[ClientConnection] = []
-        self._cut_off: dict[str, ReasonCounter] = {}
+        self._cut_off: dict[str, Counter[str]] = {}
         self._waited_for: set[str] = set()
         self._looked = time.monotonic()
         self._standing_time = HoldBudget(self._looked)
@@ -369,8 +349,9 @@ class ClientRegistry:
             if guest.dropped:
                 self._report(f"{guest.name} does not read as fast as it is told: {guest.dropped} messages were dropped")
                 guest.dropped = 0
-            if guest.untold.count:
-                self._report(f"{guest.name} cannot be told: {guest.untold.take()}")
+            if guest.untold:
+                self._report(f"{guest.name} cannot be told: {_first(guest.untold)}")
+                guest.untold.clear()
             is_stuck = guest.stuck_since is not None and now - guest.stuck_since > PATIENCE
             if is_stuck and (guest.is_behind or guest.is_leaving):
                 guest.is_gone = True
@@ -381,10 +362,16 @@ class ClientRegistry:
 
     def _tell_who_was_cut_off(self) -> None:
         for name, reasons in self._cut_off.items():
-            self._report(f"cut off {name}: {reasons.take()}")
+            self._report(f"cut off {name}: {_first(reasons)}")
         self._cut_off.clear()
 
     def _note_cut(self, guest: ClientConnection, reason: str) -> None:
         """Take note of it for the next report; names come from outside, and beyond some the others share a line."""
         name = guest.name if guest.name in self._cut_off or len(self._cut_off) < _MOST_NAMED else "others"
-        self._cut_off.setdefault(name, ReasonCounter()).add(reason)
+        self._cut_off.setdefault(name, Counter())[reason] += 1
+
+
+def _first(reasons: Counter[str]) -> str:
+    """The first of many reasons, and how many there were after it."""
+    more = reasons.total() - 1
+    return next(iter(reasons)) + (f" (and {more} more since the last report)" if more else "")

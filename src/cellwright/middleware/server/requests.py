@@ -238,7 +238,7 @@ class Requests:
             data = self._translation.to_bytes(message, guest.encoding)
             guest.tell(number, data, is_quiet=is_quiet)
         except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
-            guest.untold.add(str(error))
+            guest.untold[str(error)] += 1
 
     def _publish(self, guest: ClientConnection, frame: Frame) -> None:
         node = frame.node or guest.node
