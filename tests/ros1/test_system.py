@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.ros1.host import installation
-from cellwright.middleware.ros1.host.installation import Installation
-from cellwright.middleware.ros1.packages.contents import PACKAGES
-from cellwright.middleware.ros1.packages.tools import RosSystem, find_system, provided_packages, tool_environment
+from cellwright.middleware.ros1.host.installation import Installation, RosSystem, find_system, tool_environment
+from cellwright.middleware.ros1.packages.contents import PACKAGES, provided_packages
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 

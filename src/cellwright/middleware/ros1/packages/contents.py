@@ -13,6 +13,7 @@ from pathlib import Path
 from cellwright._package import FOLDER
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.middleware.messages.types import sources
+from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.util.errors import UnknownNameError
 
 IO_TELEOP = "io_teleop_robot_control_node"
@@ -31,6 +32,11 @@ VENDORS_NAMES = {"qinglong": "OpenLoong"}
 _QINGLONG, _ANY_ROBOT = "openloong_controller_node.py", "general_sim_robot_control_node.py"
 
 _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
+
+
+def provided_packages(ros: RosSystem) -> list[str]:
+    """Names of our packages that a shell is to have; the messages of controllers only where ROS itself lacks them."""
+    return [name for name in PACKAGES if name != "control_msgs" or not ros.has_package(name)]
 
 
 def package_files(package: str, programs: Path) -> dict[str, bytes]:

@@ -15,8 +15,14 @@ import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.contents import IO_TELEOP, write_file, write_package, write_programs
-from cellwright.middleware.ros1.packages.tools import RosSystem, provided_packages, tool_environment
+from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
+from cellwright.middleware.ros1.packages.contents import (
+    IO_TELEOP,
+    provided_packages,
+    write_file,
+    write_package,
+    write_programs,
+)
 from cellwright.util.errors import UsageError
 
 GROUP, GROUP_OF_ROBOTS = "ariac", "io_teleop"  # folders among the sources: of our packages, of a robot's node
