@@ -150,8 +150,7 @@ class Later:
             listener(self.response)
 
 
-Callback: TypeAlias = Callable[[Any], None]
-"""Takes a message of the topic's class."""
+Callback: TypeAlias = Callable[[Any], None]  # takes a message of the topic's class
 
 Handler: TypeAlias = Callable[[Any, str], Any]
 """Takes a message or request, and the name of the node that it came from."""

@@ -28,8 +28,7 @@ class Pace(Enum):
     ON_EVENT = "on event"
 
 
-Rate: TypeAlias = Fraction | Pace
-"""Messages per second of simulation time [Hz], or the occasion."""
+Rate: TypeAlias = Fraction | Pace  # messages per second of simulation time [Hz], or the occasion
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,13 +126,9 @@ class Row:
     @property
     def rate_text(self) -> str:
         """The rate in words: "50 Hz", "each step", "on event", or nothing for what comes from clients."""
-        match self.rate:
-            case None:
-                return ""
-            case Pace() as pace:
-                return pace.value
-            case rate:
-                return f"{float(rate):g} Hz"
+        if isinstance(self.rate, Fraction):
+            return f"{float(self.rate):g} Hz"
+        return "" if self.rate is None else self.rate.value
 
     def of(self, subject: str | None) -> Row:
         """The row for one sensor or AGV, or for none."""

@@ -129,16 +129,7 @@ class Publication(ManagedTopic):
     def _welcome(self) -> None:
         """Answer the handshakes of those who wait; each gets what is latched at once."""
         waiting, self._waiting = self._waiting, []
-        for peer in waiting:
-            self._peers.append(peer)
-            if self._sent is not None:
-                self._sent.begin(peer.caller, self.name)
-            peer.connection.send(handshake_bytes(self._header()))
-            if self._newest is not None:
-                self._give(peer, self._newest)
-
-    def _header(self) -> Header:
-        return {
+        header = {
             "topic": self.name,
             "type": self.type,
             "md5sum": self.md5sum,
@@ -146,6 +137,13 @@ class Publication(ManagedTopic):
             "latching": "1" if self._latch else "0",
             "callerid": rospy.get_name(),
         }
+        for peer in waiting:
+            self._peers.append(peer)
+            if self._sent is not None:
+                self._sent.begin(peer.caller, self.name)
+            peer.connection.send(handshake_bytes(header))
+            if self._newest is not None:
+                self._give(peer, self._newest)
 
     def _publish(self, payload: bytes) -> None:
         if self._has_header:  # it begins with the number of the message, which only its publisher knows
