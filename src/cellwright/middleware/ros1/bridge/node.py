@@ -226,7 +226,7 @@ class MasterGoneError(MissingError):
 
 
 class Master:
-    """The master that the environment names, with a limit to how long it may take; else a MasterGoneError."""
+    """The master that the environment names; a MasterGoneError when it takes too long to answer, or does not."""
 
     def __init__(self, node: str) -> None:
         self.uri: str = rosgraph.get_master_uri()

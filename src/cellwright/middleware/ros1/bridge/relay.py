@@ -60,6 +60,7 @@ _NAP = 0.002
 _SIMULATOR_NAP = 0.05
 _LOOK_AFTER = 0.5
 _MOST_LOOKS = 10
+_CLOCK_BYTES = 8
 
 
 class TimeStandsError(Exception):
@@ -308,9 +309,6 @@ def _wait(condition: Callable[[], bool]) -> bool:
             return False
         time.sleep(_NAP)
     return True
-
-
-_CLOCK_BYTES = 8
 
 
 def serve(node: str, patience: float, sign: str) -> int:
