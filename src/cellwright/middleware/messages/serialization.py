@@ -289,7 +289,10 @@ def to_cdr(message: Message) -> bytes:
     Raises:
         MessageError: a value does not fit its field.
     """
-    return _encode(cdr_writer(message.__msgtype__), message)
+    try:
+        return cdr_writer(message.__msgtype__)(message)
+    except FAULTS as fault:
+        raise _unwritable(message, fault) from fault
 
 
 def from_cdr(data: bytes | memoryview, message_class: type[M]) -> M:
@@ -310,7 +313,10 @@ def to_ros1(message: Message) -> bytes:
     """
     name = message.__msgtype__
     _require_ros1(name)
-    return _encode(lambda message: bytes(ros1_store().serialize_ros1(message, name)), message)
+    try:
+        return bytes(ros1_store().serialize_ros1(message, name))
+    except FAULTS as fault:
+        raise _unwritable(message, fault) from fault
 
 
 def from_ros1(data: bytes | memoryview, message_class: type[M]) -> M:
@@ -347,13 +353,13 @@ def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, messag
     return message
 
 
-def _encode(write: Writer, message: Message) -> bytes:
-    """The message as bytes; an error names the field that does not fit, where that can be found out."""
+def _unwritable(message: Message, fault: Exception) -> MessageError:
+    """The error for a message that could not be written: it names the field where that can be found out."""
     try:
-        return write(message)
-    except FAULTS as fault:
         checked(message)
-        raise MessageError(f"this {type_of(message)} cannot be written: {fault}") from fault
+    except MessageError as error:
+        return error
+    return MessageError(f"this {type_of(message)} cannot be written: {fault}")
 
 
 def _require_ros1(name: str) -> None:

@@ -8,7 +8,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, TypeAlias
 
@@ -86,11 +86,16 @@ def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
 
 def _describe_topic(info: TopicInfo) -> dict[str, Any]:
     return {
-        **asdict(info),
+        "name": info.name,
+        "type": info.type,
         "md5": _ros1_form(info.type, md5),
         "definition": _ros1_form(info.type, definition),
         "direction": info.direction.value,
+        "rate": info.rate,
         "on_event": info.rate == Pace.ON_EVENT.value,
+        "latch": info.latch,
+        "publishers": info.publishers,
+        "subscribers": info.subscribers,
     }
 
 
