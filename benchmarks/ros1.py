@@ -25,7 +25,7 @@ from cellwright.cell.interface.parameters import parameters
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.rate_control import RealTimePacer
-from cellwright.middleware.interface.sampling import Sampled
+from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.conversions import joint_state
@@ -59,7 +59,7 @@ def bench_cell() -> Cell:
     def state() -> Message:
         return joint_state(names, *arm.read(), time=arm.simulation.now)
 
-    Sampled(cell.bus, cell.simulation, row, state)
+    Output(cell.bus, cell.simulation, row).sample(state)
     return cell
 
 

@@ -11,8 +11,8 @@ import typer
 from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
+from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages import workspace
-from cellwright.middleware.ros1.packages.tools import find_system
 from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
 
 

@@ -32,9 +32,7 @@ MAX_CACHED_BYTES = 1024
 class StringCache(dict[Any, bytes]):
     """What was written, by what was to be written; what is not there yet is written when it is looked up.
 
-    Args:
-        write: writes a text, or some.
-        filled: whether zeros follow up to the next multiple of four bytes.
+    With `filled`, zeros follow up to the next multiple of four bytes.
     """
 
     def __init__(self, write: Callable[[Any], bytes], *, filled: bool) -> None:

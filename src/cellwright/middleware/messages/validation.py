@@ -51,11 +51,7 @@ def checked(message: M) -> M:
 
 @cache
 def type_check(name: str) -> Check:
-    """The check for a message type, by full name.
-
-    Raises:
-        UnknownNameError: there is no such type.
-    """
+    """The check for a message type, by full name."""
     message_class = message_type(name)
     fields = ros2_store().fielddefs[name][1]
     members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]
@@ -101,21 +97,12 @@ def _field_check(desc: FieldDesc) -> Check:
         case (Nodetype.BASE, (name, limit)):
             return _base_check(str(name), int(limit))
         case (Nodetype.NAME, name):
-            return _late_check(str(name))
+            return lambda value, where: type_check(str(name))(value, where)  # made when it is first needed
         case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
             return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
         case (kind, (member, length)):
             check = _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
             return _unless_plain(check) if member == _ANY_STRING and not length else check
-
-
-def _late_check(name: str) -> Check:
-    """The check for a message inside another, made when it is first needed."""
-
-    def check(value: object, where: str) -> object:
-        return type_check(name)(value, where)
-
-    return check
 
 
 def _base_check(name: str, limit: int) -> Check:

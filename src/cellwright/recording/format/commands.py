@@ -142,7 +142,7 @@ class CommandNotes:
             case How.PUBLISH:
                 type_name = type_of(type(given.message))
             case How.CALL:
-                type_name = self._bus.service(given.name).type
+                type_name = self._bus.service(given.name).type.name
             case How.EXTRA:
                 type_name = ""
         stamp = None if self._stamp is None else self._stamp()

@@ -15,19 +15,17 @@ import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
 from cellwright.middleware.ros1.packages.contents import (
     IO_TELEOP,
-    PackageFile,
+    provided_packages,
     write_file,
     write_package,
     write_programs,
 )
-from cellwright.middleware.ros1.packages.tools import RosSystem, provided_packages, tool_environment
 from cellwright.util.errors import UsageError
 
-GROUP = "ariac"
-"""The folder of our packages among the sources; that of a robot's node has another."""
-GROUP_OF_ROBOTS = "io_teleop"
+GROUP, GROUP_OF_ROBOTS = "ariac", "io_teleop"  # folders among the sources: of our packages, of a robot's node
 
 NEEDED = {
     "actionlib_msgs": "libactionlib-msgs-dev",
@@ -137,4 +135,4 @@ def build(ros: RosSystem, folder: Path) -> None:
 def _write(path: Path, text: str) -> None:
     if path.is_symlink():  # as catkin_init_workspace makes it
         path.unlink()
-    write_file(path, PackageFile(text.encode()))
+    write_file(path, text.encode())
