@@ -8,16 +8,13 @@ import struct
 import zlib
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose, Vector3
-
-if TYPE_CHECKING:
-    import mujoco
 
 
 class Form(StrEnum):
@@ -287,18 +284,6 @@ def _mesh(vertices: str, faces: str) -> Mesh:
     if not np.isfinite(points).all() or (triangles < 0).any() or (triangles >= len(points)).any():
         raise ValueError("a mesh makes no sense")
     return Mesh(points.astype(np.float32), triangles.astype(np.int32))
-
-
-_UNSET = (0.5, 0.5, 0.5, 1.0)
-"""The engine's default colour of a geom; a geom with a material that has this colour shows the material's."""
-
-
-def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """The colour and opacity (ngeom, 4) of every geom, sRGB 0..1: its own, or else its material's."""
-    colours = np.array(model.geom_rgba, np.float64)
-    from_material = (model.geom_matid >= 0) & np.all(model.geom_rgba == np.array(_UNSET, np.float32), axis=1)
-    colours[from_material] = model.mat_rgba[model.geom_matid[from_material]]
-    return colours
 
 
 def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
