@@ -43,9 +43,6 @@ class Sound(Feature):
     def away(self, reason: str) -> None:
         self._note("away")
 
-    def back(self) -> None:
-        self._note("back")
-
     def _note(self, what: str) -> None:
         self.told_of.append(what)
 

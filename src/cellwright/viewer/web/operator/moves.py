@@ -15,24 +15,14 @@ way is never taken for a wish.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose, normalized
-from cellwright.viewer.web.operator.robot_state import (
-    POSITION_TOLERANCE,
-    ROTATION_TOLERANCE,
-    SeenRobot,
-    Standing,
-    rotation_angle,
-)
+from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing, is_near
 
-HAND_PERIOD = 0.02
-"""Poses are sent no more often than this [s]."""
-HAND_REPEAT = 2.0
-"""A handle that is held and rests is repeated for so long [s]: the way to its pose may take some time."""
-
+HAND_PERIOD = 0.02  # [s]; poses are sent no more often
+HAND_REPEAT = 2.0  # [s] for which a handle that is held and rests is repeated: the way to its pose may take some time
 _STRAYED = 1e-3  # [m; rad]
 
 
@@ -66,11 +56,7 @@ class _Hold:
 
 
 class Hands:
-    """The handles of a robot's arms.
-
-    Args:
-        count: how many arms there are.
-    """
+    """The handles of a robot's arms, of which there are `count`."""
 
     def __init__(self, count: int) -> None:
         self._count = count
@@ -122,13 +108,8 @@ class Hands:
 
     def has_strayed(self, arm: int) -> bool:
         """Whether a handle that is held wants its hand elsewhere than where it was taken hold of."""
-        held = self._holds.get(arm)
-        if held is None or held.pose is None:
-            return False
-        return (
-            math.dist(held.pose.position, held.tip.position) > _STRAYED
-            or rotation_angle(held.pose, held.tip) > _STRAYED
-        )
+        wanted = self.held(arm)
+        return wanted is not None and not is_near(wanted, self._holds[arm].tip, _STRAYED, _STRAYED)
 
     def is_held(self, arm: int) -> bool:
         """Whether somebody has hold of a handle."""
@@ -170,16 +151,10 @@ def _pose_at_grab(arm: int, standing: Standing) -> Pose:
     it is, so that nothing jumps.
     """
     aim, tip = standing.aims[arm], standing.tips[arm]
-    is_there = (
-        aim is not None
-        and math.dist(aim.position, tip.position) < POSITION_TOLERANCE
-        and rotation_angle(aim, tip) < ROTATION_TOLERANCE
-    )
-    return aim if aim is not None and is_there else tip
+    return aim if aim is not None and is_near(aim, tip) else tip
 
 
-HOLD_TIME = 1.0
-"""So long [s] after it was moved a slider still stands where it was put."""
+HOLD_TIME = 1.0  # [s] after it was moved for which a slider still stands where it was put
 
 
 class TouchTimes:
@@ -193,12 +168,9 @@ class TouchTimes:
         return now - self.touched.get(slider, float("-inf")) < HOLD_TIME
 
 
-JOINT_SPEED = {"rad": 1.5, "m": 0.3}
-"""How fast targets walk [rad/s; m/s]."""
-JOINT_LEAD = {"rad": 0.3, "m": 0.1}
-"""How far [rad; m] a target may be ahead of its joint."""
-JOINT_PATIENCE = 2.0
-"""A joint that does not get on for so long [s] is given up."""
+JOINT_SPEED = {"rad": 1.5, "m": 0.3}  # [rad/s; m/s] at which targets walk
+JOINT_LEAD = {"rad": 0.3, "m": 0.1}  # [rad; m] that a target may be ahead of its joint
+JOINT_PATIENCE = 2.0  # [s] after which a joint that does not get on is given up
 _MAX_STEP = 0.25  # [s]: no more than this is walked at once, however late one comes
 _MIN_PROGRESS = 1e-3  # [rad; m]
 
@@ -215,11 +187,7 @@ class _Walk:
 
 
 class JointMoves(TouchTimes):
-    """The sliders of a robot's joints.
-
-    Args:
-        robot: whose they are.
-    """
+    """The sliders of a robot's joints."""
 
     def __init__(self, robot: SeenRobot) -> None:
         super().__init__()
@@ -259,9 +227,8 @@ class JointMoves(TouchTimes):
         """Targets that are to be sent now [rad; m], by joint."""
         found = {}
         for joint, walk in list(self._walks.items()):
-            measured = standing.positions[joint]
-            if measured is None:
-                measured = standing.targets[joint]
+            position = standing.positions[joint]
+            measured = standing.targets[joint] if position is None else position
             target = self._step(walk, self._robot.joints[joint].unit, measured, now)
             if target is not None:
                 found[joint] = target
@@ -275,9 +242,9 @@ class JointMoves(TouchTimes):
     def _step(self, walk: _Walk, unit: str, measured: float, now: float) -> float | None:
         """The next target of a walk; None if it has to wait."""
         before = measured if walk.target is None else walk.target
-        reach = JOINT_SPEED[unit] * min(now - walk.stepped, _MAX_STEP)
+        reach, lead = JOINT_SPEED[unit] * min(now - walk.stepped, _MAX_STEP), JOINT_LEAD[unit]
         target = before + min(max(walk.wanted - before, -reach), reach)
-        target = min(max(target, measured - JOINT_LEAD[unit]), measured + JOINT_LEAD[unit])
+        target = min(max(target, measured - lead), measured + lead)
         walk.stepped = now
         if (left := abs(walk.wanted - target)) < walk.nearest - _MIN_PROGRESS or left == 0.0:
             walk.nearest, walk.gained = left, now
@@ -291,16 +258,11 @@ class JointMoves(TouchTimes):
         self.touched[joint] = now
 
 
-GRIPPER_PERIOD = 0.02
-"""They are told no more often than this [s]."""
+GRIPPER_PERIOD = 0.02  # [s]; they are told no more often
 
 
 class Grips(TouchTimes):
-    """The sliders of a robot's grippers: 0 open, 1 closed.
-
-    Args:
-        count: how many there are.
-    """
+    """The sliders of a robot's grippers, of which there are `count`: 0 open, 1 closed."""
 
     def __init__(self, count: int) -> None:
         super().__init__()
@@ -335,10 +297,8 @@ class Grips(TouchTimes):
         )
 
 
-BUTTON_RATE = 10.0
-"""A button that is held says so this often [Hz]; the base keeps a speed for 0.2 s."""
-BASE_SPEED, BASE_TURN_SPEED = 0.3, 0.6
-"""How fast the base is to go [m/s] and to turn [rad/s]."""
+BUTTON_RATE = 10.0  # [Hz] at which a button that is held says so; the base keeps a speed for 0.2 s
+BASE_SPEED, BASE_TURN_SPEED = 0.3, 0.6  # [m/s], [rad/s]
 
 BASE_DIRECTIONS = {
     "forward": (0.0, 1.0, 0.0),
@@ -353,9 +313,7 @@ BASE_DIRECTIONS = {
 
 def base_directions(mode: BaseMode) -> tuple[str, ...]:
     """The buttons that there are; the original's commands go along y only."""
-    if mode is BaseMode.ORIGINAL:
-        return ("left", "right", "turn left", "turn right")
-    return tuple(BASE_DIRECTIONS)
+    return tuple(BASE_DIRECTIONS)[2 if mode is BaseMode.ORIGINAL else 0 :]
 
 
 def base_command(mode: BaseMode, direction: str) -> tuple[float, ...]:
