@@ -1,8 +1,7 @@
 """Ray-cast pictures: layers of surfaces, smooth edges, bands drawn in parallel, and PNG files.
 
-Bands keep the arrays small, whatever the size of the picture, and let several threads draw at once. Pixels share light
-with their neighbours, so a band is computed with a margin of rows above and below it, which are then dropped: the
-picture does not show where bands meet.
+Bands keep the arrays small, and let several threads draw at once. Pixels share light with their neighbours, so a band
+is computed with a margin of rows above and below it, which are then dropped.
 
 One ray through the middle of every pixel, light by `lamps` and `shading`, and then more rays through those pixels in
 which surfaces or colours meet, so that edges are smooth.
@@ -40,14 +39,9 @@ _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One surface per pixel of some rows of a picture, and how much light reaches it.
+    """One surface per pixel (n,) of some rows of a picture, row by row, and how much of lamp and sky each sees, 0..1.
 
-    Attributes:
-        hits: the surfaces (n,), row by row.
-        albedo: their colours (n, 3), linear.
-        key: how much of the lamp each sees, 0..1.
-        sky: how much of the sky each sees, 0..1.
-        width: of the picture, in pixels.
+    The colours `albedo` (n, 3) are linear; `width` is the picture's, in pixels.
     """
 
     hits: Hits
@@ -211,18 +205,14 @@ def draw_band(
 
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-TRUE_COLOUR = 2
-FILTER_UP = 2
+TRUE_COLOUR, FILTER_UP = 2, 2
 
 
 def encode_png(picture: NDArray[np.uint8]) -> bytes:
     """The PNG file of a picture (height, width, 3) of 8 bits per channel, sRGB.
 
     Each row is stored as its difference to the row above (filter "up"), which suits smooth shading and costs one
-    subtraction.
-
-    Raises:
-        UsageError: if the array is of another type or shape, or empty.
+    subtraction. UsageError: the array is of another type or shape, or empty.
     """
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3 or picture.size == 0:
         raise UsageError(f"a picture is a (height, width, 3) array of uint8, not {picture.shape} of {picture.dtype}")
@@ -242,11 +232,7 @@ def encode_png(picture: NDArray[np.uint8]) -> bytes:
 
 
 def save_png(path: str | Path, picture: NDArray[np.uint8]) -> None:
-    """Write a picture to a PNG file, whole or not at all.
-
-    Raises:
-        UsageError: it cannot be written.
-    """
+    """Write a picture to a PNG file, whole or not at all; UsageError: it cannot be written."""
     try:
         write_whole(Path(path), encode_png(picture))
     except OSError as error:

@@ -45,12 +45,8 @@ class Hits:
 class RayCaster:
     """Casts rays into a cell as it stands at the moment of construction.
 
-    It works on copies of its own: neither `model` nor `data` is written to, nor kept. The engine's scratch memory is
-    among them, so two threads need two casters.
-
-    Args:
-        model: the cell.
-        data: its state; only positions are read.
+    It works on copies of its own: neither `model` nor `data`, of which only positions are read, is written to, nor
+    kept. The engine's scratch memory is among them, so two threads need two casters.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from cellwright.rendering.raycast import Hits, RayCaster
 from cellwright.rendering.scene.scene import linear
 
+_STEP = 11  # from a lamp to the next one asked; prime to the number of lamps
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 _SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that share
 SIDE = 5
@@ -50,10 +51,8 @@ def sky(centre: ArrayLike, distance: float) -> NDArray[np.float64]:
 
 
 def _scattered(lamps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The lamps in an order in which those of neighbouring pixels lie far apart (a step prime to their number)."""
-    count = len(lamps)
-    step = next(s for s in range(max(2, round(count * 0.38)), 2 * count + 1) if math.gcd(s, count) == 1)
-    return lamps[np.arange(count) * step % count]
+    """The lamps in an order in which those of neighbouring pixels lie far apart."""
+    return lamps[np.arange(len(lamps)) * _STEP % len(lamps)]
 
 
 def openness(
@@ -116,12 +115,7 @@ LINE_SHADE = 0.8  # factor on the colour
 
 
 class Surfaces:
-    """Colours by geom id, as arrays that are indexed with many hits at once.
-
-    Args:
-        model: the cell.
-        data: its state, for the places of its planes.
-    """
+    """Colours by geom id, as arrays that are indexed with many hits at once; planes are where `data` has them."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.opacity = np.array(model.geom_rgba[:, 3])
@@ -175,16 +169,7 @@ KNEE = 0.6  # amount of light above which the screen gets less than proportional
 
 @dataclass(frozen=True, slots=True)
 class Shader:
-    """Colours what rays from one eye met.
-
-    Attributes:
-        caster: the cell.
-        surfaces: what its geoms look like.
-        key: the lamp that shines on them.
-        sky: the sky around them.
-        eye: where the rays start (3,) [m].
-        pixel_angle: how far apart the rays of neighbouring pixels are [rad].
-    """
+    """Colours what rays from one eye (3,) [m] met; those of neighbouring pixels are `pixel_angle` [rad] apart."""
 
     caster: RayCaster
     surfaces: Surfaces

@@ -19,6 +19,8 @@ class Filming:
     """Takes a video of something whose time passes.
 
     Args:
+        served: what is seen.
+        wish: what the video is to be.
         camera: where it is taken from.
         caption: a line to be written in its corner, asked for each frame.
         waits: hold time until a frame can be drawn; else frames are dropped where drawing is slower than time.

@@ -25,12 +25,9 @@ _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
 class SceneTaker:
-    """The scene of a model, and frames of its state.
+    """The scene of a model, by this name, and frames of its state.
 
-    Args:
-        model: a compiled model.
-        name: what the scene is called.
-        hidden: tells the engine's ids of bodies that are not there to be seen at the moment.
+    `hidden` tells the engine's ids of bodies that are not there to be seen at the moment.
     """
 
     def __init__(self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = tuple) -> None:

@@ -57,12 +57,7 @@ TOUCHED = frozenset({Layer.BOTH, Layer.TOUCH})
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A surface of triangles.
-
-    Attributes:
-        vertices: (n, 3) [m], in the frame of the shape; float32.
-        faces: (m, 3) indices of vertices, counterclockwise as seen from outside; int32.
-    """
+    """Triangles: vertices (n, 3) [m] in the frame of the shape, and faces (m, 3), counterclockwise from outside."""
 
     vertices: NDArray[np.float32]
     faces: NDArray[np.int32]
@@ -112,8 +107,7 @@ class Scene:
 _FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries that follow
 _WHOLE, _CHANGES = 0, 1
 _FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
-MOST_BODIES = 100_000
-"""More bodies are not taken from outside."""
+MOST_BODIES = 100_000  # more are not taken from outside
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,8 +193,7 @@ def is_whole_frame(data: bytes | memoryview) -> bool:
 
 
 _SCENE_FORMAT = 1
-MAX_SCENE_BYTES = 256 << 20
-"""Bytes of the largest scene that is taken, uncompressed."""
+MAX_SCENE_BYTES = 256 << 20  # of the largest scene that is taken, uncompressed
 
 
 def encode_scene(scene: Scene) -> bytes:
@@ -210,17 +203,8 @@ def encode_scene(scene: Scene) -> bytes:
         "name": scene.name,
         "bodies": scene.bodies,
         "shapes": [
-            [
-                shape.body,
-                shape.form.value,
-                shape.size,
-                shape.pose.position,
-                shape.pose.quaternion,
-                shape.colour,
-                int(shape.layer),
-                shape.mesh,
-            ]
-            for shape in scene.shapes
+            [s.body, s.form, s.size, s.pose.position, s.pose.quaternion, s.colour, s.layer, s.mesh]
+            for s in scene.shapes
         ],
         "meshes": [[_base64(mesh.vertices, "<f4"), _base64(mesh.faces, "<i4")] for mesh in scene.meshes],
     }
@@ -228,11 +212,7 @@ def encode_scene(scene: Scene) -> bytes:
 
 
 def decode_scene(data: bytes) -> Scene:
-    """The scene in these bytes, which may come from anywhere.
-
-    Raises:
-        MessageError: the bytes are no scene.
-    """
+    """The scene in these bytes, which may come from anywhere; MessageError: they are none."""
     try:
         unpacker = zlib.decompressobj()
         text = unpacker.decompress(data, MAX_SCENE_BYTES)
