@@ -12,6 +12,7 @@ from cellwright.rendering.camera import VIEWS, Camera, camera_of
 from cellwright.rendering.picture import pixel_points
 from cellwright.rendering.raycast import RayCaster
 from cellwright.util.errors import UnknownNameError, UsageError
+from tests.rendering.scenes import project
 
 WIDTH, HEIGHT = 64, 36
 
@@ -42,7 +43,7 @@ def cell() -> tuple[mujoco.MjModel, RayCaster]:
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_what_a_view_is_named_after_lies_within_the_picture(name: str) -> None:
-    column, row, depth = camera_of(name).project(np.array(WORTH_SEEING[name]), 1280, 720).T
+    column, row, depth = project(camera_of(name), np.array(WORTH_SEEING[name]), 1280, 720).T
     assert (depth > 0).all()
     assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
 

@@ -1,4 +1,4 @@
-"""Pinhole cameras: rays and projection, geometry of pictures, and named views of the cell.
+"""Pinhole cameras: rays through pixels, geometry of pictures, and named views of the cell.
 
 A pinhole camera without distortion. Pixel coordinates are (column, row), continuous, with (0, 0) at the upper left
 corner of the picture: the centre of the first pixel is (0.5, 0.5). The optical frame has x to the right, y down and z
@@ -71,19 +71,6 @@ class Camera:
         # einsum, not @: for so thin a matrix the linear algebra library only wakes its threads
         world: NDArray[np.float64] = np.einsum("ij,kj->ik", optical, self.world_R_optical)
         return world
-
-    def project(self, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
-        """Where `points` (n, 3) of the world [m] appear: (n, 3) of column, row and depth [m] along the line of sight.
-
-        A point beside the picture has pixel coordinates outside it; one in the camera's plane or behind it has a
-        depth of zero or less, and NaN for column and row.
-        """
-        optical = (points - np.asarray(self.eye)) @ self.world_R_optical
-        depth = np.where(optical[:, 2] > 0, optical[:, 2], np.nan)
-        slope = 2 * math.tan(self.fov / 2) / height
-        column = optical[:, 0] / depth / slope + width / 2
-        row = optical[:, 1] / depth / slope + height / 2
-        return np.column_stack([column, row, optical[:, 2]])
 
 
 OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))

@@ -191,8 +191,7 @@ class Door:
         self.socket = open_listener(host, port, tries=_TRIES, backlog=MOST_CONNECTIONS)
         self.host, self.port = str(self.socket.getsockname()[0]), int(self.socket.getsockname()[1])
         self.token = token
-        self.is_local = ip_address(self.host).is_loopback
-        if not (self.is_local or token):
+        if not (token or ip_address(self.host).is_loopback):
             self.socket.close()
             raise UsageError(f"{host} is open to the network: a page there needs a token")
         self.incoming = Incoming()

@@ -60,12 +60,8 @@ class Views(Feature):
         if view is not None and event.client is not None:
             camera = event.client.camera
             with event.client.atomic():
-                camera.position, camera.look_at, camera.up_direction, camera.fov = (
-                    view.eye,
-                    view.target,
-                    view.up,
-                    view.fov,
-                )
+                camera.position, camera.look_at = view.eye, view.target
+                camera.up_direction, camera.fov = view.up, view.fov
 
 
 def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[str, Camera]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
 from typing import Any
 
 from cellwright.clients.operators.robot import Ask, Now, command_message, service_request
@@ -58,20 +57,14 @@ log = logging.getLogger(__name__)
 
 
 class Worker:
-    """Works at the desk.
+    """Works at the desk of the robot whose node is served at an address."""
 
-    Args:
-        address: host and port at which the robot's node is served.
-        on_robot: called, in the worker's thread, when another robot is there than before, with a desk for it.
-    """
-
-    def __init__(self, address: tuple[str, int], on_robot: Callable[[Desk], None] = lambda _desk: None) -> None:
+    def __init__(self, address: tuple[str, int]) -> None:
         self.desk: Desk | None = None
         """The desk of the robot that is there; None before the first answer."""
         self.is_watched = True
         """Whether somebody looks on."""
         self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
-        self._on_robot = on_robot
         self._clock = NodeClock()
         self._asked = float("-inf")
         self._service: threading.Thread | None = None
@@ -150,9 +143,7 @@ class Worker:
         standing = Standing.read(answer)
         self._clock.hear(standing.stamp, time.perf_counter())
         desk.see(standing)
-        if desk is not self.desk:
-            self.desk = desk
-            self._on_robot(desk)
+        self.desk = desk
 
     def _send(self, desk: Desk, wish: Wish) -> None:
         if isinstance(wish, Ask):
