@@ -36,9 +36,7 @@ Renderer: TypeAlias = CastRenderer | EngineRenderer
 class Drawing:
     """Does what is asked, in the order in which it is asked, and answers everything once.
 
-    Args:
-        make: makes what draws a scene.
-        answers: where answers go.
+    `make` makes what draws a scene.
     """
 
     def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:

@@ -19,11 +19,9 @@ from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import Asking, AwayError, Link
 
-_DELAY = 1.5
-"""Times the usual distance between two frames, by which the page is behind: one frame may come late unseen."""
+_DELAY = 1.5  # times the usual distance between two frames, by which the page is behind: one may come late unseen
 _SLOWEST = 0.25  # [s]: frames that come less often than that are shown as they come
-_LEAP = 0.5
-"""A body that moves so far [m] between two frames, or more and faster than it did, was put there: it does not glide."""
+_LEAP = 0.5  # [m]: a body that moves farther between two frames was put there: it does not glide
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +72,8 @@ class Moments:
             is_other = len(frame.poses) != len(newest.frame.poses)
             if run != newest.run or frame.time < newest.frame.time or is_other:
                 self.cut()
-            else:
-                gap = wall - newest.wall
-                if gap < _SLOWEST:
-                    self._period += 0.1 * (gap - self._period)
+            elif (gap := wall - newest.wall) < _SLOWEST:
+                self._period += 0.1 * (gap - self._period)
         self._come.append(_Come(frame, wall, run))
 
     def cut(self) -> None:
@@ -103,9 +99,10 @@ class Moments:
         if len(come) == 1 or wall <= come[0].wall:
             return come[0].frame
         before, after = come[0], come[1]
-        if after.wall - before.wall > _SLOWEST:
+        gap = after.wall - before.wall
+        if gap > _SLOWEST:
             return before.frame
-        return interpolate_frames(before.frame, after.frame, (wall - before.wall) / (after.wall - before.wall))
+        return interpolate_frames(before.frame, after.frame, (wall - before.wall) / gap)
 
 
 def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:

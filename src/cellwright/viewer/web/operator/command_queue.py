@@ -113,7 +113,7 @@ class Desk:
         with self._lock:
             if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
-            if joint in self._arm_joints and self.hands.is_any_held:
+            if joint in self._arm_joints and self.hands.holds:
                 self._tell("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
                 return False
             now = self._clock()

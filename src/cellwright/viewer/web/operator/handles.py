@@ -83,7 +83,7 @@ class Handles:
     def _show_handle(self, arm: int, hand: _Hand, standing: Standing) -> None:
         is_of_use = self.is_shown and not standing.why_not and not self._desk.robot.is_real
         hand.handle.visible = is_of_use
-        if self._desk.hands.is_held(arm):
+        if arm in self._desk.hands.holds:
             return
         tip = standing.tips[arm]
         _put(hand.handle, tip if self.along_hand else Pose(tip.position, IDENTITY_QUATERNION))

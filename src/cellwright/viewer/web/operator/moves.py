@@ -27,7 +27,7 @@ _STRAYED = 1e-3  # [m; rad]
 
 
 @dataclass(slots=True)
-class _Hold:
+class Hold:
     """A handle in somebody's hand.
 
     Attributes:
@@ -60,7 +60,8 @@ class Hands:
 
     def __init__(self, count: int) -> None:
         self._count = count
-        self._holds: dict[int, _Hold] = {}
+        self.holds: dict[int, Hold] = {}
+        """Handles in hands, by arm."""
         self._kept: list[Pose | None] = [None] * count
         self._is_new = False
         self._sent = float("-inf")
@@ -69,17 +70,20 @@ class Hands:
         """A browser takes hold of a handle at world_T_handle; why it does not get it, or nothing."""
         if not 0 <= arm < self._count:
             return "there is no such arm"
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         if held is not None and held.browser != browser:
             return "another browser holds this hand"
-        if not self._holds:
+        if not self.holds:
             self._kept = [None] * self._count
-        self._holds[arm] = _Hold(browser, handle, _pose_at_grab(arm, standing))
+        # moves are added to what the arm is being brought to if it is there but for the servos' error, so that nothing
+        # creeps; else to where it is, so that nothing jumps
+        aim, tip = standing.aims[arm], standing.tips[arm]
+        self.holds[arm] = Hold(browser, handle, aim if aim is not None and is_near(aim, tip) else tip)
         return ""
 
     def move(self, arm: int, browser: int, handle: Pose, now: float) -> bool:
         """A handle was moved to world_T_handle, at `now` [s]; False when this browser does not hold it (any more)."""
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         if held is None or held.browser != browser:
             return False
         held.follow(handle)
@@ -89,40 +93,31 @@ class Hands:
 
     def release(self, arm: int, browser: int) -> None:
         """A browser lets go of a handle."""
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         if held is not None and held.browser == browser:
             self._kept[arm] = None  # the others may be held on: it stays where it is being brought
-            del self._holds[arm]
+            del self.holds[arm]
 
     def forget(self) -> bool:
         """All holds are over, also in hands that have not opened yet; whether there were any."""
-        had = bool(self._holds)
-        self._holds.clear()
+        had = bool(self.holds)
+        self.holds.clear()
         self._is_new = False
         return had
 
     def held(self, arm: int) -> Pose | None:
         """World_T_tip that is wanted of a hand whose handle is held and has been moved; None for others."""
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         return None if held is None else held.pose
 
     def has_strayed(self, arm: int) -> bool:
         """Whether a handle that is held wants its hand elsewhere than where it was taken hold of."""
         wanted = self.held(arm)
-        return wanted is not None and not is_near(wanted, self._holds[arm].tip, _STRAYED, _STRAYED)
-
-    def is_held(self, arm: int) -> bool:
-        """Whether somebody has hold of a handle."""
-        return arm in self._holds
-
-    @property
-    def is_any_held(self) -> bool:
-        """Whether somebody has hold of any."""
-        return bool(self._holds)
+        return wanted is not None and not is_near(wanted, self.holds[arm].tip, _STRAYED, _STRAYED)
 
     def due(self, standing: Standing, now: float) -> tuple[Pose, ...] | None:
         """The poses that are to be sent now, reference_T_tip of each arm; None if none are."""
-        moved = [hold for hold in self._holds.values() if hold.pose is not None]
+        moved = [hold for hold in self.holds.values() if hold.pose is not None]
         if not moved or now - self._sent < HAND_PERIOD:
             return None
         if not self._is_new and now - max(hold.moved for hold in moved) > HAND_REPEAT:
@@ -142,16 +137,6 @@ class Hands:
             kept = world_T_reference.inverse() @ (standing.aims[arm] or standing.tips[arm])
             self._kept[arm] = kept
         return kept
-
-
-def _pose_at_grab(arm: int, standing: Standing) -> Pose:
-    """World_T_tip that moves of an arm's handle are added to.
-
-    It is what the arm is being brought to if it is there but for the servos' error, so that nothing creeps; else where
-    it is, so that nothing jumps.
-    """
-    aim, tip = standing.aims[arm], standing.tips[arm]
-    return aim if aim is not None and is_near(aim, tip) else tip
 
 
 HOLD_TIME = 1.0  # [s] after it was moved for which a slider still stands where it was put
