@@ -157,8 +157,8 @@ SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52
 GROUND = np.array((0.95, 0.92, 0.88), np.float32) * 0.27
 BURIED = 0.22  # share of the sky's light that reaches the deepest corner, from other walls
 
-HIGHLIGHT = np.float32(0.35) * np.float32(0.3)  # share of the lamp's light in the middle of a highlight
-SHARPNESS = np.float32(8.0) + np.float32(120.0) * np.float32(0.4)  # exponent of Blinn's highlight
+HIGHLIGHT = 0.105  # share of the lamp's light in the middle of a highlight
+SHARPNESS = 56.0  # exponent of Blinn's highlight
 
 HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
 ZENITH = np.array((0.20, 0.30, 0.44), np.float32)

@@ -98,7 +98,7 @@ class ServedScene:
 
     @cached_property
     def scene(self) -> bytes:
-        """See `SceneSource`, also for what follows."""
+        """See `SceneSource`."""
         return encode_scene(self._taker.scene)
 
     def metadata(self) -> dict[str, Any]:
@@ -106,13 +106,13 @@ class ServedScene:
         return self._served.scene_metadata(self._taker.index)
 
     def frame(self) -> Frame:
-        """Where the bodies are now."""
+        """See `SceneSource`."""
         simulation = self._served.simulation
         simulation.refresh()
         return self._taker.frame(simulation.data, simulation.now)
 
     def details(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """`tick`, `run`, and the overlays that a request asks for."""
+        """See `SceneSource`."""
         simulation = self._served.simulation
         found: dict[str, Any] = {"tick": simulation.clock.tick, "run": simulation.runs}
         if asked.get("contacts") is True:

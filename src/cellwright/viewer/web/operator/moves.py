@@ -298,7 +298,7 @@ BASE_DIRECTIONS = {
 
 def base_directions(mode: BaseMode) -> tuple[str, ...]:
     """The buttons that there are; the original's commands go along y only."""
-    return tuple(BASE_DIRECTIONS)[2 if mode is BaseMode.ORIGINAL else 0 :]
+    return tuple(name for name, (_, x, _) in BASE_DIRECTIONS.items() if x == 0.0 or mode is not BaseMode.ORIGINAL)
 
 
 def base_command(mode: BaseMode, direction: str) -> tuple[float, ...]:
