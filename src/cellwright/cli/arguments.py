@@ -19,7 +19,7 @@ from cellwright.running.run import PageOptions, RecordOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.viewer.filming import Made
+    from cellwright.rendering.video import Made
 
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings in the help, under which options are listed."""

@@ -19,19 +19,17 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.frame_cursor import Sight
-from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.scene.scene import decode_scene
-from cellwright.rendering.video import Video
+from cellwright.rendering.video import Made, Video
 from cellwright.rendering.video_options import VideoOptions, period_of
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
 from cellwright.running.run import PageOptions, ServerOptions, Session
 from cellwright.running.run.playback import PlaybackTarget
 from cellwright.util.errors import MessageError, UsageError
-from cellwright.viewer.filming import Made
 
 
 def play_recording(
@@ -125,9 +123,7 @@ def film_recording(
         raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
     camera = wish.camera or _camera(recording, scene, frame, wish)
     lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
-    video = Video(wish.file, scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
-    if video.draws_with == RAYS:
-        warn(f"{wish.file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
+    video = Video(wish, scene, lamp=lamp, warn=warn)
     period, number = period_of(wish.speed) * NANOSECONDS, 0
     try:
         while (time := begin + round(number * period)) <= end and not video.error:
@@ -141,7 +137,7 @@ def film_recording(
                 tell(min(1.0, (time - begin) / max(1, end - begin)))
     finally:
         video.close()
-    return {"file": str(wish.file), "length": video.length, "frames": video.taken, "dropped": 0}
+    return video.made
 
 
 def _scene(recording: Recording) -> Scene:

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.rendering.backend import requested_backend
-from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import RenderingError, showable
-from cellwright.util.pose import Vector3
 
 _CLOSE_TIMEOUT = 20.0  # [s], for what was asked for last
 
@@ -74,25 +73,15 @@ class RenderWorker:
         with self._changed:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
-    def colour(
-        self,
-        frame: Frame,
-        camera: Camera,
-        width: int,
-        height: int,
-        *,
-        samples: int = 2,
-        shadows: bool = True,
-        about: Vector3 | None = None,
-    ) -> Future[NDArray[np.uint8]]:
-        """Ask for a picture (height, width, 3), sRGB; see `Renderer.colour`."""
-        return self.ask("colour", frame, camera, width, height, samples=samples, shadows=shadows, about=about)
+    def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
+        """Ask for a picture (height, width, 3), sRGB."""
+        return self.ask("colour", frame, asked)
 
-    def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> Future[NDArray[np.float32]]:
-        """Ask for how far [m] everything is (height, width); see `Renderer.depth`."""
-        return self.ask("depth", frame, camera, width, height)
+    def depth(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
+        """Ask for how far [m] everything is (height, width); see `CastRenderer.depth`."""
+        return self.ask("depth", frame, asked)
 
-    def ask(self, what: str, *arguments: object, **options: object) -> Future[Any]:
+    def ask(self, what: str, *arguments: object) -> Future[Any]:
         """Ask for something by the name of a method of `Drawing`.
 
         Returns:
@@ -107,7 +96,7 @@ class RenderWorker:
             number = self._number
             self._waiting[number] = future
         with suppress(OSError, ValueError):  # it has ended, and the thread that reads says why
-            wire.write(self._stdin, (number, what, arguments, options))
+            wire.write(self._stdin, (number, what, arguments))
         return future
 
     def close(self, timeout: float = _CLOSE_TIMEOUT) -> None:

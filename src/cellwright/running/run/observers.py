@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from cellwright.cell.cell import Cell
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import Progress, render, save_png
+from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
 from cellwright.running.run.options import RecordOptions
@@ -189,7 +189,7 @@ def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
     taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
     frame = taker.frame(cell.simulation.data, cell.simulation.now)
     with RenderWorker(taker.scene) as worker:
-        picture = worker.colour(frame, camera, WIDTH, HEIGHT, samples=4).result()
+        picture = worker.colour(frame, PictureRequest(camera, WIDTH, HEIGHT, samples=4)).result()
     save_png(file, picture)
 
 

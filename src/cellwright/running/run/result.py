@@ -20,6 +20,7 @@ from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.engine.loop import Pace
+from cellwright.viewer.services.names import MIN_DEVIATION
 
 PERIOD = Fraction(1, 20)
 """Simulation time [s] between two looks at the contacts."""
@@ -29,9 +30,6 @@ MIN_DURATION = 0.2
 
 GAP = 0.5
 """A contact that comes again within this time [s] is the same collision: an arm that is held up rattles."""
-
-MIN_DEVIATION = 0.02
-"""A tool farther from its setpoint than this [m] is held up."""
 
 MAX_SHOWN = 20
 """A panel shows this many collisions, the newest ones."""

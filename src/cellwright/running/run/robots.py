@@ -116,7 +116,7 @@ class RobotTarget(Target):
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
         """A video of the robot, which is seen whole as it stands now, with the time in its corner."""
-        from cellwright.viewer.filming import Filming, still
+        from cellwright.viewer.filming import Filming
 
         node = self.node
         model, data = node.simulation.model, node.simulation.data
@@ -125,7 +125,7 @@ class RobotTarget(Target):
         return Filming(
             node,
             options,
-            camera=still(camera),
+            camera=camera,
             caption=lambda: f"{node.simulation.time:.1f} s",
             waits=waits,
             warn=report,

@@ -388,7 +388,7 @@ class CellTarget(Target):
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
         """A video of the cell, with time, points and what the agent is about in its corner."""
-        from cellwright.viewer.filming import Filming, still  # it takes a moment to load
+        from cellwright.viewer.filming import Filming  # it takes a moment to load
 
         cell = self.node
 
@@ -397,7 +397,7 @@ class CellTarget(Target):
             words = (f"{cell.simulation.time:.1f} s", f"{points:g} {'point' if points == 1 else 'points'}")
             return "   ".join(word for word in (*words, cell.intention.text) if word)
 
-        camera = still(options.camera or VIEWS["overview"])
+        camera = options.camera or VIEWS["overview"]
         return Filming(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
 
     @contextmanager

@@ -14,6 +14,9 @@ CONTROL = "cellwright/control"
 FOR_ONLOOKERS = (SCENE, FRAME, PANEL, CONTROL)
 """All of them."""
 
+MIN_DEVIATION = 0.02
+"""A tool farther from its setpoint than this [m] is held up."""
+
 PAGE = "/page_"
 """What the names of pages as guests begin with."""
 

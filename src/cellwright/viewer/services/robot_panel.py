@@ -72,9 +72,7 @@ def side_name(place: int, count: int) -> str:
 def joint_groups(config: RobotConfig, numbers: Mapping[str, int]) -> tuple[JointGroup, ...]:
     """The groups of a robot; each joint is in one, and a group that would be empty is left out.
 
-    Args:
-        config: the robot.
-        numbers: the joints that can be told where to go, by name, with their place in the robot's order.
+    `numbers` holds the joints that can be told where to go, by name, with their place in the robot's order.
     """
     left = set(numbers)
     found = []
@@ -112,11 +110,7 @@ _MOST_REFUSALS = 8
 
 
 class RobotPanel:
-    """Tells it of a robot's node. Asking changes nothing.
-
-    Args:
-        node: the robot's.
-    """
+    """Tells it of a robot's node. Asking changes nothing."""
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
@@ -133,6 +127,7 @@ class RobotPanel:
         status = status_of(node.commander, node.bus)
         positions = node.driver.read().positions
         references = [node.link_pose(link) for link in node.ee_poses.references]
+        most = sorted(node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
         told: dict[str, Any] = {
             "kind": KIND,
             "name": node.name,
@@ -160,7 +155,7 @@ class RobotPanel:
             "taken": status.taken,
             "refused": status.refused,
             "ignored": status.ignored,
-            "refusals": self._refusals(),
+            "refusals": dict(most[:_MOST_REFUSALS]),
         }
         if asked.get("robot") != self._digest:
             told["robot"] = self.robot
@@ -212,10 +207,6 @@ class RobotPanel:
             "unit": "m" if joint.type is JointType.PRISMATIC else "rad",
             "follows": joint.name in self._node.commander.mimics.leaders,
         }
-
-    def _refusals(self) -> dict[str, int]:
-        most = sorted(self._node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
-        return dict(most[:_MOST_REFUSALS])
 
 
 def _numbers(values: Array) -> list[float | None]:
