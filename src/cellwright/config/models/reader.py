@@ -17,7 +17,7 @@ from cellwright.config.models.meshes import is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, Model, ModelShape, ModelShapeKind
 from cellwright.config.models.xml import MOST_SHAPES, read_xml
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import MAX_MESH_BYTES, POSE, REQUIRED, Key, Keys, Reader, one_of, words
+from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
 from cellwright.util.pose import Pose, Vector3
 
@@ -40,26 +40,21 @@ def _colour(reader: Reader, node: Node) -> Colour | None:
     return (red, green, blue, opacity[0] if opacity else 1.0)
 
 
-_COLOUR = Key("color", "`[red, green, blue, opacity]`, each from 0 to 1", "its colour", read=_colour)
-_MODEL = (_COLOUR, Key("shapes", "list", "its shapes"), Key("file", "path", "a file with its shapes"))
-_PART = Keys(Key("mass", "kg", "its mass", read=Reader.number), *_MODEL, strict="entry")
-_FURNITURE = Keys(
-    Key("name", "a name", "what it is called", REQUIRED, Reader.name),
-    Key("pose", POSE, "where it stands, in the world frame", read=Reader.pose),
-    *_MODEL,
-    strict="entry",
-)
+_MODEL = {"color": _colour, "shapes": None, "file": None}
+_PART = Keys(optional={"mass": Reader.number, **_MODEL}, strict="entry")
+_FURNITURE = Keys({"name": Reader.name}, {"pose": Reader.pose, **_MODEL}, "entry")
 _SHAPE = Keys(
-    *(Key(form, "its lengths, m, or the path of a mesh", "its form") for form in _FORMS),
-    Key("pose", POSE, "where it is, in the model's frame", read=Reader.pose),
-    _COLOUR,
-    Key("scale", "a number, or three", "factors of a mesh"),
-    Key("use", words(_USES), "what it is there for", read=one_of(_USES, "use")),
+    optional={
+        **dict.fromkeys(_FORMS),
+        "pose": Reader.pose,
+        "color": _colour,
+        "scale": None,
+        "use": one_of(_USES, "use"),
+    },
     strict="entry",
 )
-_RADIUS = Key("radius", "m", "radius", REQUIRED, Reader.number)
-_SPHERE = Keys(_RADIUS, strict="entry")
-_ROUND = Keys(_RADIUS, Key("length", "m", "length along z", REQUIRED, Reader.number), strict="entry")
+_SPHERE = Keys({"radius": Reader.number}, strict="entry")
+_ROUND = Keys({"radius": Reader.number, "length": Reader.number}, strict="entry")
 
 
 def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:

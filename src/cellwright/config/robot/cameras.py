@@ -11,9 +11,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from cellwright.config.parsing.reader import Reader, plain
+from cellwright.config.parsing.reader import Keys, Reader, plain
 from cellwright.config.parsing.tree import Items, Leaf, Node, described
-from cellwright.config.robot import config_keys
 from cellwright.config.robot.config import Camera, RobotConfig
 from cellwright.config.trial.sensors import (
     MAX_CAMERA_DEPTH,
@@ -26,6 +25,19 @@ from cellwright.config.trial.sensors import (
 from cellwright.config.trial.trial import Camera as Taking
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3, normalized, quaternion_from_rpy
+
+_FIGURES = (
+    "pos_offset",
+    "target_offset",
+    "quat",
+    "height",
+    "up_axis",
+    "near_val",
+    "far_val",
+    "img_width",
+    "img_height",
+)
+CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 
 
 def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
@@ -42,9 +54,9 @@ def _read_camera(node: Node, reader: Reader) -> Camera | None:
     name_node = reader.required(table, "name") if table else None
     if table is None or name_node is None:
         return None
-    reader.ignored(table, config_keys.CAMERAS.names)
+    reader.ignored(table, CAMERAS.names)
     name = reader.name(name_node)
-    figures = [entry.value for entry in table.entries.values() if entry.name in config_keys.CAMERAS.names[1:]]
+    figures = [entry.value for entry in table.entries.values() if entry.name in CAMERAS.optional]
     for figure in figures:
         _check_finite(figure, reader)
     return Camera(name, plain(table)) if name is not None else None

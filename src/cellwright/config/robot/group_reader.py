@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.reader import Keys, Reader
 from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, shortened
-from cellwright.config.robot import config_keys
 from cellwright.config.robot.config import Arm, End, Gripper, Posture
 from cellwright.config.robot.model import ROOT, Joint, RobotModel
 from cellwright.util.errors import did_you_mean
@@ -157,6 +156,11 @@ def _in_quotes(name: str) -> str:
 
 
 AXES_OF_HEAD = ("roll", "pitch", "yaw")
+ARMS = Keys(dict.fromkeys(("joint_index", "ee_index", "rest_j_pos")), {"max_acceleration": None})
+GRIPPERS = Keys({"joint_index": None}, dict.fromkeys(("open", "max_acceleration")))
+GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
+"""Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
+POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
 _NO_HOME = "; write the positions that the joints go home to [rad; m]"
 
 
@@ -177,7 +181,7 @@ class GroupReader(References):
 
     def arm(self, node: Node) -> Arm | None:
         """An arm."""
-        table = self._table(node, config_keys.ARMS.names)
+        table = self._table(node, ARMS.names)
         if table is None:
             return None
         joints = self._joints_of(table)
@@ -191,7 +195,7 @@ class GroupReader(References):
 
     def gripper(self, node: Node) -> Gripper | None:
         """A gripper: its joints need limits, between which it opens and closes."""
-        table = self._table(node, (*config_keys.GRIPPERS.names, *config_keys.GRIPPER_UNUSED))
+        table = self._table(node, (*GRIPPERS.names, *GRIPPER_UNUSED))
         joints = self._joints_of(table, may_follow=True) if table else None
         if table is None or joints is None:
             return None
@@ -230,7 +234,7 @@ class GroupReader(References):
             node: where it is written.
             unused: entries that are known besides, and not read.
         """
-        table = self._table(node, (*config_keys.POSTURE, *unused))
+        table = self._table(node, (*POSTURE, *unused))
         if table is None:
             return None
         joints = self._joints_of(table)
@@ -240,7 +244,7 @@ class GroupReader(References):
 
     def lift(self, node: Node) -> Posture | None:
         """The lift of the torso: one joint, which goes home to 0 when nothing is said."""
-        table = self._table(node, config_keys.POSTURE)
+        table = self._table(node, POSTURE)
         joint_node = self.reader.required(table, "joint_index") if table else None
         if table is None or joint_node is None:
             return None
@@ -254,7 +258,7 @@ class GroupReader(References):
 
     def head(self, node: Node) -> tuple[Posture | None, tuple[int, ...]]:
         """The head: roll, pitch and yaw, of which -1 stands for those that it lacks; and which of them it has."""
-        table = self._table(node, config_keys.POSTURE)
+        table = self._table(node, POSTURE)
         joints_node = self.reader.required(table, "joint_index") if table else None
         homes_node = self.reader.required(table, "rest_j_pos", _NO_HOME) if table else None
         joint_items = self._three(joints_node) if joints_node else None

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Node, Problems, Table
-from cellwright.config.robot.config import Arm, End, RobotConfig
-from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.config import UNUSED, Arm, End, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
 from cellwright.config.robot.model import ROOT, Joint, JointType, RobotModel, link_poses
 from cellwright.util.pose import Pose

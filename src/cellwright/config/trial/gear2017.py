@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from cellwright.config.layout import PART_TYPES, REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.python2 import dictionary_order, number_text
-from cellwright.config.parsing.reader import Key, Keys, Placement, Reader
+from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Problem, Problems, Table
 from cellwright.config.parsing.yaml_source import parse_mapping
@@ -142,25 +142,11 @@ OWN = "cellwright"
 
 DEFAULT_TIME_LIMIT = 500
 
-SECTIONS = Keys(
-    Key("arm", "`{type: ur10}`", "there is an arm; every other entry is ignored", "no arm"),
-    Key("sensors", "`{name: {type, pose}}`", "sensors, see below"),
-    Key("options", "`{option: …}`", "what of the rest comes into the cell, see below", "see below"),
-    Key("time_limit", "seconds", "after so long the trial is over; negative: never", DEFAULT_TIME_LIMIT),
-    Key("orders", "`{name: {…}}`", "what is asked for, see below"),
-    Key("models_over_bins", "`{bin: {models: {part type: grid}, xyz}}`", "grids of parts, see below"),
-    Key("belt_parts", "`{part type: {seconds: {pose}}}`", "what the belt brings, see below"),
-    Key(
-        "faulty_parts",
-        "list of names",
-        "parts that earn nothing, without what stands before their last &#124;: `gear_part_3`, `gear_part_clone_0`",
-    ),
-    Key("drops", "`{drop_regions: {name: {…}}}`", "regions in which the gripper loses parts, see below"),
-    Key("models_to_spawn", "`{frame: {models: {any name: {type, pose}}}}`", "single parts in the frames of links"),
+TOP_LEVEL = (
+    *("arm", "sensors", "options", "time_limit", "orders", "models_over_bins", "belt_parts", "faulty_parts"),
+    *("drops", "models_to_spawn"),
 )
 """The sections of the 2017 format."""
-
-TOP_LEVEL = SECTIONS.names
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from cellwright.config.parsing.python2 import dictionary_order
-from cellwright.config.parsing.reader import REQUIRED, Key, Keys
+from cellwright.config.parsing.reader import Keys, Reader
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
@@ -18,26 +18,8 @@ MOST_KITS = 10_000
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
-
-DEFAULT_KITS = 1
-"""How many equal kits an order asks for."""
-
 ORDER = Keys(
-    Key(
-        "announcement_condition",
-        "`time`, `wanted_parts` or `unwanted_parts`",
-        "when it is announced: after a time, or when so many parts lie on a tray that it wants, or does not want; with "
-        "any other word never",
-        REQUIRED,
-    ),
-    Key(
-        "announcement_condition_value",
-        "seconds, or a number of parts",
-        "of that condition; a number of parts below 1 is no condition",
-        REQUIRED,
-    ),
-    Key("parts", "`{any name: {type, pose}}`", "of a kit, with poses in the tray's frame", REQUIRED),
-    Key("kit_count", "whole number", "how many equal kits", DEFAULT_KITS),
+    dict.fromkeys(("announcement_condition", "announcement_condition_value", "parts")), {"kit_count": Reader.whole}
 )
 
 
@@ -85,7 +67,7 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
         condition_node = value_node = None
     parts_node = reader.required(table, "parts", remark)
     count_node = table.get("kit_count")
-    kit_count = reader.whole(count_node) if count_node else DEFAULT_KITS
+    kit_count = reader.whole(count_node) if count_node else 1
     parts = _parts(parts_node, book) if parts_node else ()
     if condition_node is None or value_node is None or kit_count is None or name is None:
         return None

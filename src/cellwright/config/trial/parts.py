@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
 
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
-from cellwright.config.parsing.reader import POSE, REQUIRED, TRUTH, Key, Keys, Placement, Reader, section
+from cellwright.config.parsing.reader import Keys, Placement, Reader, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Scalar, Table, described, shortened
 from cellwright.config.trial.other_years import OtherYear, year_of_option
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
@@ -56,29 +56,9 @@ def _aliases(reader: Reader, node: Node) -> Mapping[str, str]:
 
 
 ALIASES = "model_type_aliases"
+_SWITCHES = [each.name for each in fields(Options) if isinstance(each.default, bool)]
 OPTIONS = Keys(
-    Key("insert_agvs", TRUTH, "AGVs, trays and quality control sensors are there", read=_switch),
-    Key("insert_models_over_bins", TRUTH, "the parts of `models_over_bins` are there", read=_switch),
-    Key("spawn_extra_models", TRUTH, "the parts of `models_to_spawn` are there", read=_switch),
-    Key("fill_demo_tray", TRUTH, "at the start the first order's parts drop on AGV 1's tray", read=_switch),
-    *(
-        Key(name, TRUTH, "read, without effect on the simulation", read=_switch)
-        for name in ("gazebo_state_logging", "disable_shadows", "unthrottled_physics_update")
-    ),
-    Key(
-        "belt_population_cycles",
-        "whole number",
-        "how often the list of belt parts is gone through; 0 for an empty belt",
-        read=Reader.whole,
-    ),
-    Key(
-        ALIASES,
-        "`{name: part type}`",
-        "other names for part types; yours replace these",
-        f"`{{{', '.join(f'{name}: {part}' for name, part in DEFAULT_ALIASES.items())}}}`",
-        _aliases,
-    ),
-    of=Options,
+    optional={**dict.fromkeys(_SWITCHES, _switch), "belt_population_cycles": Reader.whole, ALIASES: _aliases}
 )
 
 
@@ -145,30 +125,16 @@ class PartBook:
         return resolved
 
 
-PART = Keys(
-    Key("type", "a part type", "what it is", REQUIRED, Reader.name),
-    Key("pose", POSE, "where it is, or belongs", REQUIRED, Reader.placement),
-)
-
-BIN = Keys(
-    Key("models", "`{part type: grid}`", "the parts", REQUIRED),
-    Key(
-        "xyz",
-        "three lengths, m",
-        "where coordinates count from, in the world frame; needed for places other than `bin1` to `bin8`",
-        f"the bin's corner: its centre −{BIN_WIDTH / 2:g} m in x and y, at a height of {BIN_PART_HEIGHT:g} m",
-        Reader.position,
-    ),
-)
-_START, _END = partial(Reader.coordinates, least=3), partial(Reader.coordinates, least=2)
+PART = Keys({"type": Reader.name, "pose": Reader.placement})
+BIN = Keys({"models": None}, {"xyz": Reader.position})
 GRID = Keys(
-    Key("xyz_start", "three plain numbers, m", "the first part", REQUIRED, _START),
-    Key(
-        "xyz_end", "two or three plain numbers, m", "the last part; all stand at the first one's height", REQUIRED, _END
-    ),
-    Key("rpy", "three angles, rad", "how each is turned", REQUIRED, Reader.vector),
-    Key("num_models_x", "whole number", "parts along x", REQUIRED, Reader.whole),
-    Key("num_models_y", "whole number", "parts along y", REQUIRED, Reader.whole),
+    {
+        "xyz_start": partial(Reader.coordinates, least=3),
+        "xyz_end": partial(Reader.coordinates, least=2),
+        "rpy": Reader.vector,
+        "num_models_x": Reader.whole,
+        "num_models_y": Reader.whole,
+    }
 )
 
 
@@ -346,13 +312,8 @@ def _destination(reader: Reader, node: Node) -> Placement | None:
     return reader.placement(table) if table and reader.required(table, "xyz") else None
 
 
-_CORNER = section(Keys(Key("xyz", "three lengths, m", "the corner", REQUIRED, Reader.position)), lambda xyz: xyz)
-DROP_REGION = Keys(
-    Key("min", "`{xyz}`, m", "a corner of the region, in the world frame", REQUIRED, _CORNER, "first"),
-    Key("max", "`{xyz}`, m", "the opposite corner; which is which does not matter", REQUIRED, _CORNER, "second"),
-    Key("destination", POSE, "where the part then is, in the world frame; `xyz` must be there", REQUIRED, _destination),
-    Key("part_type_to_drop", "a part type", "what is lost there, once", REQUIRED, Reader.name, "type"),
-)
+_CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
+DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination, "part_type_to_drop": Reader.name})
 
 
 def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
@@ -381,8 +342,8 @@ def _region(entry: Entry, book: PartBook) -> DropRegion | None:
     values = DROP_REGION.read(table, reader)
     if name is None or not DROP_REGION.complete(values):
         return None
-    part_type = book.part_type(values["type"], table.entries["part_type_to_drop"].value)
-    first, second, destination = values["first"], values["second"], values["destination"]
+    part_type = book.part_type(values["part_type_to_drop"], table.entries["part_type_to_drop"].value)
+    first, second, destination = values["min"], values["max"], values["destination"]
     lower, upper = (tuple(map(choose, first, second)) for choose in (min, max))
     return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))
 

@@ -7,19 +7,7 @@ from collections.abc import Collection, Sequence
 from typing import get_args
 
 from cellwright.config.layout import ARM_FRAMES
-from cellwright.config.parsing.reader import (
-    POSE,
-    TRUTH,
-    Key,
-    Keys,
-    Reader,
-    number,
-    one_of,
-    plain,
-    section,
-    whole,
-    words,
-)
+from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
 from cellwright.config.parsing.tree import Entry, Node, Table, shortened
 from cellwright.config.trial.other_years import year_of_sensor
 from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, PluginDevice, Sensor, SensorType, WhenLate
@@ -53,11 +41,7 @@ TAKEN_NAMES = frozenset(
 )
 """Topics of the cell, which no sensor can be named after."""
 
-SENSOR = Keys(
-    Key("type", words(SENSOR_TYPES), "what it is", read=Reader.name),
-    Key("pose", POSE, "where it is fixed, in the world frame", read=Reader.pose),
-    of=Sensor,
-)
+SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
 
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 
@@ -165,9 +149,6 @@ MAX_NOISE = 1.0
 WORLD = "world"
 
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-_LATE: tuple[str, ...] = get_args(WhenLate)
-_DEPTH = number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m")
-_NOISE = number(0.0, MAX_NOISE)
 
 
 def _camera_type(reader: Reader, node: Node) -> str | None:
@@ -178,54 +159,25 @@ def _camera_type(reader: Reader, node: Node) -> str | None:
     return one_of(CAMERA_TYPES, "type of camera")(reader, node) if kind is not None else None
 
 
-NOISE = Keys(
-    Key("colour", "share of full brightness", "standard deviation of each colour of each pixel", read=_NOISE),
-    Key("depth", "m", "standard deviation of each depth", read=_NOISE),
-    Key("depth_growth", "1/m", "what comes to that with the square of the depth", read=_NOISE),
-    of=PictureNoise,
-    strict="entry",
-)
+NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, MAX_NOISE)), strict="entry")
 """The noise of a camera."""
 
 CAMERA = Keys(
-    Key("type", words(CAMERA_TYPES), "whether it takes colour pictures, measures depth, or both", read=_camera_type),
-    Key("pose", POSE, "where it is fixed; it looks along +x, and z is up", read=Reader.pose),
-    Key(
-        "frame",
-        "`world`, or a link of the arm",
-        "what it is fixed to, and the pose is given in",
-        read=one_of((WORLD, *ARM_FRAMES)),
-    ),
-    Key("width", "pixels", "width of its pictures", read=whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels")),
-    Key("height", "pixels", "height of its pictures", read=whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels")),
-    Key("fov", "rad", "how far it sees to the left and right together", read=number(MIN_FOV, MAX_FOV, "rad")),
-    Key("rate", "Hz", "pictures a second of simulation time", read=number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz")),
-    Key("near", "m", "depths below this are not measured", read=_DEPTH),
-    Key("far", "m", "depths above this are not measured", read=_DEPTH),
-    Key("shadows", TRUTH, "things throw shadows in its colour pictures, which take longer to draw", read=Reader.truth),
-    Key(
-        "noise",
-        "`{colour, depth, depth_growth}`",
-        "noise of its pictures; 0 for none at all",
-        "see below",
-        section(NOISE, PictureNoise),
-    ),
-    Key(
-        "latency",
-        "seconds",
-        "from the moment that a picture shows to its delivery",
-        "the time between two pictures",
-        number(0.0, MAX_CAMERA_LATENCY, "s"),
-    ),
-    Key(
-        "when_late",
-        words(_LATE),
-        "what happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are "
-        "left out for it; `auto` waits, but where time goes by the wall clock",
-        read=one_of(_LATE),
-    ),
-    of=Camera,
-    strict="entry",
+    {"type": _camera_type, "pose": Reader.pose},
+    {
+        "frame": one_of((WORLD, *ARM_FRAMES)),
+        "width": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels"),
+        "height": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels"),
+        "fov": number(MIN_FOV, MAX_FOV, "rad"),
+        "rate": number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
+        "near": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
+        "far": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
+        "shadows": Reader.truth,
+        "noise": section(NOISE, PictureNoise),
+        "latency": number(0.0, MAX_CAMERA_LATENCY, "s"),
+        "when_late": one_of(get_args(WhenLate)),
+    },
+    "entry",
 )
 """A camera under `sensors` in the section `cellwright`."""
 
