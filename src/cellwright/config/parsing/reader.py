@@ -117,15 +117,15 @@ class Reader:
 
     def entries(self, table: Table) -> list[Entry]:
         """The entries in the order in which the original came upon them."""
-        order = dictionary_order(table.entries)
-        return [entry for name in order for entry in (table.entries[name],)]  # type: ignore[index]
+        return [table.entries[name] for name in dictionary_order(table.entries)]
 
     def required(self, table: Table, name: str, hint: str = "") -> Node | None:
         """The value of an entry that must be there."""
         node = table.get(name)
         if node is None:
-            others = [other for other in table.entries if isinstance(other, str)]
-            self.problems.error(table, f"the required entry {name!r} is missing{hint or _misspelt(name, others)}")
+            close = did_you_mean(name, [other for other in table.entries if isinstance(other, str)])
+            hint = hint or close.replace("; did you mean ", "; is it spelt ")
+            self.problems.error(table, f"the required entry {name!r} is missing{hint}")
         return node
 
     def ignored(self, table: Table, known: Collection[str]) -> None:
@@ -367,9 +367,3 @@ def plain(node: Node) -> Any:
             return [plain(item) for item in node.items]
         case Leaf():
             return node.value
-
-
-def _misspelt(name: str, others: list[str]) -> str:
-    """A remark when one of the entries that are there looks like the one that is missing."""
-    tail = did_you_mean(name, others)
-    return tail.replace("; did you mean ", "; is it spelt ") if tail else ""

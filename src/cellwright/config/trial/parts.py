@@ -371,7 +371,7 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
             names = dict.fromkeys(text, node)
         case _:
             reader.problems.error(node, f"must be a list of names, not {described(node)}")
-    return {str(name): names[str(name)] for name in dictionary_order(dictionary_order(names))}
+    return {name: names[name] for name in dictionary_order(dictionary_order(names))}
 
 
 def check_faulty(faulty: Mapping[str, Node], trial: Trial, reader: Reader) -> None:
