@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import takewhile
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Node, Problems, Table
@@ -38,7 +39,8 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     the group, and without names it takes two such limbs.
     """
     ways = [robot.chain(joint.child) for joint in joints]
-    shared = _shared_length(ways)
+    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*ways, strict=False))
+    shared = sum(1 for _ in alike)  # joints that all ways from the root begin with
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
     for way in ways:
@@ -53,22 +55,13 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     return f"its joints hang on two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
 
 
-def _shared_length(ways: Sequence[tuple[Joint, ...]]) -> int:
-    """Number of joints that all ways from the root begin with."""
-    count = 0
-    for each in zip(*ways, strict=False):
-        if any(joint is not each[0] for joint in each):
-            break
-        count += 1
-    return count
-
-
-def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...] | None]]:
-    """Each group as (its key in the file, its joints, their home [rad; m]); grippers have no home of their own."""
+def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...]]]:
+    """Each group as (its key in the file, its joints, their home [rad; m]); grippers go home open."""
     for number, arm in enumerate(config.arms):
         yield f"arms[{number}]", arm.joints, arm.home
     for number, gripper in enumerate(config.grippers):
-        yield f"grippers[{number}]", gripper.joints, None
+        open_at = tuple(gripper.way(config.robot.joint(name))[0] for name in gripper.joints)
+        yield f"grippers[{number}]", gripper.joints, open_at
     for name in ("head", "waist", "dorsal"):
         group = getattr(config, name)
         if group is not None:
@@ -80,7 +73,7 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
     first: dict[str, str] = {}
     homes: dict[str, float] = {}
     for key, joints, home in groups(config):
-        for name, position in zip(joints, home or _open(config, key, joints), strict=True):
+        for name, position in zip(joints, home, strict=True):
             if name not in first:
                 first[name], homes[name] = key, position
             elif homes[name] != position:
@@ -90,12 +83,6 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
                 )
             else:
                 problems.warn(_node(root, key), f"{name} is in {first[name]} as well: what comes last is done")
-
-
-def _open(config: RobotConfig, key: str, joints: Sequence[str]) -> tuple[float, ...]:
-    """Where the joints of a gripper are open [rad; m]."""
-    gripper = config.grippers[int(key[len("grippers[") : -1])]
-    return tuple(gripper.way(config.robot.joint(name))[0] for name in joints)
 
 
 def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
@@ -112,11 +99,7 @@ def check_arms(
 ) -> None:
     """Warn of arms whose joints do not move their tips: a sign of indices that were counted otherwise.
 
-    Args:
-        arms: each with its place in the file.
-        config: what the file comes to.
-        joints: of the robot, as the file counts them.
-        problems: takes the warnings.
+    Each arm comes with its place in the file, and the robot's joints as the file counts them.
     """
     robot = config.robot
     for number, (node, arm) in enumerate(arms):

@@ -163,10 +163,8 @@ class _Reading:
         groups = GroupReader(robot, joints, self.reader)
         arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
         grippers = [(node, groups.gripper(node)) for node in self._list("grippers", "grippers")]
-        lift, head = self.root.get("dorsal"), self.root.get("head")
-        dorsal = groups.lift(lift) if lift else None
+        lift, head, fixed = map(self.root.get, ("dorsal", "head", "fixed_link"))
         head_posture, head_axes = groups.head(head) if head else (None, ())
-        fixed = self.root.get("fixed_link")
         fixed_link = groups.link(fixed, may_be_root=True) if fixed else None
         found_arms = [(node, arm) for node, arm in arms if arm is not None]
         command_links, reference_links = self._controller(groups, found_arms)
@@ -182,7 +180,7 @@ class _Reading:
             grippers=tuple(gripper for _, gripper in grippers if gripper is not None),
             head=head_posture,
             head_axes=head_axes,
-            dorsal=dorsal,
+            dorsal=groups.lift(lift) if lift else None,
             waist=self._waist(groups),
             command_links=command_links,
             reference_links=reference_links,
@@ -207,9 +205,8 @@ class _Reading:
 
     def _waist(self, groups: GroupReader) -> Posture | None:
         """The waist, to which the joints of a folding waist count as well."""
-        node, folding_node = self.root.get("waist"), self.root.get("folding_waist")
-        found = [groups.posture(node)] if node else []
-        found += [groups.posture(folding_node, FOLDING_WAIST_UNUSED)] if folding_node else []
+        names = (("waist", ()), ("folding_waist", FOLDING_WAIST_UNUSED))
+        found = [groups.posture(node, unused) for name, unused in names if (node := self.root.get(name))]
         parts = [posture for posture in found if posture is not None]
         joints = tuple(name for posture in parts for name in posture.joints)
         return Posture(joints, tuple(value for posture in parts for value in posture.home)) if parts else None
