@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -115,9 +115,17 @@ class Reader:
         self.problems.error(node, f"must be a mapping, not {described(node)}{hint}")
         return None
 
-    def entries(self, table: Table) -> list[Entry]:
-        """The entries in the order in which the original came upon them."""
-        return [table.entries[name] for name in dictionary_order(table.entries)]
+    def entries(self, node: Node) -> list[Entry]:
+        """The entries of a mapping in the order in which the original came upon them."""
+        table = self.table(node)
+        return [table.entries[name] for name in dictionary_order(table.entries)] if table else []
+
+    def tables(self, node: Node) -> Iterator[tuple[Entry, str, Table]]:
+        """The entries of a mapping of mappings in that order, each with its name."""
+        for entry in self.entries(node):
+            name, table = self.text_key(entry), self.table(entry.value)
+            if name is not None and table is not None:
+                yield entry, name, table
 
     def required(self, table: Table, name: str, hint: str = "") -> Node | None:
         """The value of an entry that must be there."""

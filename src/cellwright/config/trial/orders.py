@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from cellwright.config.parsing.python2 import dictionary_order
 from cellwright.config.parsing.reader import Keys, Reader
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described, shortened
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
 from cellwright.config.trial.trial import Kit, KitObject, Order
@@ -27,12 +27,11 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
     """The orders in the order that gives them their ids."""
     reader = book.reader
     if isinstance(node, Items):
-        reader.problems.error(node, f"must be a mapping; a list of orders{other_year.list_of_orders()}")
+        reader.problems.error(node, f"must be a mapping; a list of orders{other_year.belongs(2023)}")
         return ()
-    table = reader.table(node)
     orders: dict[object, Order] = {}
     asked = 0
-    for entry in reader.entries(table) if table else ():
+    for entry in reader.entries(node):
         order = _order(entry, book, other_year)
         if order:
             asked += sum(1 + len(kit.objects) for kit in order.kits)
@@ -44,9 +43,9 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
     walked = [orders[name] for name in dictionary_order(orders)]
     ids = [f"order_{index}" for index in range(len(walked))]
     for own, order in zip(ids, walked, strict=True):
-        if table and order.yaml_name != own and order.yaml_name in ids:
+        if isinstance(node, Table) and order.yaml_name != own and order.yaml_name in ids:
             message = f"its id is {own}: ids follow the walk of the original's unordered dictionary"
-            reader.problems.warn(table.entries[order.yaml_name], message)
+            reader.problems.warn(node.entries[order.yaml_name], message)
     return tuple(replace(order, order_id=own) for own, order in zip(ids, walked, strict=True))
 
 
@@ -94,9 +93,8 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
 
 
 def _parts(node: Node, book: PartBook) -> tuple[KitObject, ...]:
-    table = book.reader.table(node)
     parts: list[KitObject] = []
-    for entry in book.reader.entries(table) if table else ():
+    for entry in book.reader.entries(node):
         part_table = book.reader.table(entry.value)
         part = read_part(part_table, book) if part_table else None
         if part:

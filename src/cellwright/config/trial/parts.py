@@ -10,8 +10,19 @@ from functools import partial
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
 from cellwright.config.parsing.reader import Keys, Placement, Reader, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Scalar, Table, described, shortened
-from cellwright.config.trial.other_years import OtherYear, year_of_option
+from cellwright.config.parsing.tree import (
+    Entry,
+    Items,
+    Leaf,
+    Located,
+    Node,
+    Scalar,
+    Table,
+    children,
+    described,
+    shortened,
+)
+from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.util.errors import did_you_mean, suggestion
 from cellwright.util.pose import Vector3
@@ -36,13 +47,9 @@ def _switch(reader: Reader, node: Node) -> bool:
     """A switch. Whatever is no truth value counts as Python counts it, as it did in the original."""
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
-    truth = bool(node.value) if isinstance(node, Leaf) else len(_members(node)) > 0
+    truth = bool(node.value if isinstance(node, Leaf) else children(node))
     reader.problems.warn(node, f"should be true or false; {described(node)} counts as {str(truth).lower()}")
     return truth
-
-
-def _members(node: Node) -> tuple[object, ...]:
-    return tuple(getattr(node, "items", None) or getattr(node, "entries", None) or ())
 
 
 def _aliases(reader: Reader, node: Node) -> Mapping[str, str]:
@@ -69,7 +76,7 @@ def read_options(node: Node, reader: Reader) -> RawOptions:
         return RawOptions()
     for entry in table.entries.values():
         if entry.name not in OPTIONS.names:
-            year = year_of_option(entry.name)
+            year = LATER_OPTIONS.get(entry.name)
             origin = f" (it came with the {year} format)" if year else ""
             hint = did_you_mean(str(entry.name), OPTIONS.names)
             reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
@@ -141,43 +148,40 @@ GRID = Keys(
 def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_over_bins`: grids of parts, numbered in the original's order."""
     reader = book.reader
-    table = reader.table(node)
     found: dict[str, Part] = {}
-    for entry in reader.entries(table) if table else ():
-        name = reader.text_key(entry)
-        bin_table = reader.table(entry.value)
-        if name is None or bin_table is None:
-            continue
-        origin = _origin(name, bin_table, reader)
-        models = bin_table.get("models")
+    for _, name, table in reader.tables(node):
+        origin = _origin(name, table, reader)
+        models = table.get("models")
         if models is None or (isinstance(models, Leaf) and models.value is None):
             continue
-        model_table = reader.table(models)
-        for model in reader.entries(model_table) if model_table else ():
-            _add(found, _grid(name, origin, model, book), model, reader)
+        for model in reader.entries(models):
+            parts = _grid(name, origin, model, book)
+            lost = [part.name for part in parts if part.name in found]
+            if lost:  # one with the name of an earlier one replaces it, as in the original
+                first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
+                message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
+                reader.problems.warn(model, message)
+            found.update((part.name, part) for part in parts)
     return tuple(found.values())
 
 
 def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_to_spawn`: single parts, each in the frame of a link."""
     reader = book.reader
-    table = reader.table(node)
     found: dict[str, Part] = {}
-    for entry in reader.entries(table) if table else ():
-        frame = reader.text_key(entry)
-        frame_table = reader.table(entry.value)
-        if frame is None or frame_table is None:
-            continue
+    for entry, frame, frame_table in reader.tables(node):
         reader.ignored(frame_table, ("models",))
         if frame not in REFERENCE_FRAMES:
             message = f"unknown reference frame, its parts are left out{suggestion(frame, REFERENCE_FRAMES)}"
             reader.problems.warn(entry, message)
         models = reader.required(frame_table, "models")
-        model_table = reader.table(models) if models else None
-        for model in reader.entries(model_table) if model_table else ():
-            part = _single(frame, model, book)
-            if part:
-                found[part.name] = part
+        for model in reader.entries(models) if models else ():
+            table = reader.table(model.value)
+            part = read_part(table, book) if table else None
+            if part and book.admit(model, 1):
+                part_type, placement = part
+                name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
+                found[name] = Part(name, part_type, placement.pose, frame, placement)
     return tuple(found.values())
 
 
@@ -232,42 +236,25 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     return parts
 
 
-def _add(found: dict[str, Part], parts: list[Part], entry: Entry, reader: Reader) -> None:
-    """Take parts in; one with the name of an earlier one replaces it, as in the original."""
-    lost = [part.name for part in parts if part.name in found]
-    if lost:
-        first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
-        message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
-        reader.problems.warn(entry, message)
-    found.update((part.name, part) for part in parts)
-
-
-def _single(frame: str, entry: Entry, book: PartBook) -> Part | None:
-    table = book.reader.table(entry.value)
-    part = read_part(table, book) if table else None
-    if part is None or not book.admit(entry, 1):
-        return None
-    part_type, placement = part
-    name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
-    return Part(name, part_type, placement.pose, frame, placement)
+_BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part: {1.0: {pose: {…}}}"
+_NO_POSE = "; files without one are of the 2016 format"
 
 
 def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """The parts in the order of their times, ties in the original's order."""
     reader = book.reader
-    table = reader.table(node)
     found: dict[tuple[str, Scalar], BeltPart] = {}
-    for entry in reader.entries(table) if table else ():
+    for entry in reader.entries(node):
         if isinstance(entry.value, Table) and "type" in entry.value.entries:
-            reader.problems.error(entry, other_year.belt_by_time())
+            reader.problems.error(entry, f"{_BY_TYPE}; this entry{other_year.belongs(EARLY)}")
             continue
         written_type = reader.key(entry)
-        times = reader.table(entry.value)
-        if written_type is None or times is None:
+        times = reader.entries(entry.value)
+        if written_type is None or not isinstance(entry.value, Table):
             continue
         part_type = book.part_type(written_type, entry)
-        for time in reader.entries(times):
-            part = _belt_part(part_type, time, book, other_year)
+        for time in times:
+            part = _belt_part(part_type, time, reader)
             if part is None:
                 continue
             if (part_type, time.name) in found:
@@ -279,16 +266,15 @@ def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPa
     return tuple(sorted(found.values(), key=lambda part: part.time))
 
 
-def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> BeltPart | None:
-    reader = book.reader
+def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if entry.name == "pose":
-        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{other_year.belt_without_pose()}")
+        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{_NO_POSE}")
         return None
     time = reader.number(Leaf(entry.name, entry.place, entry.key))
     if time is None:
         return None
     if isinstance(entry.value, Leaf) and entry.value.value is None:
-        reader.problems.error(entry, f"the required entry 'pose' is missing{other_year.belt_without_pose()}")
+        reader.problems.error(entry, f"the required entry 'pose' is missing{_NO_POSE}")
         return None
     table = reader.table(entry.value)
     if table is None:
@@ -324,9 +310,8 @@ def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
         return ()
     reader.ignored(table, ("drop_regions",))
     regions_node = reader.required(table, "drop_regions")
-    regions = reader.table(regions_node) if regions_node else None
     drops: dict[object, DropRegion] = {}
-    for entry in reader.entries(regions) if regions else ():
+    for entry in reader.entries(regions_node) if regions_node else ():
         drop = _region(entry, book)
         if drop:
             drops[entry.name] = drop

@@ -9,7 +9,7 @@ from typing import get_args
 from cellwright.config.layout import ARM_FRAMES
 from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
 from cellwright.config.parsing.tree import Entry, Node, Table, shortened
-from cellwright.config.trial.other_years import year_of_sensor
+from cellwright.config.trial.other_years import LATER_SENSORS
 from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, PluginDevice, Sensor, SensorType, WhenLate
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
@@ -90,7 +90,7 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
         return None
     sensor = Sensor(name, **values)
     if sensor.type not in SENSOR_TYPES and sensor.type not in brought:
-        year = year_of_sensor(sensor.type)
+        year = LATER_SENSORS.get(sensor.type)
         origin = f" of the {year} format" if year else ""
         hint = suggestion(sensor.type, (*SENSOR_TYPES, *brought))
         if sensor.type in CAMERA_TYPES:

@@ -78,10 +78,11 @@ def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
 def _initial(reader: Reader, node: Node) -> dict[str, float]:
     """Joint positions, which may be expressions; values that cannot be computed have been reported before."""
     states: dict[str, float] = {}
-    if not isinstance(node, Table):
-        return states
-    reader.refuse_unknown(node, ARM_JOINTS, "joint")
-    for entry in (each for each in node.entries.values() if each.name in ARM_JOINTS):
+    if isinstance(node, Table):
+        reader.refuse_unknown(node, ARM_JOINTS, "joint")
+    for entry in node.entries.values() if isinstance(node, Table) else ():
+        if entry.name not in ARM_JOINTS:
+            continue
         limit = RAIL_LIMIT if entry.name == ARM_JOINTS[0] else TURN_LIMIT
         try:
             position = expressions.expression_value(entry.value)
