@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from cellwright.config.parsing.reader import Keys, Reader, plain
-from cellwright.config.parsing.tree import Items, Leaf, Node, described
+from cellwright.config.parsing.tree import Items, Leaf, Node, described, shortened
 from cellwright.config.robot.config import Camera, RobotConfig
 from cellwright.config.trial.sensors import (
     MAX_CAMERA_DEPTH,
@@ -63,10 +62,9 @@ def _read_camera(node: Node, reader: Reader) -> Camera | None:
 
 
 def _check_finite(node: Node, reader: Reader) -> None:
-    if isinstance(node, Items):
-        for item in node.items:
-            _check_finite(item, reader)
-    elif isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
+    for item in node.items if isinstance(node, Items) else ():
+        _check_finite(item, reader)
+    if isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
         reader.problems.error(node, "must be a finite number")
 
 
@@ -77,6 +75,8 @@ RATE = 30.0
 """Pictures a second [Hz]: what the stack's monitors ask of cameras."""
 
 _AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+T = TypeVar("T", bound=tuple[float, ...])
+
 _NAME = re.compile(r"[A-Za-z0-9_]+", re.ASCII)
 _ALONG = 1e-6
 
@@ -125,12 +125,12 @@ def _pose(camera: Camera) -> Pose:
     """link_T_camera, which looks along +x with z up."""
     x, y, z, w = _numbers(camera, "quat", (0.0, 0.0, 0.0, 1.0))
     turn = Pose((0.0, 0.0, 0.0), normalized((w, x, y, z)))
-    ex, ey, ez = turn.transform(_three(_numbers(camera, "pos_offset", (0.0, 0.0, 0.0))))
+    ex, ey, ez = turn.transform(_numbers(camera, "pos_offset", (0.0, 0.0, 0.0)))
     eye = (ex, ey, ez + _number(camera, "height", 0.0))
     ahead = turn.transform((1.0, 0.0, 0.0))
     target = (eye[0] + ahead[0], eye[1] + ahead[1], eye[2] + ahead[2])
     if "target_offset" in camera.values:
-        target = turn.transform(_three(_numbers(camera, "target_offset", target)))
+        target = turn.transform(_numbers(camera, "target_offset", target))
     return Pose(eye, look_rotation((target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]), _up(camera)))
 
 
@@ -146,7 +146,8 @@ def look_rotation(forward: Vector3, up: Vector3) -> tuple[float, float, float, f
     x, y, z = (value / length for value in forward)
     yaw, pitch = math.atan2(y, x), -math.asin(max(-1.0, min(1.0, z)))
     level = Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, pitch, yaw))
-    across, above = (_dot(up, level.rotate(axis)) for axis in (_AXES["y"], _AXES["z"]))
+    axes = (level.rotate(_AXES["y"]), level.rotate(_AXES["z"]))
+    across, above = (sum(p * q for p, q in zip(up, axis, strict=True)) for axis in axes)
     if math.hypot(across, above) < _ALONG * math.hypot(*up) or not math.hypot(*up):
         raise UsageError("what is up for it lies along its line of sight")
     return quaternion_from_rpy(math.atan2(-across, above), pitch, yaw)
@@ -158,7 +159,7 @@ def _up(camera: Camera) -> Vector3:
         return _AXES[value.lower()]
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 2:
         return (*_AXES.values(),)[value]
-    return _three(_numbers(camera, "up_axis", _AXES["z"]))
+    return _numbers(camera, "up_axis", _AXES["z"])
 
 
 def _size(camera: Camera, name: str, default: int, most: int) -> int:
@@ -182,23 +183,13 @@ def _number(camera: Camera, name: str, default: float) -> float:
     return float(value)
 
 
-def _numbers(camera: Camera, name: str, default: Sequence[float]) -> tuple[float, ...]:
+def _numbers(camera: Camera, name: str, default: T) -> T:
     value: Any = camera.values.get(name, default)
     is_list = isinstance(value, list | tuple) and len(value) == len(default)
     if not is_list or any(isinstance(each, bool) or not isinstance(each, int | float) for each in value):
         raise UsageError(f"{name} must be a list of {len(default)} numbers, not {_shown(value)}")
-    return tuple(float(each) for each in value)
-
-
-def _three(numbers: Sequence[float]) -> Vector3:
-    x, y, z = numbers
-    return (x, y, z)
-
-
-def _dot(a: Vector3, b: Vector3) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))
+    return cast("T", tuple(float(each) for each in value))
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:40]}…"
+    return shortened(repr(value), 41)

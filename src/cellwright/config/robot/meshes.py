@@ -23,11 +23,7 @@ _SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
 
 
 class MeshFinder:
-    """Finds mesh files as a robot refers to them.
-
-    Args:
-        path: the robot's file.
-    """
+    """Finds mesh files as the robot in a file refers to them."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -82,29 +78,21 @@ class MeshFinder:
 
 
 _MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*)(["'])(.*?)\2""", re.DOTALL)
-_MANIFEST = "package.xml"
-_PACKAGE = "package://"
 
 
 def with_absolute_meshes(text: str, path: Path) -> str:
-    """The text of a URDF with the address of each mesh file that is found on this machine.
+    """The text of the URDF at a path with the address of each mesh file that is found on this machine.
 
     What stays as it is: meshes that are not found, and those of real packages, which ROS finds on other machines too.
-
-    Args:
-        text: of the URDF.
-        path: where the URDF is; meshes are looked for from there.
     """
     finder = MeshFinder(path)
 
     def replace(match: re.Match[str]) -> str:
         found = finder.locate(unescape(match[3]))
-        if found is None or (match[3].startswith(_PACKAGE) and _is_in_package(found)):
+        if found is None:
+            return match[0]
+        if match[3].startswith("package://") and any((folder / "package.xml").is_file() for folder in found.parents):
             return match[0]
         return f"{match[1]}{match[2]}{escape(found.resolve().as_uri())}{match[2]}"
 
     return _MESH.sub(replace, text)
-
-
-def _is_in_package(file: Path) -> bool:
-    return any((folder / _MANIFEST).is_file() for folder in file.parents)

@@ -36,7 +36,7 @@ from cellwright.config.trial.parts import (
 )
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
 from cellwright.config.trial.settings import RawSettings, read_settings
-from cellwright.config.trial.trial import DropRegion, Order, Part, Sensor, Trial
+from cellwright.config.trial.trial import DropRegion, Order, Sensor, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
@@ -50,6 +50,7 @@ def resolved(loaded: Loaded) -> dict[str, Any]:
     texts, as there. Models are sorted by name, orders by their announcement.
     """
     trial = loaded.trial
+    orders = sorted(trial.orders, key=lambda order: math.inf if order.start_time is None else order.start_time)
     data: dict[str, Any] = {
         "time_limit": loaded.time_limit,
         "models": sorted([part.name, part.type, *_numbers(part.written)] for part in trial.bin_parts),
@@ -57,7 +58,7 @@ def resolved(loaded: Loaded) -> dict[str, Any]:
         "faulty": list(loaded.faulty_parts),
         "drop_regions": [_drop_data(drop) for drop in trial.drop_regions],
         "material_locations": {kind: list(places) for kind, places in sorted(trial.material_locations.items())},
-        "orders": [_order_data(order) for order in sorted(trial.orders, key=_start)],
+        "orders": [_order_data(order) for order in orders],
     }
     if trial.extra_parts:
         data["extra_models"] = sorted(
@@ -93,11 +94,6 @@ def _sensor_data(sensor: Sensor) -> dict[str, Any]:
 def _pose_data(pose: Pose) -> dict[str, list[float]]:
     xyz, rpy = pose.position, rpy_from_quaternion(pose.quaternion)
     return {"xyz": [float(number_text(v)) for v in xyz], "rpy": [float(number_text(v)) for v in rpy]}
-
-
-def _start(order: Order) -> float:
-    """When an order is announced [s]; those without a time come last, ties in the order of their ids."""
-    return math.inf if order.start_time is None else order.start_time
 
 
 def _order_data(order: Order) -> dict[str, Any]:
@@ -198,7 +194,10 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     options = section("options", read_options, reader) or RawOptions()
     own = section(OWN, read_settings, reader) or RawSettings()
     book = PartBook(reader, options, PART_TYPES | own.part_models.keys())
-    bins, extras = _models(root, book)
+    readers = {"models_over_bins": read_bins, "models_to_spawn": read_extras}
+    walked = dictionary_order(name for name in root.entries if name != OWN)  # tells whose numbers come first
+    models = {name: readers[str(name)](root.entries[name].value, book) for name in walked if name in readers}
+    bins, extras = (models.get(name, ()) for name in readers)
     belt = section("belt_parts", read_belt, book, other_year) or ()
     drops = section("drops", read_drops, book) or ()
     orders = section("orders", read_orders, book, other_year) or ()
@@ -238,19 +237,6 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     check_faulty(faulty, trial, reader)
     _warn_unused(root, options, orders, reader)
     return trial, time_limit, tuple(faulty)
-
-
-def _models(root: Table, book: PartBook) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
-    """The parts over the bins and the extra ones; whose numbers come first follows from the original's walk."""
-    bins: tuple[Part, ...] = ()
-    extras: tuple[Part, ...] = ()
-    for name in dictionary_order(name for name in root.entries if name != OWN):
-        node = root.get(str(name))
-        if name == "models_over_bins" and node:
-            bins = read_bins(node, book)
-        elif name == "models_to_spawn" and node:
-            extras = read_extras(node, book)
-    return bins, extras
 
 
 def _warn_unused(root: Table, options: RawOptions, orders: Sequence[Order], reader: Reader) -> None:
