@@ -61,9 +61,7 @@ class End(StrEnum):
 class Gripper:
     """A gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
 
-    Attributes:
-        joints: by name.
-        open_ends: the limit at which each joint is open; empty where that is the lower one of all.
+    `open_ends` are the limits at which its joints are open; empty where that is the lower one of all.
     """
 
     joints: tuple[str, ...]
@@ -97,10 +95,7 @@ class RobotConfig:
     """A robot and how it is to be used.
 
     Attributes:
-        robot: as its URDF tells of it.
-        name: label of the robot.
         path: the configuration file, or the URDF where there is none.
-        urdf_path: the URDF.
         base_pose: world_T_root as loaded; world_T_fixed_link where there is a fixed link.
         fixed_link: the link that is fastened to the world instead of the root; None for the root.
         arms: right, left; one or more.
@@ -108,10 +103,8 @@ class RobotConfig:
         head: roll, pitch, yaw, without those that the robot lacks.
         head_axes: which of roll, pitch, yaw (0, 1, 2) the joints of the head are.
         dorsal: the lift of the torso.
-        waist: its joints, as in the file.
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
-        cameras: as in the file.
         max_accelerations: how fast the targets of joints may change their speed [rad/s^2; m/s^2], by joint; others are
             not bounded.
         others: entries that are kept as they are written: `base_command_mode`, which the base reads, and what is known

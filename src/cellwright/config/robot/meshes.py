@@ -35,7 +35,13 @@ class MeshFinder:
     def find(self, reference: str) -> Path | None:
         """The file of a mesh; None where there is none that can be used, which is noted."""
         if reference not in self._found:
-            self._found[reference] = self._usable(reference)
+            self._found[reference] = None
+            try:
+                self._found[reference] = self._usable(reference)
+            except ModelFileError as error:
+                self.missing[reference] = str(error)
+            except (OSError, ValueError) as error:
+                self.missing[reference] = f"cannot be read: {error}"
         return self._found[reference]
 
     def locate(self, reference: str) -> Path | None:
@@ -45,23 +51,17 @@ class MeshFinder:
         except (OSError, ValueError):
             return None
 
-    def _usable(self, reference: str) -> Path | None:
+    def _usable(self, reference: str) -> Path:
+        path = next((place for place in self._places(reference) if place.is_file()), None)
+        if path is None:
+            raise ModelFileError("not found")
+        size = path.stat().st_size
+        if self._bytes + size > MAX_TOTAL_BYTES:
+            raise ModelFileError(f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together")
         try:
-            path = next((place for place in self._places(reference) if place.is_file()), None)
-            if path is None:
-                self.missing[reference] = "not found"
-                return None
-            size = path.stat().st_size
-            if self._bytes + size > MAX_TOTAL_BYTES:
-                self.missing[reference] = f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together"
-                return None
             read_mesh(path)
         except ModelFileError as error:
-            self.missing[reference] = str(error).removeprefix(f"{path}: ")
-            return None
-        except (OSError, ValueError) as error:
-            self.missing[reference] = f"cannot be read: {error}"
-            return None
+            raise ModelFileError(str(error).removeprefix(f"{path}: ")) from None
         self._bytes += size
         return path
 

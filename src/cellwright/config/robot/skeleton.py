@@ -66,11 +66,8 @@ def _fingers(robot: RobotModel, joints: Sequence[Joint]) -> list[list[Joint]]:
 
 
 def _leader(robot: RobotModel, joint: Joint) -> Joint:
-    seen = {joint.name}
-    while joint.mimic is not None and joint.mimic.joint not in seen:
-        joint = robot.joint(joint.mimic.joint)
-        seen.add(joint.name)
-    return joint
+    """The joint that one follows, which follows none itself, or that one."""
+    return robot.joint(joint.mimic.joint) if joint.mimic else joint
 
 
 def _open_end(
