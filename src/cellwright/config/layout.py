@@ -14,11 +14,6 @@ from typing import TypeAlias
 
 from cellwright.util.pose import Pose
 
-PART_TYPES = frozenset(
-    {"part1", "part2", "part3", "part4", "disk_part", "gasket_part", "gear_part", "piston_rod_part", "pulley_part"}
-)
-"""The part types that have a model."""
-
 BIN_CENTRES: Mapping[str, tuple[float, float]] = MappingProxyType(
     {f"bin{n}": xy for n, xy in enumerate(product((-1.0, -0.3), (-1.33, -0.535, 0.23, 0.995)), start=1)}
 )
@@ -74,6 +69,9 @@ PART_RADII: Mapping[str, float] = MappingProxyType(
     }
 )
 """How far [m] a part of each type reaches from its origin, whichever way it is turned; rounded up to the mm."""
+
+PART_TYPES = frozenset(PART_RADII)
+"""The part types that have a model."""
 
 REFERENCE_FRAMES: Mapping[str, Pose] = MappingProxyType(
     {

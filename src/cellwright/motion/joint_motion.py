@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple, TypedDict
 
 from cellwright.config.layout import ARM_JOINTS
-from cellwright.motion.joints import Joints, MotionLimits
+from cellwright.motion.joints import STILL, Joints, MotionLimits
 from cellwright.util.errors import UsageError
 
 
@@ -97,10 +97,9 @@ class JointMotion:
     @classmethod
     def hold(cls, joints: Joints, duration: float) -> JointMotion:
         """Standing still for a time [s]; not at all for no time."""
-        still = Joints(*(0.0,) * 7)
         if not duration > 0.0:
-            return cls((0.0,), (joints,), (still,))
-        return cls((0.0, duration), (joints, joints), (still, still))
+            return cls((0.0,), (joints,), (STILL,))
+        return cls((0.0, duration), (joints, joints), (STILL, STILL))
 
     @property
     def duration(self) -> float:
@@ -119,9 +118,8 @@ class JointMotion:
 
     def at(self, time: float) -> MotionPoint:
         """The joints at a time [s]; before the start and after the end they stand where they begin and end."""
-        still = Joints(*(0.0,) * 7)
         if time < 0.0 or time > self.duration:
-            return MotionPoint(time, self.start if time < 0.0 else self.end, still)
+            return MotionPoint(time, self.start if time < 0.0 else self.end, STILL)
         index = bisect_right(self.times, time) - 1
         if self.times[index] == time:
             return MotionPoint(time, self.positions[index], self.velocities[index])

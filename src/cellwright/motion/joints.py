@@ -89,6 +89,9 @@ class Joints(NamedTuple):
             yield Joints(self.rail, *angles)
 
 
+STILL = Joints(*(0.0,) * 7)
+"""The velocities of joints at rest."""
+
 JointsLike: TypeAlias = Joints | Mapping[str, float]
 """Joint positions [m for the rail; rad], as `Joints` or by joint name."""
 

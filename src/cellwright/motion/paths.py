@@ -102,8 +102,8 @@ def follow(
 
 def between(a: Pose, b: Pose, share: float) -> Pose:
     """The pose a share of the way from a to b: straight in position, evenly the shorter way round in turning."""
-    position = tuple(p + share * (q - p) for p, q in zip(a.position, b.position, strict=True))
-    return Pose((position[0], position[1], position[2]), _slerp(a.quaternion, b.quaternion, share))
+    x, y, z = (p + share * (q - p) for p, q in zip(a.position, b.position, strict=True))
+    return Pose((x, y, z), _slerp(a.quaternion, b.quaternion, share))
 
 
 def angle_between(a: Pose, b: Pose) -> float:

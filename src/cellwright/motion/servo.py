@@ -12,9 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellwright.motion.joint_motion import JointMotion, knot_velocities
-from cellwright.motion.joints import Joints, JointsLike
+from cellwright.motion.joints import STILL, Joints, JointsLike
 from cellwright.motion.kinematics import A2, A3, link_poses
-from cellwright.motion.trajectories import STILL
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 

@@ -12,10 +12,8 @@ from itertools import pairwise
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
 
 from cellwright.motion.joint_motion import JointMotion, knot_velocities
-from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, Joints, JointsLike, MotionLimits
+from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, STILL, Joints, JointsLike, MotionLimits
 from cellwright.util.errors import UnreachableError, UsageError
-
-STILL = Joints(*(0.0,) * 7)
 
 _FIDELITY = 2e-4
 """How far [rad; m] the cubics between the knots may be from the profile."""

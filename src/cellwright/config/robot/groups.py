@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import takewhile
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Node, Problems, Table
 from cellwright.config.robot.config import UNUSED, Arm, End, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
-from cellwright.config.robot.model import ROOT, Joint, JointType, RobotModel, link_poses
+from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotModel, link_poses
 from cellwright.util.pose import Pose
 
 MIN_NAMED_JOINTS, MIN_JOINTS = 2, 3
@@ -179,7 +180,9 @@ def groups_of(config: RobotConfig, joint: Joint) -> list[str]:
 
 
 def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
-    limits, is_fixed = joint.limits, joint.type is JointType.FIXED
+    is_fixed = joint.type is JointType.FIXED
+    # as the engine of the original reports joints that nothing moves
+    limits = Limits(0.0, -1.0, 0.0, 0.0) if is_fixed else joint.limits
     return {
         "index": config.robot.joint_indices[joint.name],
         "name": joint.name,
@@ -187,15 +190,9 @@ def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
         "link": joint.child,
         "parent": joint.parent,
         "parent_index": parent_index(config, joint),
-        # as the engine of the original reports joints that nothing moves
-        "lower": 0.0 if is_fixed else _finite(limits.lower),
-        "upper": -1.0 if is_fixed else _finite(limits.upper),
-        "effort": 0.0 if is_fixed else _finite(limits.effort),
-        "velocity": 0.0 if is_fixed else _finite(limits.velocity),
+        **{name: value if math.isfinite(value) else None for name, value in asdict(limits).items()},
         "axis": [0.0, 0.0, 0.0] if is_fixed else list(joint.axis),
-        "mimic": None
-        if joint.mimic is None
-        else {"joint": joint.mimic.joint, "multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset},
+        "mimic": asdict(joint.mimic) if joint.mimic else None,
         "groups": groups_of(config, joint),
         "home": config.home.get(joint.name),
         "max_acceleration": config.max_accelerations.get(joint.name),
@@ -231,7 +228,3 @@ def _pose(pose: Pose) -> list[list[float]]:
     """Position [m] and quaternion (x, y, z, w), as in messages."""
     w, x, y, z = pose.quaternion
     return [list(pose.position), [x, y, z, w]]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

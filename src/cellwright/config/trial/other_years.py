@@ -11,54 +11,38 @@ from cellwright.util.errors import did_you_mean
 EARLY = 2016
 """The formats before version 1.1 of the 2017 competition, some of which were in use until April 2017."""
 
-_TOP_LEVEL: Mapping[Scalar, int] = {
-    "belt_models": 2018,
-    "faulty_products": 2018,
-    "models_to_insert": 2018,
-    "random_seed": 2018,
-    "sensor_blackout": 2018,
-    "models_over_shelves": 2020,
-    "agv_infos": 2021,
-    "models_over_stations": 2021,
-    "robot_health": 2021,
-    "sensor_health": 2022,
-    "table_tray_infos": 2022,
-    "assembly_inserts": 2023,
-    "challenges": 2023,
-    "kitting_trays": 2023,
-    "parts": 2023,
-}
-_ORDER: Mapping[Scalar, int] = {
-    "announcement_time": EARLY,
-    "products": 2018,
-    "shipments": 2018,
-    "shipment_count": 2018,
-    "destinations": 2019,
-    "agv_id": 2019,
-    "assembly": 2021,
-    "assembly_robot_health": 2021,
-    "kitting": 2021,
-    "kitting_robot_health": 2021,
-    "priority": 2021,
-    "announcement": 2023,
-    "assembly_task": 2023,
-    "combined_task": 2023,
-    "kitting_task": 2023,
-    "tasks": 2023,
-}
-LATER_OPTIONS: Mapping[Scalar, int] = {
-    "insert_bins": 2018,
-    "visualize_sensor_views": 2018,
-    "insert_models_over_shelves": 2020,
-}
-LATER_SENSORS: Mapping[str, int] = {
-    "depth_camera": 2018,
-    "quality_control": 2018,
-    "rgb_camera": 2020,
-    "rgbd_camera": 2020,
-    "basic_logical_camera": 2022,
-    "advanced_logical_camera": 2023,
-}
+
+def _by_name(years: Mapping[int, tuple[str, ...]]) -> Mapping[Scalar, int]:
+    return {name: year for year, names in years.items() for name in names}
+
+
+_TOP_LEVEL = _by_name(
+    {
+        2018: ("belt_models", "faulty_products", "models_to_insert", "random_seed", "sensor_blackout"),
+        2020: ("models_over_shelves",),
+        2021: ("agv_infos", "models_over_stations", "robot_health"),
+        2022: ("sensor_health", "table_tray_infos"),
+        2023: ("assembly_inserts", "challenges", "kitting_trays", "parts"),
+    }
+)
+_ORDER = _by_name(
+    {
+        EARLY: ("announcement_time",),
+        2018: ("products", "shipments", "shipment_count"),
+        2019: ("destinations", "agv_id"),
+        2021: ("assembly", "assembly_robot_health", "kitting", "kitting_robot_health", "priority"),
+        2023: ("announcement", "assembly_task", "combined_task", "kitting_task", "tasks"),
+    }
+)
+LATER_OPTIONS = _by_name({2018: ("insert_bins", "visualize_sensor_views"), 2020: ("insert_models_over_shelves",)})
+LATER_SENSORS = _by_name(
+    {
+        2018: ("depth_camera", "quality_control"),
+        2020: ("rgb_camera", "rgbd_camera"),
+        2022: ("basic_logical_camera",),
+        2023: ("advanced_logical_camera",),
+    }
+)
 _NAMES_NOW: Mapping[Scalar, str] = {
     "belt_models": "belt_parts",
     "faulty_products": "faulty_parts",

@@ -24,19 +24,23 @@ CAMERA_PREFIX = "logical_camera"
 
 TAKEN_NAMES = frozenset(
     {
-        "agv1/state",
-        "agv2/state",
-        "arm/command",
-        "arm/state",
-        "competition_state",
-        "current_score",
-        "gripper/state",
-        "joint_states",
-        "orders",
-        "population/state",
-        "quality_control_sensor_1",
-        "quality_control_sensor_2",
-        "trays",
+        *(
+            "agv1/state",
+            "agv2/state",
+            "arm/command",
+            "arm/state",
+            "competition_state",
+            "current_score",
+            "gripper/state",
+        ),
+        *(
+            "joint_states",
+            "orders",
+            "population/state",
+            "quality_control_sensor_1",
+            "quality_control_sensor_2",
+            "trays",
+        ),
     }
 )
 """Topics of the cell, which no sensor can be named after."""
@@ -121,30 +125,18 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
 
 MOST_CAMERAS = 16
 """Most cameras in one cell."""
-
-MAX_PICTURE_SIZE = (1920, 1080)
-"""Width and height of the largest pictures [pixels]."""
-
+MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
+"""Least width and height, and those of the largest pictures [pixels]."""
 MAX_DEPTH_PIXELS = 1_000_000
 """Most pixels of a picture of depth: as a cloud of points it has to go into one message."""
-
-MIN_PICTURE_SIZE = 8
-"""Least width and height [pixels]."""
-
 MIN_PICTURE_RATE, MAX_PICTURE_RATE = 0.1, 100.0
 """Pictures a second [Hz]."""
-
 MIN_FOV, MAX_FOV = 0.01, 2.8
 """How far a camera sees to the left and right together [rad]."""
-
 MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH = 0.02, 100.0
 """Bounds of the depths that a camera measures [m]."""
-
 MAX_CAMERA_LATENCY = 10.0
 """[s]"""
-
-MAX_NOISE = 1.0
-"""Largest figure of noise."""
 
 WORLD = "world"
 
@@ -159,7 +151,7 @@ def _camera_type(reader: Reader, node: Node) -> str | None:
     return one_of(CAMERA_TYPES, "type of camera")(reader, node) if kind is not None else None
 
 
-NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, MAX_NOISE)), strict="entry")
+NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
 """The noise of a camera."""
 
 CAMERA = Keys(
