@@ -13,14 +13,7 @@ from typing import Any, TypeVar, cast
 from cellwright.config.parsing.reader import Keys, Reader, plain
 from cellwright.config.parsing.tree import Items, Leaf, Node, described, shortened
 from cellwright.config.robot.config import Camera, RobotConfig
-from cellwright.config.trial.sensors import (
-    MAX_CAMERA_DEPTH,
-    MAX_DEPTH_PIXELS,
-    MAX_FOV,
-    MAX_PICTURE_SIZE,
-    MIN_CAMERA_DEPTH,
-    MIN_PICTURE_SIZE,
-)
+from cellwright.config.trial import sensors
 from cellwright.config.trial.trial import Camera as Taking
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3, normalized, quaternion_from_rpy
@@ -89,10 +82,10 @@ def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
     """
     if not _NAME.fullmatch(camera.name):
         raise UsageError("its name becomes a topic: only letters, digits and _")
-    width = _size(camera, "img_width", 640, MAX_PICTURE_SIZE[0])
-    height = _size(camera, "img_height", 480, MAX_PICTURE_SIZE[1])
-    if width * height > MAX_DEPTH_PIXELS:
-        raise UsageError(f"{width} x {height} pixels; at most {MAX_DEPTH_PIXELS} in all")
+    width = _size(camera, "img_width", 640, sensors.MAX_PICTURE_SIZE[0])
+    height = _size(camera, "img_height", 480, sensors.MAX_PICTURE_SIZE[1])
+    if width * height > sensors.MAX_DEPTH_PIXELS:
+        raise UsageError(f"{width} x {height} pixels; at most {sensors.MAX_DEPTH_PIXELS} in all")
     near, far = _depth(camera, "near_val", 0.1), _depth(camera, "far_val", 10.0)
     if near >= far:
         raise UsageError(f"near_val, {near:g} m, must be less than far_val, {far:g} m")
@@ -104,7 +97,7 @@ def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
         frame=_link(config, camera.name),
         width=width,
         height=height,
-        fov=min(fov, MAX_FOV),
+        fov=min(fov, sensors.MAX_FOV),
         rate=RATE,
         near=near,
         far=far,
@@ -164,8 +157,10 @@ def _up(camera: Camera) -> Vector3:
 
 def _size(camera: Camera, name: str, default: int, most: int) -> int:
     value = camera.values.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int) or not MIN_PICTURE_SIZE <= value <= most:
-        raise UsageError(f"{name} must be a whole number from {MIN_PICTURE_SIZE} to {most}, not {_shown(value)}")
+    if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= most:
+        raise UsageError(
+            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {most}, not {_shown(value)}"
+        )
     return value
 
 
@@ -173,7 +168,7 @@ def _depth(camera: Camera, name: str, default: float) -> float:
     value = _number(camera, name, default)
     if not value > 0.0:
         raise UsageError(f"{name} must be above 0 m, not {value:g}")
-    return min(max(value, MIN_CAMERA_DEPTH), MAX_CAMERA_DEPTH)
+    return min(max(value, sensors.MIN_CAMERA_DEPTH), sensors.MAX_CAMERA_DEPTH)
 
 
 def _number(camera: Camera, name: str, default: float) -> float:

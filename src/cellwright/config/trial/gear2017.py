@@ -21,22 +21,12 @@ from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Problem, Problems, Table
 from cellwright.config.parsing.yaml_source import parse_mapping
+from cellwright.config.trial import parts
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
-from cellwright.config.trial.parts import (
-    PartBook,
-    RawOptions,
-    check_faulty,
-    read_belt,
-    read_bins,
-    read_drops,
-    read_extras,
-    read_faulty,
-    read_options,
-)
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
-from cellwright.config.trial.settings import RawSettings, read_settings
-from cellwright.config.trial.trial import DropRegion, Order, Sensor, Trial
+from cellwright.config.trial.settings import read_settings
+from cellwright.config.trial.trial import DropRegion, Options, Order, Sensor, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
@@ -191,18 +181,19 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
         node = root.get(name)
         return read(node, *more) if node else None
 
-    options = section("options", read_options, reader) or RawOptions()
-    own = section(OWN, read_settings, reader) or RawSettings()
-    book = PartBook(reader, options, PART_TYPES | own.part_models.keys())
-    readers = {"models_over_bins": read_bins, "models_to_spawn": read_extras}
+    options, aliases = section("options", parts.read_options, reader) or (Options(), parts.DEFAULT_ALIASES)
+    own = section(OWN, read_settings, reader) or {}
+    types = PART_TYPES | own.get("part_models", {}).keys()
+    book = parts.PartBook(reader, options, aliases, types)
+    readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
     walked = dictionary_order(name for name in root.entries if name != OWN)  # tells whose numbers come first
     models = {name: readers[str(name)](root.entries[name].value, book) for name in walked if name in readers}
     bins, extras = (models.get(name, ()) for name in readers)
-    belt = section("belt_parts", read_belt, book, other_year) or ()
-    drops = section("drops", read_drops, book) or ()
+    belt = section("belt_parts", parts.read_belt, book, other_year) or ()
+    drops = section("drops", parts.read_drops, book) or ()
     orders = section("orders", read_orders, book, other_year) or ()
-    faulty = section("faulty_parts", read_faulty, reader) or {}
-    time_limit = section("time_limit", partial(Reader.number, reader))
+    faulty = section("faulty_parts", parts.read_faulty, reader) or {}
+    time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
     sensors: tuple[Sensor, ...] = section("sensors", read_sensors, reader) or ()
     sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
@@ -210,38 +201,33 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
         raise DescriptionError(reader.problems.errors, reader.problems.warnings)
 
     time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
-    switches = options.options
-    frames = set(REFERENCE_FRAMES) - (set() if switches.insert_agvs else set(TRAY_FRAMES))
-    inserted = bins if switches.insert_models_over_bins else ()
-    spawned = [part for part in extras if part.frame in frames] if switches.spawn_extra_models else []
+    frames = set(REFERENCE_FRAMES) - (set() if options.insert_agvs else set(TRAY_FRAMES))
+    inserted = bins if options.insert_models_over_bins else ()
+    spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
     locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | book.locations
     trial = Trial(
         name=name,
         has_arm=has_arm,
         sensors=sensors,
-        options=switches,
+        options=options,
         time_limit=float(time_limit),
         orders=orders,
-        bin_parts=tuple(part for part in inserted if part.type in book.types),
-        extra_parts=tuple(part for part in spawned if part.type in book.types),
-        belt_parts=tuple(part for part in belt if part.type in book.types),
+        bin_parts=tuple(part for part in inserted if part.type in types),
+        extra_parts=tuple(part for part in spawned if part.type in types),
+        belt_parts=tuple(part for part in belt if part.type in types),
         faulty_parts=frozenset(faulty),
         drop_regions=drops,
         material_locations={kind: tuple(sorted(places)) for kind, places in locations.items()},
-        settings=own.settings,
-        initial_joint_states=own.initial_joint_states,
-        part_models=own.part_models,
-        furniture=own.furniture,
-        devices=own.devices,
+        **own,
     )
-    check_faulty(faulty, trial, reader)
-    _warn_unused(root, options, orders, reader)
+    parts.check_faulty(faulty, trial, reader)
+    _warn_unused(root, trial, reader)
     return trial, time_limit, tuple(faulty)
 
 
-def _warn_unused(root: Table, options: RawOptions, orders: Sequence[Order], reader: Reader) -> None:
+def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
     """Warn of sections that an option leaves without effect."""
-    switches = options.options
+    switches = trial.options
     gates = (
         ("models_over_bins", switches.insert_models_over_bins, "insert_models_over_bins is true"),
         ("models_to_spawn", switches.spawn_extra_models, "spawn_extra_models is true"),
@@ -253,6 +239,6 @@ def _warn_unused(root: Table, options: RawOptions, orders: Sequence[Order], read
         if entry and not is_empty and not is_used:
             reader.problems.warn(entry, f"nothing of it comes into the cell unless options.{condition}")
     node = root.get("options")
-    if node and switches.fill_demo_tray and not (orders and switches.insert_agvs):
-        missing = "no tray" if orders else "no order"
+    if node and switches.fill_demo_tray and not (trial.orders and switches.insert_agvs):
+        missing = "no tray" if trial.orders else "no order"
         reader.problems.warn(node, f"fill_demo_tray has no effect, for there is {missing}")

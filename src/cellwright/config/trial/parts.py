@@ -7,21 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
 
-from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
+from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
 from cellwright.config.parsing.reader import Keys, Placement, Reader, section
-from cellwright.config.parsing.tree import (
-    Entry,
-    Items,
-    Leaf,
-    Located,
-    Node,
-    Scalar,
-    Table,
-    children,
-    described,
-    shortened,
-)
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Table, children, described, shortened
 from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.util.errors import did_you_mean, suggestion
@@ -29,18 +18,6 @@ from cellwright.util.pose import Vector3
 
 DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
 """Other names of part types, unless a file has its own."""
-
-
-@dataclass(frozen=True, slots=True)
-class RawOptions:
-    """The options and the aliases of part types."""
-
-    options: Options = field(default_factory=Options)
-    aliases: Mapping[str, str] = field(default_factory=lambda: dict(DEFAULT_ALIASES))
-
-    def resolve(self, part_type: str) -> str:
-        """The part type that a name stands for; an alias of an alias is not followed."""
-        return self.aliases.get(part_type, part_type)
 
 
 def _switch(reader: Reader, node: Node) -> bool:
@@ -69,11 +46,11 @@ OPTIONS = Keys(
 )
 
 
-def read_options(node: Node, reader: Reader) -> RawOptions:
-    """The section `options`."""
+def read_options(node: Node, reader: Reader) -> tuple[Options, Mapping[str, str]]:
+    """The section `options`, and other names of part types in it."""
     table = reader.table(node)
     if table is None:
-        return RawOptions()
+        return Options(), DEFAULT_ALIASES
     for entry in table.entries.values():
         if entry.name not in OPTIONS.names:
             year = LATER_OPTIONS.get(entry.name)
@@ -82,7 +59,7 @@ def read_options(node: Node, reader: Reader) -> RawOptions:
             reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
     values = OPTIONS.values(table, reader)
     aliases = values.pop(ALIASES, DEFAULT_ALIASES)
-    return RawOptions(Options(**values), aliases)
+    return Options(**values), aliases
 
 
 MAX_PARTS = 2000
@@ -96,13 +73,15 @@ _MANY = 100
 class PartBook:
     """Keeps count while parts are read: the numbers in their names, how many there are in all, and where.
 
-    Numbers are counted per type as written: an alias counts apart from the type that it stands for. `types` are the
-    part types that there is a model for; `locations` the places where each type can be found.
+    Numbers are counted per type as written: an alias counts apart from the type that it stands for; an alias of an
+    alias is not followed. `types` are the part types that there is a model for; `locations` the places where each type
+    can be found.
     """
 
     reader: Reader
-    options: RawOptions
-    types: frozenset[str] = PART_TYPES
+    options: Options
+    aliases: Mapping[str, str]
+    types: frozenset[str]
     count: int = 0
     locations: defaultdict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
@@ -123,9 +102,9 @@ class PartBook:
 
     def part_type(self, name: str, where: Located) -> str:
         """The type that a name stands for, with a warning when no part of that type exists."""
-        resolved = self.options.resolve(name)
+        resolved = self.aliases.get(name, name)
         if resolved not in self.types:
-            aliases = self.options.aliases if len(self.options.aliases) <= _MANY else ()
+            aliases = self.aliases if len(self.aliases) <= _MANY else ()
             hint = did_you_mean(name, [*self.types, *aliases]) or f" (known: {', '.join(sorted(self.types))})"
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
             self.reader.problems.warn(where, message)
@@ -243,7 +222,7 @@ _NO_POSE = "; files without one are of the 2016 format"
 def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """The parts in the order of their times, ties in the original's order."""
     reader = book.reader
-    found: dict[tuple[str, Scalar], BeltPart] = {}
+    found: dict[tuple[str, object], BeltPart] = {}
     for entry in reader.entries(node):
         if isinstance(entry.value, Table) and "type" in entry.value.entries:
             reader.problems.error(entry, f"{_BY_TYPE}; this entry{other_year.belongs(EARLY)}")
@@ -261,7 +240,7 @@ def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPa
                 reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
             found[part_type, time.name] = part
             book.locations[part_type].add("belt")
-    if not book.admit(node, len(found) * book.options.options.belt_population_cycles):
+    if not book.admit(node, len(found) * book.options.belt_population_cycles):
         return ()
     return tuple(sorted(found.values(), key=lambda part: part.time))
 

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, get_args
 
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
-from cellwright.config.models.model import Furniture, Model
 from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Read, Reader, one_of, section, whole
 from cellwright.config.parsing.tree import Leaf, Node, Table, described, shortened
 from cellwright.config.trial.sensors import read_plugin_devices
-from cellwright.config.trial.trial import (
-    ArmSettings,
-    CellSettings,
-    JointGains,
-    JointTolerance,
-    PluginDevice,
-    ServoProfile,
-)
+from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.util.errors import ExpressionError
 
 SHORTEST_STEP = Fraction(1, 100_000)
@@ -129,29 +119,15 @@ OWN = Keys(
 """The section `cellwright`; `read_cameras` reads its `sensors`, which need to know those of the 2017 format."""
 
 
-@dataclass(frozen=True, slots=True)
-class RawSettings:
-    """The section `cellwright`, without its cameras.
-
-    `initial_joint_states` are the joint positions [rad or m] that the arm begins with where they are not the usual
-    ones; `part_models` the part types of somebody's own by name.
-    """
-
-    settings: CellSettings = field(default_factory=CellSettings)
-    initial_joint_states: Mapping[str, float] = field(default_factory=dict)
-    part_models: Mapping[str, Model] = field(default_factory=dict)
-    furniture: tuple[Furniture, ...] = ()
-    devices: tuple[PluginDevice, ...] = ()
-
-
-def read_settings(node: Node, reader: Reader) -> RawSettings:
-    """The section `cellwright`, without its cameras."""
+def read_settings(node: Node, reader: Reader) -> dict[str, Any]:
+    """The fields of a trial that the section `cellwright` sets, without its cameras."""
     table = reader.table(node)
     if table is None:
-        return RawSettings()
+        return {}
     values = OWN.read(table, reader)
     arm = values.pop("arm", {})
     states, constraints = arm.pop("initial_joint_states", {}), arm.pop("constraints", {})
     cell = {name: values.pop(name) for name in ("seed", "timestep") if name in values}
     settings = CellSettings(**cell, arm=ArmSettings(**arm, **constraints))
-    return RawSettings(settings, states, values.pop("parts", {}), **values)
+    own = {"settings": settings, "initial_joint_states": states, "part_models": values.pop("parts", {})}
+    return {**own, **values}
