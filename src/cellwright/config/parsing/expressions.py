@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from cellwright.config.parsing.python2 import quotient
-from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Scalar, Table, children, described
+from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Scalar, Table, children, described, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean
 
 MAX_LENGTH = 200
@@ -161,7 +161,7 @@ def expression_value(node: Node) -> float:
         case Leaf(value=str(text)):
             return evaluate(text, whole_division=True)
         case Leaf(value=int() | float() as number):
-            return _finite(number, str(number))
+            return _finite(number, shortened(str(number)))
     raise ExpressionError(f"must be a number or an expression, not {described(node)}")
 
 
