@@ -121,12 +121,7 @@ def _turned(angle: float, turns: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Largest velocity, acceleration and jerk of each joint.
-
-    Attributes:
-        velocity: [m/s for the rail; rad/s].
-        acceleration: [m/s^2; rad/s^2].
-        jerk: [m/s^3; rad/s^3].
+    """Largest velocity, acceleration and jerk of each joint, in m and s for the rail, rad and s for the others.
 
     Raises:
         UsageError: one of them is not a positive finite number.

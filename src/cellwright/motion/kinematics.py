@@ -27,16 +27,13 @@ D1, A2, A3, D4, D5 = 0.1273, 0.612, 0.5723, 0.163941, 0.1157
 SHOULDER_OFFSET, ELBOW_OFFSET = 0.220941, -0.1719
 """How far the upper arm stands off the pan axis, and the forearm off the upper arm, along their y [m]."""
 
-GRIPPER_DISTANCE = 0.1
-"""From `wrist_3_link` to `vacuum_gripper_link` along y [m]."""
-
 FACE_DEPTH = 0.005
 """How far the cup's face lies below the gripper's origin, along its -z [m]."""
 
 MAX_REACH = A2 + A3
 """How far the axis of wrist 1 gets away from that of the shoulder [m]."""
 
-_WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, GRIPPER_DISTANCE, 0.0), (90 * 0.0174533, 0.0, 0.0))
+_WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
 _GRIPPER_T_WRIST_3 = _WRIST_3_T_GRIPPER.inverse()
 _GRIPPER_T_FACE = Pose((0.0, 0.0, -FACE_DEPTH))
 

@@ -75,9 +75,8 @@ ORIGINAL_SERVO = ServoModel(
 def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payload: float = 0.0) -> JointMotion:
     """The command that makes the joints follow a motion which, sent as it is, they would follow with a lag.
 
-    The next motion is still to begin where this one was meant to end (`motion.end`), not where the command ends.
-
-    The command goes on a little after the motion, while the leads fade.
+    The next motion is still to begin where this one was meant to end (`motion.end`), not where the command ends: that
+    goes on a little after the motion, while the leads fade.
 
     Args:
         motion: what the joints are to do, from rest to rest.

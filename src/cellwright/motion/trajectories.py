@@ -40,15 +40,8 @@ def move(
     """The shortest motion from one state to another.
 
     All joints arrive together. From rest to rest no joint turns back; the way is straight in the joints where the same
-    joint is the slowest throughout.
-
-    Args:
-        start: where it begins.
-        goal: where it ends.
-        limits: which it keeps.
-        start_velocity: how fast the joints are at its start [m/s; rad/s].
-        goal_velocity: how fast at its end.
-        at_least: how long it is to take at least [s].
+    joint is the slowest throughout. Velocities at both ends are in m/s and rad/s, `at_least` is how long the motion
+    takes at least [s].
 
     Raises:
         UnreachableError: a joint would go past its end, or further past it than it is at the start.

@@ -55,12 +55,9 @@ def open_model(path: Path) -> ModelFile:
 
 
 def referenced_file(path: Path, reference: str, folder: Path) -> Path:
-    """A file that a model refers to; `model://NAME/…` and `package://NAME/…` count from the folder of that name.
+    """A file that the one at `path` refers to, which has to lie in `folder`.
 
-    Args:
-        path: the file that the reference stands in.
-        reference: as written there.
-        folder: what it has to lie in.
+    `model://NAME/…` and `package://NAME/…` count from the folder of that name.
 
     Raises:
         ModelFileError: it lies elsewhere or is not there.

@@ -99,11 +99,7 @@ _SHAPE = Keys(
 def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:
     """A model from the `shapes` or the `file` in a table; None when something is wrong with them.
 
-    Args:
-        table: the part type or piece of furniture.
-        where: what an error is about.
-        reader: collects what is wrong.
-        values: its `mass` and `color`, where the table has them.
+    `values` are its `mass` and `color`, where the table has them; errors are about `where`.
     """
     shapes, file = table.get("shapes"), table.get("file")
     if (shapes is None) == (file is None):

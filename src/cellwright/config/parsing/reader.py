@@ -44,10 +44,7 @@ class Keys:
     def read(self, table: Table, reader: Reader, others: Sequence[str] = ()) -> dict[str, Any]:
         """The values in a table by name; what is missing, unknown or refused is reported.
 
-        Args:
-            table: the section.
-            reader: collects what is wrong.
-            others: entries that are known besides, and not read.
+        Entries in `others` are known besides, and not read.
         """
         known = (*others, *self.names)
         if self.strict:

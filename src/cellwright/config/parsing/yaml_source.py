@@ -72,10 +72,7 @@ def parse(text: JoinedText, problems: Problems) -> Node | None:
 def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
     """The top level of the one document in the text; nothing at all is an empty one.
 
-    Args:
-        text: the text.
-        problems: takes what may be said of keys.
-        expected: what the error says should stand there: "a configuration is a mapping of sections".
+    `expected` is what the error says should stand there: "a configuration is a mapping of sections".
 
     Raises:
         DescriptionError: the text is no YAML that can be read here, or has no mapping.

@@ -34,10 +34,7 @@ _NO_HOME = "; write the positions that the joints go home to [rad; m]"
 class GroupReader:
     """Reads groups, and the joints and links that they name; what cannot be read is reported, and None.
 
-    Args:
-        robot: the robot.
-        joints: its joints as the file counts them.
-        reader: reads single values.
+    The joints of the robot come as the file counts them.
     """
 
     def __init__(self, robot: RobotModel, joints: Sequence[Joint], reader: Reader) -> None:

@@ -146,12 +146,7 @@ def _node(root: Table, key: str) -> Node:
 
 
 def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = None) -> dict[str, Any]:
-    """A robot with its joints in the order of their indices, its groups, and where its links are.
-
-    Args:
-        config: the robot.
-        positions: of joints by name [rad; m], for the poses of the links; all at 0 when left out.
-    """
+    """A robot with its joints by index, its groups, and its links where the joints are at `positions` [rad; m], or 0."""
     robot = config.robot
     return {
         "name": config.name,

@@ -110,11 +110,7 @@ Warn = Callable[[str], None]
 
 
 def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
-    """The robot that a configuration file is about.
-
-    Args:
-        path: the file.
-        warn: takes warnings about it and about its URDF.
+    """The robot that a configuration file is about; `warn` takes warnings about the file and about its URDF.
 
     Raises:
         DescriptionError: the file or its URDF cannot be used; the error lists everything that was found wrong.

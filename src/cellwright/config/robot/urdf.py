@@ -185,11 +185,7 @@ _KNOWN = ("link", "joint", "material")
 
 
 def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
-    """The robot in a URDF or xacro file.
-
-    Args:
-        path: the file.
-        warn: told what was forgiven or replaced, each as one line `path:line: key: what`.
+    """The robot in a URDF or xacro file; `warn` takes a line `path:line: key: what` for all that was forgiven.
 
     Raises:
         DescriptionError: it is none that can be read; every problem reads `path:line: key: what is wrong`.

@@ -40,12 +40,8 @@ def with_stand_ins(link: Link, joints: Iterable[Joint], lacking: Collection[Use]
     """A link with all that it needs to be seen and touched.
 
     What serves the one purpose serves the other where nothing else does; a link without any shape gets limbs: capsules
-    from its origin to each joint that it carries, or a ball around its centre of mass when it carries none.
-
-    Args:
-        link: as the file has it, less the shapes that could not be read.
-        joints: those of the robot.
-        lacking: what it lost shapes for.
+    from its origin to each joint that it carries, or a ball around its centre of mass when it carries none. The link
+    comes without the shapes that could not be read; `lacking` is what it lost them for.
     """
     seen = any(shape.is_seen for shape in link.shapes)
     touched = any(shape.is_touched for shape in link.shapes)
@@ -109,12 +105,7 @@ _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 class LinkReader:
-    """Reads links one by one.
-
-    Args:
-        numbers: reads attributes, and collects what is wrong.
-        meshes: finds the files of meshes, and keeps count of those that cannot be used.
-    """
+    """Reads links one by one."""
 
     def __init__(self, numbers: Numbers, meshes: MeshFinder) -> None:
         self._numbers = numbers

@@ -175,14 +175,7 @@ CAMERA = Keys(
 
 
 def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
-    """What the section `cellwright` has under `sensors`.
-
-    Args:
-        own: the section.
-        sensors: the sensors of the 2017 format; a camera cannot have the name of one.
-        reader: collects what is wrong.
-        has_arm: whether there is an arm to fix cameras to.
-    """
+    """What the section `cellwright` has under `sensors`; a camera cannot have the name of another sensor."""
     node = own.get("sensors") if isinstance(own, Table) else None
     table = reader.table(node) if node else None
     if table is None:
