@@ -146,7 +146,7 @@ def _node(root: Table, key: str) -> Node:
 
 
 def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = None) -> dict[str, Any]:
-    """A robot with its joints by index, its groups, and its links where the joints are at `positions` [rad; m], or 0."""
+    """A robot with its joints by index, its groups, and its links; joints are at `positions` [rad; m], or at 0."""
     robot = config.robot
     return {
         "name": config.name,

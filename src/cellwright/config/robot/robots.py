@@ -160,6 +160,7 @@ class _Reading:
         arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
         grippers = [(node, groups.gripper(node)) for node in self._list("grippers", "grippers")]
         lift, head, fixed = map(self.root.get, ("dorsal", "head", "fixed_link"))
+        dorsal = groups.lift(lift) if lift else None
         head_posture, head_axes = groups.head(head) if head else (None, ())
         fixed_link = groups.link(fixed, may_be_root=True) if fixed else None
         found_arms = [(node, arm) for node, arm in arms if arm is not None]
@@ -176,7 +177,7 @@ class _Reading:
             grippers=tuple(gripper for _, gripper in grippers if gripper is not None),
             head=head_posture,
             head_axes=head_axes,
-            dorsal=groups.lift(lift) if lift else None,
+            dorsal=dorsal,
             waist=self._waist(groups),
             command_links=command_links,
             reference_links=reference_links,

@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
+from itertools import product
 
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
@@ -205,13 +206,12 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
     parts: list[Part] = []
-    for ix in range(nx):
-        for iy in range(ny):
-            x = origin[0] + start[0] + ix * step_x
-            y = origin[1] + start[1] + iy * step_y
-            name = f"{bin_name}|{part_type}_{book.number(written_type)}"
-            placement = Placement((x, y, origin[2] + start[2]), rpy)
-            parts.append(Part(name, part_type, placement.pose, written=placement))
+    for ix, iy in product(range(nx), range(ny)):
+        x = origin[0] + start[0] + ix * step_x
+        y = origin[1] + start[1] + iy * step_y
+        name = f"{bin_name}|{part_type}_{book.number(written_type)}"
+        placement = Placement((x, y, origin[2] + start[2]), rpy)
+        parts.append(Part(name, part_type, placement.pose, written=placement))
     return parts
 
 

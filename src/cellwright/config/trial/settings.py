@@ -39,21 +39,9 @@ def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
     return step.numerator, step.denominator
 
 
-def _by_joint(read: Read) -> Read:
-    """Reader of a mapping of joints to values, each of which `read` reads."""
-
-    def by_joint(reader: Reader, node: Node) -> dict[str, Any] | None:
-        table = reader.table(node)
-        if table:
-            reader.refuse_unknown(table, ARM_JOINTS, "joint")
-        return _of_joints(table, reader, read) if table else None
-
-    return by_joint
-
-
-def _of_joints(table: Table, reader: Reader, read: Read) -> dict[str, Any]:
-    found = {str(name): read(reader, entry.value) for name, entry in table.entries.items() if name in ARM_JOINTS}
-    return {name: value for name, value in found.items() if value is not None}
+def _by_joint(read: Read) -> Keys:
+    """A mapping of joints to values, each of which `read` reads."""
+    return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
 
 
 def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
@@ -61,7 +49,7 @@ def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
     table = reader.table(node)
     if table is None:
         return None
-    tolerances = _of_joints(table, reader, section(TOLERANCE, JointTolerance))
+    tolerances = _by_joint(section(TOLERANCE, JointTolerance)).values(table, reader)
     return CONSTRAINTS.read(table, reader, ARM_JOINTS) | {"tolerances": tolerances}
 
 
@@ -93,8 +81,8 @@ TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, 
 OWN_ARM = Keys(
     optional={
         "servo": one_of(get_args(ServoProfile), "servo profile"),
-        "gains": _by_joint(section(GAINS, JointGains)),
-        "dry_friction": _by_joint(_NOT_NEGATIVE),
+        "gains": section(_by_joint(section(GAINS, JointGains)), dict),
+        "dry_friction": section(_by_joint(_NOT_NEGATIVE), dict),
         "constraints": _constraints,
         "stop_trajectory_duration": _NOT_NEGATIVE,
         "allow_partial_joints_goal": Reader.truth,
