@@ -155,8 +155,8 @@ class _Urdf(_Reader):
             for element in (*link.findall("collision"), *link.findall("visual")):
                 pose = places[link.get("name", "")] @ self._origin(element)
                 material = element.find("material")
-                known = None if material is None else self._rgba(material) or colours.get(material.get("name"))
-                shapes.append(self.shape(element, pose, known))
+                colour = None if material is None else self._rgba(material) or colours.get(material.get("name"))
+                shapes.append(self.shape(element, pose, colour))
         return mass, shapes
 
     def _places(self, root: ET.Element) -> dict[str, Pose]:

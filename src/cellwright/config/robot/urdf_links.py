@@ -119,13 +119,8 @@ class LinkReader:
 
     def read_materials(self, robot: Element) -> None:
         """Remember the colours that have names, wherever they are defined; the first of a name counts."""
-        inside = [
-            material
-            for link in robot.all("link")
-            for visual in link.all("visual")
-            for material in visual.all("material")
-        ]
-        for material in (*robot.all("material"), *inside):
+        visuals = [visual for link in robot.all("link") for visual in link.all("visual")]
+        for material in (material for owner in (robot, *visuals) for material in owner.all("material")):
             name, colour = material.get("name"), self._rgba(material)
             if name is not None and colour is not None:
                 self._colours.setdefault(name, colour)
