@@ -19,8 +19,7 @@ from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
-from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.config import UNUSED, RobotConfig
 from cellwright.config.robot.groups import groups_of, parent_index, robot_document
 from cellwright.config.robot.model import Joint, JointType, RobotModel
 from cellwright.config.robot.robots import bundled, find_robot, load_robot, read_robot_config
