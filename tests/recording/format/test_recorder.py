@@ -90,7 +90,7 @@ def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
             topic = recording.topics[each.name]
             assert (topic.type, topic.direction, topic.latch) == (each.type, each.direction.value, each.latch)
         score = recording.decode(next(recording.messages(["/ariac/current_score"])))
-        assert score.data == 0.0  # type: ignore[attr-defined]
+        assert score.data == 0.0
 
 
 def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, str]) -> None:

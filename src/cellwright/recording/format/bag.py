@@ -46,7 +46,7 @@ def write_bag(
     """
     try:
         with Recording(recording) as source, in_its_place(bag) as unfinished:
-            return _write(source, unfinished, TimeRange.of(source, start, until), tell)
+            return _write(source, unfinished, TimeRange(source, start, until), tell)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise UsageError(f"{bag}: cannot be written: {reason or error}") from None
@@ -73,7 +73,7 @@ def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float
                 latching=int(topic.latch),
             )
         before: dict[str, tuple[bytes, bytes]] = {}  # states are said over and over
-        for message in span.messages(source, connections, tell):
+        for message in span.messages(connections, tell):
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:
                 data = to_ros1(source.decode(message))

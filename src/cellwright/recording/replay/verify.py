@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
-from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes
+from cellwright.recording.format.reader import Recording, frame_bytes, json_object
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, decode_frame
@@ -42,38 +41,24 @@ def recorded_steps(source: Recording) -> Iterator[Step]:
     """
     before: Frame | None = None
     for message in source.messages((COMMAND, STATE_HASH, FRAME)):
-        if message.topic == FRAME:
-            try:
+        try:
+            if message.topic == FRAME:
                 before = decode_frame(frame_bytes(message.data), before)
-            except MessageError as error:
-                raise _senseless(message, error) from None
-            yield before
-        elif message.topic == COMMAND:
-            yield Command.decode(_message_text(message))
-        else:
-            yield _hash_point(message)
+                step: Step = before
+            elif message.topic == COMMAND:
+                step = Command.decode(from_cdr(message.data, String).data)
+            else:
+                step = _hash_point(json_object(message.data))
+        except (MessageError, KeyError, ValueError) as error:
+            raise RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {error}") from None
+        yield step
 
 
-def _hash_point(message: RecordedMessage) -> HashPoint:
-    try:
-        told: dict[str, Any] = json.loads(_message_text(message))
-        tick, digest = told["tick"], told["hash"]
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise _senseless(message, error) from None
+def _hash_point(told: dict[str, Any]) -> HashPoint:
+    tick, digest = told["tick"], told["hash"]
     if type(tick) is not int or not 0 <= tick < _NEVER or not isinstance(digest, str):
-        raise _senseless(message, "a tick and a hash are needed")
+        raise ValueError("a tick and a hash are needed")
     return HashPoint(tick, digest)
-
-
-def _message_text(message: RecordedMessage) -> str:
-    try:
-        return from_cdr(message.data, String).data
-    except MessageError as error:
-        raise _senseless(message, error) from None
-
-
-def _senseless(message: RecordedMessage, why: object) -> RecordingError:
-    return RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {why}")
 
 
 class Answer(StrEnum):

@@ -10,8 +10,8 @@ from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT, FRAME, PANEL
-from cellwright.recording.format.reader import RecordedMessage, frame_bytes
-from cellwright.recording.plots.reading.reader import SECOND, Spans, json_of
+from cellwright.recording.format.reader import RecordedMessage, frame_bytes, json_object
+from cellwright.recording.plots.reading.reader import SECOND, Spans
 from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, ToolTrack, TrayPart
 from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, showable
@@ -111,7 +111,7 @@ class Competition:
     def take(self, message: RecordedMessage) -> None:
         """Take the next line, score or state."""
         if message.topic == EVENT:
-            self._take_event(json_of(message.data), message.time / SECOND)
+            self._take_event(json_object(message.data), message.time / SECOND)
             return
         if self._before.get(message.topic) == message.data:
             return
@@ -189,7 +189,7 @@ class Trays:
 
     def take(self, message: RecordedMessage) -> None:
         """Take what the panel shows next."""
-        panel = json_of(message.data)
+        panel = json_object(message.data)
         try:
             trays = {tray_name(str(tray["number"])): _parts_on_tray(tray) for tray in panel.get("trays", ())}
         except (KeyError, TypeError, AttributeError) as error:

@@ -10,8 +10,8 @@ from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.standard import JointState, PoseArray
 from cellwright.recording.format.format import PANEL
-from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.reader import SECOND, Spans, json_of
+from cellwright.recording.format.reader import RecordedMessage, json_object
+from cellwright.recording.plots.reading.reader import SECOND, Spans
 from cellwright.recording.plots.tracks import Array, ToolTrack
 from cellwright.util.errors import MessageError
 
@@ -149,7 +149,7 @@ class About:
     def take(self, message: RecordedMessage) -> None:
         """Take what the panel shows next."""
         if not self._robot:
-            told = json_of(message.data).get("robot")
+            told = json_object(message.data).get("robot")
             self._robot = told if isinstance(told, dict) else {}
 
     def groups(self) -> dict[str, list[str]]:
