@@ -102,11 +102,8 @@ class WriteQueue(Generic[R]):
     def take(self) -> Iterator[Messages | R]:
         """What there is, in its order; what is handed in meanwhile is left for the next time."""
         count = len(self.contents)
-        channels, times, contents = (
-            _take_first(self.channels, count),
-            _take_first(self.times, count),
-            _take_first(self.contents, count),
-        )
+        channels, times = _take_first(self.channels, count), _take_first(self.times, count)
+        contents = _take_first(self.contents, count)
         sizes = np.fromiter(map(len, contents), np.int64, count) + MESSAGE_OVERHEAD
         messages = Messages(channels, times, contents, self.taken + np.cumsum(sizes), self.taken)
         begin, end = 0, int(messages.ends[-1]) if count else self.taken
@@ -155,13 +152,7 @@ _ZSTD = "zstd"
 
 @dataclass(frozen=True)
 class WrittenChunk:
-    """A chunk as it goes to the file, and what the file's summary says of it.
-
-    Attributes:
-        data: the record of the chunk and those of its indexes.
-        index: its entry in the summary.
-        counts: messages by channel.
-    """
+    """A chunk: its record with those of its indexes, its entry in the file's summary, and messages by channel."""
 
     data: bytes
     index: ChunkIndex

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from cellwright.engine.clock import Clock
-from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Given, How
 from cellwright.middleware.messages import from_cdr, message_type, service_type, to_cdr, type_of
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
@@ -101,20 +99,18 @@ class Command:
         """
         try:
             told = json.loads(text)
-            how = How(told["kind"])
+            how, data = How(told["kind"]), base64.b64decode(told["data"], validate=True)
             tick, stamp, name, kind, node = (told[key] for key in ("tick", "stamp", "name", "type", "node"))
-            data = base64.b64decode(told["data"], validate=True)
-        except (ValueError, TypeError, KeyError, RecursionError, binascii.Error):
+            if (
+                not all(isinstance(each, str) for each in (name, kind, node))
+                or type(tick) is not int
+                or not 0 <= tick < 1 << 62
+                or not (stamp is None or type(stamp) is int)
+            ):
+                raise ValueError("values of other types")
+            return Command(tick, how, name, kind, node, data, stamp)
+        except (ValueError, TypeError, KeyError, RecursionError):
             raise RecordingError(f"{text!r:.60} is no command") from None
-        is_fitting = (
-            all(isinstance(each, str) for each in (name, kind, node))
-            and type(tick) is int
-            and 0 <= tick < 1 << 62
-            and (stamp is None or type(stamp) is int)
-        )
-        if not is_fitting:
-            raise RecordingError(f"{text!r:.60} is no command")
-        return Command(tick, how, name, kind, node, data, stamp)
 
 
 class CommandNotes:
@@ -147,14 +143,3 @@ class CommandNotes:
                 type_name = ""
         stamp = None if self._stamp is None else self._stamp()
         self._take(Command.of(given, self._clock.tick, type_name, stamp))
-
-
-def play(simulation: Simulation, bus: Bus, commands: Iterable[Command], *, extras: Extras | None = None) -> None:
-    """Let time pass, and do each command in its tick.
-
-    Raises:
-        RecordingError: a command makes no sense, or is something that cannot be done here.
-    """
-    for command in commands:
-        simulation.step_until(simulation.clock.time_of(command.tick))
-        command.carry_out(bus, extras)

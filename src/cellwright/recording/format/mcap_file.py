@@ -10,11 +10,11 @@ import os
 import struct
 import time
 import zlib
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
-from types import TracebackType
 from typing import Self, TypeAlias
 
 from mcap.data_stream import RecordBuilder
@@ -58,13 +58,8 @@ class Summary:
     chunks: list[ChunkIndex] = field(default_factory=list)
     attachments: list[AttachmentIndex] = field(default_factory=list)
     metadata: list[MetadataIndex] = field(default_factory=list)
-    counts: dict[int, int] = field(default_factory=dict)
+    counts: Counter[int] = field(default_factory=Counter)
     """Messages by channel."""
-
-    def count(self, more: dict[int, int]) -> None:
-        """Count messages."""
-        for channel, number in more.items():
-            self.counts[channel] = self.counts.get(channel, 0) + number
 
     def encode(self, offset: int, checksum: int) -> bytes:
         """The end of the file, which begins at `offset` in it; `checksum` is the CRC-32 of all before."""
@@ -157,11 +152,6 @@ class McapFile:
         self._thread.start()
 
     @property
-    def is_writing(self) -> bool:
-        """Whether what is handed in still goes to the file."""
-        return not self._is_deaf
-
-    @property
     def is_whole(self) -> bool:
         """Whether everything has gone to the file so far."""
         return not self._failure
@@ -191,13 +181,7 @@ class McapFile:
         self._waiting.add_record(Metadata(name, dict(values)))
 
     def add(self, channel: int, time: int, data: bytes) -> None:
-        """Hand in a message.
-
-        Args:
-            channel: its number.
-            time: when it was said [ns]; not before the one before it.
-            data: its bytes, CDR.
-        """
+        """Hand in a message: number of its channel, time [ns] not before that of the one before it, bytes as CDR."""
         if self._is_deaf:
             return
         waiting = self._waiting  # not a call of its own: this is done thousands of times a second
@@ -228,9 +212,7 @@ class McapFile:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _hurry(self) -> None:
@@ -275,7 +257,7 @@ class McapFile:
         chunk = self._chunks.make(messages, self._offset)
         self._pass_on(chunk.data)
         self._summary.chunks.append(chunk.index)
-        self._summary.count(chunk.counts)
+        self._summary.counts.update(chunk.counts)
         self._waiting.taken = int(messages.ends[-1])
 
     def _write_record(self, record: _Record) -> None:
