@@ -28,14 +28,8 @@ def write_bag(
     """Make a bag of a recording; one that is there already is replaced when the new one is whole.
 
     What Cellwright adds to recordings stays behind: a bag can be listened to, and not be run again. A bag that begins
-    later begins with what is latched then, as its listeners would have been told.
-
-    Args:
-        recording: the recording's file.
-        bag: the bag's.
-        start: from this time [ns] on; None: from the begin.
-        until: up to this time [ns]; None: to the end.
-        tell: told now and then how far it is, 0..1; None for nobody.
+    later, at `start` [ns], begins with what is latched then, as its listeners would have been told; it goes up to
+    `until` [ns]. `tell` takes now and then how far it is, 0..1.
 
     Returns:
         Topics that are left out, since their types have another form in ROS 1.

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright.engine.clock import Clock
@@ -39,17 +40,6 @@ class Command:
     node: str
     data: bytes
     stamp: int | None = None
-
-    @staticmethod
-    def of(given: Given, tick: int, type_name: str, stamp: int | None = None) -> Command:
-        """What came, as a command.
-
-        Raises:
-            MessageError: a value does not fit its field.
-        """
-        is_json = given.how is How.EXTRA
-        data = json.dumps(given.message).encode() if is_json else to_cdr(given.message)
-        return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
 
     def message(self) -> Any:
         """The message or request; a dictionary of JSON values where it came past the bus.
@@ -113,33 +103,29 @@ class Command:
             raise RecordingError(f"{text!r:.60} is no command") from None
 
 
-class CommandNotes:
-    """Takes a note of everything that comes to a bus, until it is closed.
+def note_commands(
+    bus: Bus, clock: Clock, take: Callable[[Command], None], stamp: Callable[[], int] | None = None
+) -> Callable[[], None]:
+    """Take a note of everything that comes to a bus, each before it is handled, until what is returned is called.
 
     Args:
         bus: the bus.
         clock: counts the ticks.
-        take: is given each command before it is handled.
+        take: is given each command.
         stamp: what else tells when it came (see `Command.stamp`).
     """
 
-    def __init__(
-        self, bus: Bus, clock: Clock, take: Callable[[Command], None], stamp: Callable[[], int] | None = None
-    ) -> None:
-        self._bus, self._clock, self._take, self._stamp = bus, clock, take, stamp
-        bus.on_given.append(self._note)
-
-    def close(self) -> None:
-        """Take no more."""
-        self._bus.on_given.remove(self._note)
-
-    def _note(self, given: Given) -> None:
+    def note(given: Given) -> None:
         match given.how:
             case How.PUBLISH:
                 type_name = type_of(type(given.message))
             case How.CALL:
-                type_name = self._bus.service(given.name).type
+                type_name = bus.service(given.name).type
             case How.EXTRA:
                 type_name = ""
-        stamp = None if self._stamp is None else self._stamp()
-        self._take(Command.of(given, self._clock.tick, type_name, stamp))
+        data = json.dumps(given.message).encode() if given.how is How.EXTRA else to_cdr(given.message)
+        now = None if stamp is None else stamp()
+        take(Command(clock.tick, given.how, given.name, type_name, given.node, data, now))
+
+    bus.on_given.append(note)
+    return partial(bus.on_given.remove, note)

@@ -34,16 +34,17 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from zstandard import ZstdCompressor
 
 from cellwright._package import VERSION
 from cellwright.middleware.messages.types import full_name, message_type, ros2_store
 from cellwright.recording.format.chunks import (
     MESSAGE_OVERHEAD,
-    ChunkMaker,
     Messages,
     WriteQueue,
     built_bytes,
     encoded_records,
+    make_chunk,
 )
 from cellwright.recording.format.format import MAGIC, PROFILE, RecordedTopic
 from cellwright.util.errors import UsageError
@@ -140,7 +141,7 @@ class McapFile:
         self._summary = Summary()
         self._schemas: dict[str, int] = {}
         self._channels = 0
-        self._chunks = ChunkMaker()
+        self._compressor = ZstdCompressor(level=1)  # so lightly that it costs next to nothing
         self._offset = self._checksum = 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
@@ -254,7 +255,7 @@ class McapFile:
                 self._write_record(what)
 
     def _write_chunk(self, messages: Messages) -> None:
-        chunk = self._chunks.make(messages, self._offset)
+        chunk = make_chunk(self._compressor, messages, self._offset)
         self._pass_on(chunk.data)
         self._summary.chunks.append(chunk.index)
         self._summary.counts.update(chunk.counts)

@@ -36,9 +36,6 @@ class RecordedMessage(NamedTuple):
 class Recording:
     """A recording, opened for reading.
 
-    Args:
-        path: the file.
-
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.
     """
@@ -78,7 +75,7 @@ class Recording:
         """
         if name not in self._layout.attachments:
             raise UnknownNameError("attachment", name, self.attachments)
-        offset, length = self._layout.attachments[name]
+        offset, length, _ = self._layout.attachments[name]
         with self._named_errors():
             return self._read(offset, length)
 
@@ -282,9 +279,7 @@ class TimeRange:
     ) -> Iterator[RecordedMessage]:
         """What was latched when it begins, as if it were said then, and what was said in it.
 
-        Args:
-            topics: names of topics.
-            on_progress: takes now and then how much of it is over, 0..1.
+        `on_progress` takes now and then how much of it is over, 0..1.
         """
         found = self._source.messages(topics, start=self.begin, until=self.end + 1)
         for number, message in enumerate(chain(self._latched(topics), found)):

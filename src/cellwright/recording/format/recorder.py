@@ -16,7 +16,7 @@ from cellwright.middleware.bus import Served, Subscription
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
-from cellwright.recording.format.commands import Command, CommandNotes
+from cellwright.recording.format.commands import Command, note_commands
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.rendering.scene.engine import SceneTaker
@@ -80,9 +80,7 @@ class Recorder:
         self.is_whole = True
         """Whether everything has gone to the files that were ended."""
         self._begin()
-        self._leave: list[Callable[[], None]] = [
-            CommandNotes(served.bus, self._simulation.clock, self._note, stamp).close
-        ]
+        self._leave = [note_commands(served.bus, self._simulation.clock, self._note, stamp)]
         self._leave += [self._listen(topic).cancel for topic in _topics(served)]
         self._watch("frames", _FRAMES, self._keep_frame)
         self._watch("state hashes", _HASHES, self._keep_hash)

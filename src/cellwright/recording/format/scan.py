@@ -61,10 +61,8 @@ class Layout:
     topics: dict[int, RecordedTopic] = field(default_factory=dict)
     """Those of the channels whose messages are CDR, by number."""
     chunks: list[ChunkPlace] = field(default_factory=list)
-    attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """Place and length of each, by name."""
-    checked: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """Place and length of what the checksum of each attachment is of, which follows at once; by name."""
+    attachments: dict[str, tuple[int, int, int]] = field(default_factory=dict)
+    """Place and length of each by name, and where that begins which its checksum is of; that follows at once."""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     is_complete: bool = False
     """Whether the file was ended as it should be, not cut short."""
@@ -175,8 +173,7 @@ def _attachment(file: BinaryIO, place: int, length: int, layout: Layout) -> None
     data = fields.read8()
     if data > LARGEST_ATTACHMENT or data + 4 > length:
         raise RecordingError(f"the attachment {name!r:.60} says nothing sensible of its size")
-    layout.attachments[name] = place + length - 4 - data, data  # the checksum follows
-    layout.checked[name] = place, length - 4
+    layout.attachments[name] = place + length - 4 - data, data, place
 
 
 def _count(file: BinaryIO, length: int, layout: Layout) -> None:
@@ -210,11 +207,7 @@ _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 
 
 def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
-    """The content of a chunk; of one that was cut, what can be had of it.
-
-    Args:
-        data: its bytes as they are in the file.
-        place: what the file says of it.
+    """The content of a chunk, from its bytes in the file; of one that was cut, what can be had of it.
 
     Raises:
         RecordingError: it is damaged, or compressed in a way that is not known.
@@ -284,8 +277,9 @@ def verify_checksums(file: BinaryIO, layout: Layout) -> None:
         if not chunk.is_cut:
             file.seek(chunk.offset)
             unpack_chunk(file.read(chunk.length), chunk)
-    for name, (begin, length) in layout.checked.items():
-        if _checksum(file, begin, length) != _read_number(file, begin + length):
+    for name, (place, length, begin) in layout.attachments.items():
+        end = place + length
+        if _checksum(file, begin, end - begin) != _read_number(file, end):
             raise RecordingError(f"damaged at byte {begin}: the checksum of the file {name!r:.60} within is wrong")
     if layout.is_complete:
         _verify_end(file, layout)

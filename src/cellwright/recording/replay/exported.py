@@ -74,9 +74,6 @@ class Markers:
     The namespace of a marker is its body, so that a tool can leave bodies out. Markers are locked to their frames:
     given once, they go where these go.
 
-    Args:
-        scene: what is to be seen.
-
     Attributes:
         message: the markers.
         left_out: how many meshes are not among them, since they would be too large.
@@ -169,11 +166,7 @@ _OUT_OF_SIGHT = (0.0, 0.0, -1000.0, 1.0, 0.0, 0.0, 0.0)  # place [m] of what is 
 
 
 class Transforms:
-    """The transforms of one frame after another.
-
-    Args:
-        bodies: names of the scene's bodies, the world first.
-    """
+    """The transforms of one frame after another, of bodies by name, the world first."""
 
     def __init__(self, bodies: tuple[str, ...]) -> None:
         self._names = [frame_of(body, name) for body, name in enumerate(bodies)]
@@ -228,14 +221,8 @@ def write_mcap(
     """Export a recording; a file that is there already is replaced when the new one is whole.
 
     It can be looked at, and neither played nor run again by Cellwright: what that needs stays in the recording. A file
-    that begins later begins with what is latched then.
-
-    Args:
-        recording: what is exported, whole or cut short.
-        path: the file.
-        start: from this time [ns] on; None: from the begin.
-        until: up to this time [ns]; None: to the end.
-        tell: told now and then how far it is, 0..1; None for nobody.
+    that begins later, at `start` [ns], begins with what is latched then; it goes up to `until` [ns]. `tell` takes now
+    and then how far it is, 0..1.
 
     Returns:
         What is missing in it, and why, in lines.

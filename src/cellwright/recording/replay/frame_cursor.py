@@ -17,9 +17,6 @@ class Sight:
     """The frame and the panel of the moment at which playing stands.
 
     Frames are kept as bytes and read when somebody asks: a recording that is played fast shows few of them.
-
-    Args:
-        source: what is played.
     """
 
     def __init__(self, source: Recording) -> None:

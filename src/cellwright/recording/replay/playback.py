@@ -161,11 +161,7 @@ class Recorded(Device):
         publisher.publish(decoded)
 
     def _tell_time(self, ahead: int) -> None:
-        """Tell the time on /clock, as messages are stamped: as the wall's, where a robot's node lived by it.
-
-        Args:
-            ahead: by how much they are ahead of simulation time [ns].
-        """
+        """Tell the time on /clock, as messages are stamped: `ahead` of simulation time [ns], where they are."""
         publisher = self.bus.advertise(CLOCK, "rosgraph_msgs/Clock", rate=f"{_CLOCK_RATE} Hz", node=REPLAY_NODE)
 
         def tell(_index: int) -> None:
@@ -243,11 +239,7 @@ class Playing:
         self.rate.resume()
 
     def run(self, loop: Loop) -> None:
-        """Play until it is over, or the loop is to stop on request.
-
-        Args:
-            loop: steps what is played; it stops at `last`.
-        """
+        """Play until it is over, or the loop, which stops at `last`, is to stop on request."""
         while not loop.stop.is_requested:
             loop.run()
             if loop.stop.is_requested or self._at_end is AtEnd.STOP:

@@ -12,7 +12,7 @@ from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT, FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, frame_bytes, json_object
 from cellwright.recording.plots.reading.reader import SECOND, Spans
-from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, ToolTrack, TrayPart
+from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span, ToolTrack, TrayPart
 from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, showable
 
@@ -55,12 +55,7 @@ def _joint_name(name: str) -> str:
 
 
 class BodyPath:
-    """Reads the path of one body.
-
-    Args:
-        scene: the scene, encoded.
-        body: name of the body.
-    """
+    """Reads the path of one body, by its name in the encoded scene."""
 
     topics = (FRAME,)
 
@@ -82,10 +77,10 @@ class BodyPath:
             x, y, z = self._frame.poses[self._body, :3].tolist()
             self._rows.append((message.time / SECOND, x, y, z))
 
-    def track(self, name: str) -> ToolTrack:
+    def track(self, name: str, on: list[Span], attached: list[Span]) -> ToolTrack:
         """The path, under a name."""
         rows = np.array(self._rows).reshape(-1, 4)
-        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:])
+        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:], on, attached)
 
 
 _SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
@@ -204,12 +199,7 @@ class Trays:
             self._since[each] = now
 
     def parts(self, end: float, verdicts: list[tuple[float, str, dict[str, str]]]) -> list[TrayPart]:
-        """All parts that lay on trays.
-
-        Args:
-            end: of the recording [s].
-            verdicts: when which tray was judged, and what was said of each part.
-        """
+        """All parts that lay on trays up to the end [s]; `verdicts` as in `Competition`."""
         spans = [*self._gone, *((*each, since, end) for each, since in self._since.items())]
         found = []
         for tray, name, begin, over in sorted(spans, key=lambda span: (span[2], span[1])):

@@ -10,7 +10,7 @@ from cellwright.recording.format.reader import Recording
 from cellwright.recording.plots.reading.cell import Arm, BodyPath, Competition, Trays
 from cellwright.recording.plots.reading.reader import SECOND, Commands, Gripper, Reader
 from cellwright.recording.plots.reading.robot import About, JointStates, Status, Tips
-from cellwright.recording.plots.tracks import JointTrack, Story, ToolTrack
+from cellwright.recording.plots.tracks import JointTrack, Story
 from cellwright.util.errors import MessageError, RecordingError
 
 _CUP = "vacuum_gripper_link"
@@ -27,8 +27,7 @@ def _cell(recording: Recording) -> Story:
     competition, commands = Competition(), Commands()
     warning = _read(recording, (arm, gripper, path, trays, competition, commands))
     end = recording.end_time / SECOND
-    cup = path.track("vacuum gripper")
-    tool = ToolTrack(cup.name, cup.frame, cup.times, cup.positions, gripper.on.until(end), gripper.attached.until(end))
+    tool = path.track("vacuum gripper", gripper.on.until(end), gripper.attached.until(end))
     tracks, states = arm.tracks(), competition.states.until(end)
     return Story(
         title=recording.header.name,
@@ -67,16 +66,13 @@ def _robot(recording: Recording) -> Story:
         for number, (name, curve) in enumerate(grippers.curves().items())
     ]
     states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
-    arms: list[dict[str, Any]] = []
-    with suppress(MessageError):
-        arms = about.arms()
     return Story(
         title=recording.header.name,
         note=_note(recording, recording.header.facts),
         begin=recording.begin / SECOND,
         end=end,
         joints={name: tracks for name, tracks in {**groups, "Grippers": closed}.items() if tracks},
-        tools=tips.tracks(arms),
+        tools=tips.tracks(about.arms()),
         states={name: spans for name, spans in states.items() if spans},
         commands=commands.tracks(),
         warning=warning,
