@@ -74,12 +74,8 @@ class RecordedTopic:
 
     def metadata(self) -> dict[str, str]:
         """What the channel in the file says besides name and type."""
-        return {
-            "direction": self.direction,
-            "rate": self.rate,
-            "latch": "true" if self.latch else "false",
-            "node": self.node,
-        }
+        latch = "true" if self.latch else "false"
+        return {"direction": self.direction, "rate": self.rate, "latch": latch, "node": self.node}
 
     @staticmethod
     def of(name: str, type_name: str, metadata: Mapping[str, str]) -> RecordedTopic:

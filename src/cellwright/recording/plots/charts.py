@@ -61,9 +61,7 @@ _CURVE_SLICES = 1500  # of a curve: as many as a printed page can show
 def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
     """Write names of curves at their right ends, where they do not lie on each other.
 
-    Args:
-        axes: where the curves are; their limits are final.
-        named: name, value at the end, and colour of each.
+    The limits of the axes are final; of each curve its name is `named`, its value at the end, and its colour.
     """
     low, high = axes.get_ylim()
     box = axes.get_window_extent()

@@ -15,12 +15,12 @@ from cellwright.engine.loop import Loop
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.middleware.bus import Bus, Publisher
-from cellwright.middleware.messages import Message
+from cellwright.middleware.messages import Message, from_cdr, message_type
 from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, Recording
 from cellwright.recording.replay.frame_cursor import Sight
-from cellwright.util.errors import CellwrightError, RecordingError, RejectedCommandError
+from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
 WHY_NOT = "this is a recording: it plays what was, and hears no commands"
 
@@ -91,7 +91,7 @@ class Recorded(Device):
         """How often its time has been set: what comes then does not follow from what was before."""
         self.unreadable = 0
         """How many messages could not be read so far."""
-        self._publishers: dict[str, Publisher] = {}
+        self._publishers: dict[str, tuple[Publisher, type[Message]]] = {}
         self._latched: dict[str, bytes] = {}  # what was latched last, by topic
         self._coming: Iterator[RecordedMessage] = iter(())
         self._next = _NOTHING
@@ -102,9 +102,8 @@ class Recorded(Device):
             if topic.is_own:
                 continue
             try:
-                self._publishers[name] = self.bus.advertise(
-                    name, topic.type, latch=topic.latch, rate=topic.rate, node=topic.node
-                )
+                publisher = self.bus.advertise(name, topic.type, latch=topic.latch, rate=topic.rate, node=topic.node)
+                self._publishers[name] = publisher, message_type(topic.type)
             except CellwrightError as error:  # a type of another version, or of a package that is not here
                 report(f"{name} cannot be played: {error}")
         if CLOCK not in source.topics:
@@ -116,11 +115,12 @@ class Recorded(Device):
         now = self.simulation.now
         while self._next.time <= now:
             message = self._next
-            publisher = self._publishers.get(message.topic)
-            if publisher is None:
+            if message.topic in self._publishers:
+                publisher, message_class = self._publishers[message.topic]
+                if publisher.latch or publisher.listeners:
+                    self._publish(publisher, message_class, message)
+            else:
                 self.sight.take(message)
-            elif publisher.latch or publisher.listeners:
-                self._publish(publisher, message)
             self._next = next(self._coming, _NOTHING)
 
     def seek(self, time: int) -> int:
@@ -134,13 +134,13 @@ class Recorded(Device):
         state = {"tick": simulation.clock.first_tick_at(wanted), "events": simulation.events.get_state(), "devices": {}}
         simulation.set_state(state)
         now = simulation.now
-        for name, publisher in self._publishers.items():
+        for name, (publisher, message_class) in self._publishers.items():
             if publisher.latch:
                 newest = self.source.newest(name, now)
                 if newest is None:
                     publisher.newest = None
                 elif publisher.newest is None or newest.data != self._latched[name]:
-                    self._publish(publisher, newest)
+                    self._publish(publisher, message_class, newest)
         self.sight.seek(now)
         self._coming = self.source.messages([*self._publishers, FRAME, PANEL], start=now + 1)
         self._next = next(self._coming, _NOTHING)
@@ -150,10 +150,10 @@ class Recorded(Device):
         """Ids of bodies that are not there to be seen: what is played has none of the engine's."""
         return ()
 
-    def _publish(self, publisher: Publisher, message: RecordedMessage) -> None:
+    def _publish(self, publisher: Publisher, message_class: type[Message], message: RecordedMessage) -> None:
         try:
-            decoded = self.source.decode(message)
-        except RecordingError:
+            decoded = from_cdr(message.data, message_class)
+        except MessageError:
             self.unreadable += 1
             return
         if publisher.latch:
