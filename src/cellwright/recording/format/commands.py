@@ -41,6 +41,16 @@ class Command:
     data: bytes
     stamp: int | None = None
 
+    @staticmethod
+    def of(given: Given, tick: int, type_name: str, stamp: int | None = None) -> Command:
+        """What came, as a command.
+
+        Raises:
+            MessageError: a value does not fit its field.
+        """
+        data = json.dumps(given.message).encode() if given.how is How.EXTRA else to_cdr(given.message)
+        return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
+
     def message(self) -> Any:
         """The message or request; a dictionary of JSON values where it came past the bus.
 
@@ -123,9 +133,7 @@ def note_commands(
                 type_name = bus.service(given.name).type
             case How.EXTRA:
                 type_name = ""
-        data = json.dumps(given.message).encode() if given.how is How.EXTRA else to_cdr(given.message)
-        now = None if stamp is None else stamp()
-        take(Command(clock.tick, given.how, given.name, type_name, given.node, data, now))
+        take(Command.of(given, clock.tick, type_name, None if stamp is None else stamp()))
 
     bus.on_given.append(note)
     return partial(bus.on_given.remove, note)

@@ -315,7 +315,7 @@ def draw_commands(axes: Axes, story: Story) -> None:
         axes.broken_barh(strips, (row - 0.33, 0.66), facecolors=shades, linewidth=0)
         count = len(track.times)
         axes.text(1.0, row, f" {count}", transform=axes.get_yaxis_transform(), va="center", fontsize=6.8, color=FAINT)
-        ticks.append(_short_name(track.name))
+        ticks.append(track.name.strip("/").partition("/")[2] or track.name)  # without its first part
         row += 1
     axes.set_yticks(range(len(ticks)), ticks, fontsize=7)
     _finish_rows(axes, row, "States and commands" if story.states else "Commands")
@@ -327,11 +327,6 @@ def _finish_rows(axes: Axes, rows: int, title: str) -> None:
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.set_title(title)
-
-
-def _short_name(name: str) -> str:
-    """A name as it stands beside the drawing: without its first part."""
-    return name.strip("/").partition("/")[2] or name
 
 
 MAX_PARTS = 40
@@ -352,9 +347,8 @@ def draw_trays(axes: Axes, story: Story) -> None:
         first = row
         for part in parts[:MAX_PARTS]:
             colour, hatch = VERDICTS.get(part.verdict, VERDICTS[""])
-            axes.barh(
-                row, part.end - part.begin, left=part.begin, height=0.78, color=colour, hatch=hatch, edgecolor="white"
-            )
+            length = part.end - part.begin
+            axes.barh(row, length, left=part.begin, height=0.78, color=colour, hatch=hatch, edgecolor="white")
             _name_part(axes, row, part, colour, story)
             row += 1
         row += not parts
@@ -375,9 +369,8 @@ def draw_trays(axes: Axes, story: Story) -> None:
     if any(mark.tray for mark in story.marks):
         handles += axes.plot([], [], color=INK, linewidth=1.2, label="kit judged")
     if handles:
-        axes.legend(
-            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderpad=0, handlelength=1.4
-        )
+        corner = (1.0, 1.0)
+        axes.legend(handles=handles, loc="lower right", bbox_to_anchor=corner, ncols=5, borderpad=0, handlelength=1.4)
 
 
 def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, story: Story) -> None:

@@ -113,7 +113,7 @@ class Competition:
         if message.topic == _STATE:
             self.states.add(message.time / SECOND, from_cdr(message.data, String).data)
         else:
-            self._add_points(message.time / SECOND, from_cdr(message.data, Float32).data)
+            self._points.append((message.time / SECOND, from_cdr(message.data, Float32).data))
         self._before[message.topic] = message.data
 
     def score(self) -> ScoreTrack | None:
@@ -123,10 +123,6 @@ class Competition:
         best = self.about.get("reachable")
         times, points = (np.array(column) for column in zip(*self._points, strict=True))
         return ScoreTrack(times, points, float(best) if isinstance(best, (int, float)) else None)
-
-    def _add_points(self, time: float, points: float) -> None:
-        if not self._points or self._points[-1][1] != points:
-            self._points.append((time, points))
 
     def _take_event(self, event: dict[str, Any], now: float) -> None:
         time = event.get("time")
