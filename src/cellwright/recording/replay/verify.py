@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
-from cellwright.recording.format.reader import Recording, frame_bytes, json_object
+from cellwright.recording.format.reader import Recording, frame_bytes
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, decode_frame
@@ -47,16 +48,16 @@ def recorded_steps(source: Recording) -> Iterator[Step]:
             if message.topic == FRAME:
                 before = decode_frame(frame_bytes(message.data), before)
                 step: Step = before
-            elif message.topic == COMMAND:
-                step = Command.decode(from_cdr(message.data, String).data)
             else:
-                step = _hash_point(json_object(message.data))
-        except (MessageError, KeyError, ValueError) as error:
+                text = from_cdr(message.data, String).data
+                step = Command.decode(text) if message.topic == COMMAND else _hash_point(text)
+        except (MessageError, ValueError, TypeError, KeyError, RecursionError) as error:
             raise RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {error}") from None
         yield step
 
 
-def _hash_point(told: dict[str, Any]) -> HashPoint:
+def _hash_point(text: str) -> HashPoint:
+    told: dict[str, Any] = json.loads(text)
     tick, digest = told["tick"], told["hash"]
     if type(tick) is not int or not 0 <= tick < _NEVER or not isinstance(digest, str):
         raise ValueError("a tick and a hash are needed")
