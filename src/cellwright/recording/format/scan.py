@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Metadata, Schema
+from mcap.records import Channel, Metadata
 
 from cellwright.recording.format.format import MAGIC, Entry, RecordedTopic
 from cellwright.util.errors import RecordingError, showable
@@ -186,10 +186,11 @@ def _count(file: BinaryIO, length: int, layout: Layout) -> None:
 
 def _describe(opcode: int, fields: _Fields, layout: Layout, schemas: dict[int, str]) -> None:
     if opcode == Opcode.SCHEMA:
-        schema = Schema.read(fields)
-        schemas[schema.id] = _shown_name(schema.name)
+        number = fields.read2()
+        schemas[number] = _shown_name(fields.read_prefixed_string())  # the rest is not needed, and may be damaged
     elif opcode == Opcode.CHANNEL:
         channel = Channel.read(fields)
+        layout.topics.pop(channel.id, None)
         if channel.message_encoding == "cdr":
             name, type_name = _shown_name(channel.topic), schemas.get(channel.schema_id, "")
             layout.topics[channel.id] = RecordedTopic.of(name, type_name, channel.metadata)
