@@ -80,8 +80,8 @@ def play_recording(
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()
-    if session.node.player.unreadable:
-        output.note(console, "unreadable", f"{session.node.player.unreadable} messages")
+    if session.node.unreadable:
+        output.note(console, "unreadable", f"{session.node.unreadable} messages")
 
 
 def film_recording(

@@ -52,12 +52,7 @@ class RunEvents:
         self._reach = TrialReach(())
 
     def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
-        """Tell what it is.
-
-        Args:
-            trial: what is run.
-            more: seed, versions and the like.
-        """
+        """Tell what it is; `more` is seed, versions and the like."""
         self._reach = reach(trial)
         facts = {
             "best": self._reach.maximum,
@@ -78,14 +73,7 @@ class RunEvents:
         self._write({"kind": "collision", "time": facts["end"], **facts})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
-        """Tell what came of it.
-
-        Args:
-            outcome: how the run ended, in a word.
-            evidence: its score with all evidence.
-            now: the time [ns].
-            more: state hash, wall time and the like.
-        """
+        """Tell what came of it, at the time `now` [ns]; `more` is state hash, wall time and the like."""
         score = evidence_to_json(evidence)
         self._write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
 
@@ -95,7 +83,7 @@ class RunLog(RunEvents):
 
     Args:
         path: the file; it is begun anew.
-        about: what the caller knows of the run besides, such as the agent's name, for the first line.
+        about: see `RunEvents`.
         report: takes a line when the disk fails; the run goes on without its log.
 
     Raises:
@@ -111,11 +99,6 @@ class RunLog(RunEvents):
     def reset(self, now: int) -> None:
         """Write that the run has begun anew, at the time `now` [ns]."""
         self.lines.write_value({"kind": "reset", "time": seconds(now)})
-
-    def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
-        """Write the last line, and close the file; see `RunEvents.end`."""
-        super().end(outcome, evidence, now, more)
-        self.lines.close()
 
 
 def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:

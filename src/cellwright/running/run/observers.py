@@ -48,6 +48,7 @@ def keep_log(session: Session) -> Iterator[None]:
             names = ("competition_state", "state_hash", "error", "simulated", "wall", "steps")
             facts = {name: getattr(result, name) for name in names}
             log.end(outcome_word(result), result.evidence, cell.simulation.now, facts)
+            log.lines.close()
             result.is_complete = result.is_complete and log.lines.is_whole
     finally:
         session.on_reset.remove(log.reset)
