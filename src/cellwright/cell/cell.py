@@ -216,7 +216,7 @@ class Cell(CellDevices):
         for each in handlers:
             self.simulation.add(each)
         table = rows(self.trial, competition=self.in_competition)
-        bind(self.bus, self.simulation, table, (Commands(self), *handlers))
+        bind(self.bus, self.simulation, table, (Commands(self, self.world.own_types), *handlers))
         bind_plugin_sensors(self.bus, self)
 
     def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:

@@ -15,7 +15,7 @@ from cellwright.cell.model.agv import add_agv
 from cellwright.cell.model.arm import GRIPPER, add_arm, initial_positions
 from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
 from cellwright.cell.model.furniture import add_housing
-from cellwright.cell.model.own_models import add_furniture, own_part_types
+from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_types
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -111,12 +111,14 @@ class World:
         parts: every part, in the order of the model: those in play first, then those that wait.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
+        own_types: the part types of the trial's own, by name.
     """
 
     model: Any
     parts: tuple[WorldPart, ...]
     initial_qpos: NDArray[np.float64]
     initial_ctrl: NDArray[np.float64]
+    own_types: Mapping[str, OwnPartType]
 
     def put_in_first_pose(self, data: Any) -> None:
         """Write the positions and setpoints that a run begins with into an `MjData`."""
@@ -190,7 +192,7 @@ def build_world(trial: Trial) -> World:
     model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
     parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     qpos, ctrl = _first_pose(model, trial)
-    return World(model, parts, qpos, ctrl)
+    return World(model, parts, qpos, ctrl, own)
 
 
 def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:

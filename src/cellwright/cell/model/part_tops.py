@@ -29,30 +29,22 @@ _GRID_CELLS, _MIN_CELL = 220, 0.0005  # cells of the grid along the longer side;
 _CYLINDER_SIDES = 64  # of the prism that stands for a cylinder
 
 
-@dataclass(frozen=True, slots=True)
 class Grid:
-    """Middles of square cells over a part: `x` and `y` [m], shape (rows, columns), and the edge of a cell [m]."""
+    """Square cells that fill the floor plan of a box with these corners [m].
 
-    x: Heights
-    y: Heights
-    cell: float
+    Attributes:
+        cell: edge of a cell [m].
+        x: of the middles of the columns [m], shape (1, columns).
+        y: of the middles of the rows [m], shape (rows, 1).
+    """
 
-    @classmethod
-    def over(cls, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> Grid:
-        """Cells that fill the floor plan of a box with these corners [m]."""
+    def __init__(self, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> None:
         size = (upper - lower)[:2]
-        cell = max(_MIN_CELL, float(size.max()) / _GRID_CELLS)
-        columns, rows = (max(1, math.ceil(length / cell)) for length in size)
-        middle = ((lower + upper) / 2)[:2]
-        x = middle[0] + cell * (np.arange(columns) - (columns - 1) / 2)
-        y = middle[1] + cell * (np.arange(rows) - (rows - 1) / 2)
-        across, up = np.meshgrid(x, y)
-        return cls(across, up, cell)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Rows and columns."""
-        return self.x.shape
+        self.cell = max(_MIN_CELL, float(size.max()) / _GRID_CELLS)
+        self.shape = rows, columns = tuple(max(1, math.ceil(length / self.cell)) for length in size[::-1])
+        middle = (lower + upper) / 2
+        self.x = middle[0] + self.cell * (np.arange(columns) - (columns - 1) / 2)[np.newaxis, :]
+        self.y = middle[1] + self.cell * (np.arange(rows) - (rows - 1) / 2)[:, np.newaxis]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +79,7 @@ def surface_of(touched: tuple[Shape, ...], model: Any, top_T_part: Pose) -> Surf
     hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
     boxes = np.array([_box(shape, hulls.get(geom)) for geom, shape in enumerate(shapes)])
     lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    grid = Grid.over(lower, upper)
+    grid = Grid(lower, upper)
     found = [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
     return Surface(lower, upper, grid, *_highest(found))
 
@@ -126,7 +118,7 @@ def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
         first = np.floor((corners[:, :2].min(axis=0) - (x0, y0)) / grid.cell).astype(int)
         last = np.ceil((corners[:, :2].max(axis=0) - (x0, y0)) / grid.cell).astype(int)
         rows, columns = slice(max(first[1], 0), last[1] + 1), slice(max(first[0], 0), last[0] + 1)
-        dx, dy = grid.x[rows, columns] - corners[0, 0], grid.y[rows, columns] - corners[0, 1]
+        dx, dy = grid.x[:, columns] - corners[0, 0], grid.y[rows] - corners[0, 1]
         (ax, ay, _), (bx, by, _) = corners[1] - corners[0], corners[2] - corners[0]
         along_a, along_b = (dx * by - dy * bx) / normal[2], (dy * ax - dx * ay) / normal[2]
         is_inside = (along_a >= -1e-9) & (along_b >= -1e-9) & (along_a + along_b <= 1 + 1e-9)
@@ -303,12 +295,12 @@ def _spots(seen: Surface, centre: Vector3) -> tuple[FlatSpot, ...]:
         is_level = is_flat & (np.abs(heights - level) <= LEVEL)
         left &= ~is_level
         is_higher = heights > level + LEVEL
-        room = np.minimum(_distance_to(~is_level, grid.cell), CUP_FACE_RADIUS)
-        is_free = is_level & (_distance_to(is_higher, grid.cell, beyond=np.inf) >= CLEARANCE)
+        room = _distance_to(~is_level, grid.cell, CUP_FACE_RADIUS, beyond=True)
+        is_free = is_level & (_distance_to(is_higher, grid.cell, CLEARANCE, beyond=False) >= CLEARANCE)
         if is_free.any():
             value = np.where(is_free, np.minimum(room, _AWARD) - _PENALTY * aside, -np.inf)
             row, column = np.unravel_index(int(value.argmax()), value.shape)
-            place = (float(grid.x[row, column]), float(grid.y[row, column]), float(heights[row, column]))
+            place = (float(grid.x[0, column]), float(grid.y[row, 0]), float(heights[row, column]))
             found.append((float(value[row, column]), FlatSpot(place, float(room[row, column]))))
     return tuple(spot for _, spot in sorted(found, key=lambda each: -each[0]))
 
@@ -320,33 +312,29 @@ def _commonest(heights: Heights) -> float:
     return float(np.median(heights[np.round(heights / LEVEL).astype(np.int64) == step]))
 
 
-def _distance_to(mask: Mask, cell: float, beyond: float = 0.5) -> Heights:
-    """Distance [m] from the middle of each cell to the edge of the nearest one in a mask.
+def _distance_to(mask: Mask, cell: float, limit: float, *, beyond: bool) -> Heights:
+    """Distance [m] from the middle of each cell to the edge of the nearest one in a mask, at most `limit`.
 
     Args:
         mask: the cells.
         cell: their edge [m].
-        beyond: what lies outside of the grid begins so many cells behind the middles of the outermost ones; infinite
-            for nothing.
+        limit: what is farther than this [m] is not told apart; at most 100 cells or so, for the squares are short.
+        beyond: whether what lies outside of the grid is in the mask.
     """
+    if not (mask.any() or beyond):
+        return np.full(mask.shape, limit)
     rows, columns = mask.shape
-    along = np.where(mask, 0.0, np.inf)
-    steps = np.arange(columns, dtype=float)
-    for column in range(1, columns):
-        along[:, column] = np.minimum(along[:, column], along[:, column - 1] + 1.0)
-    for column in range(columns - 2, -1, -1):
-        along[:, column] = np.minimum(along[:, column], along[:, column + 1] + 1.0)
-    squares = along**2
-    nearest = np.empty_like(squares)
-    offsets = np.arange(rows, dtype=float)
-    for row in range(rows):
-        nearest[row] = (squares + (offsets[:, np.newaxis] - row) ** 2).min(axis=0)
-    found = np.maximum(np.sqrt(nearest) - 0.5, 0.0)
-    if math.isfinite(beyond):
-        edge_x = np.minimum(steps, columns - 1 - steps) + beyond
-        edge_y = np.minimum(offsets, rows - 1 - offsets) + beyond
-        found = np.minimum(found, np.minimum(edge_x[np.newaxis, :], edge_y[:, np.newaxis]))
-    return np.asarray(found * cell)
+    most = math.ceil(limit / cell) + 1
+    padded = np.pad(mask, [(most, most), (1, 1)], constant_values=beyond)
+    places = np.arange(columns + 2, dtype=np.int16)
+    before = np.maximum.accumulate(np.where(padded, places, -most), axis=1)
+    behind = np.minimum.accumulate(np.where(padded, places, columns + most)[:, ::-1], axis=1)[:, ::-1]
+    along = np.minimum(np.minimum(places - before, behind - places), most)[:, 1:-1].astype(np.int16) ** 2
+    nearest = along[most : most + rows].copy()
+    for step in range(1, most):
+        for first in (most - step, most + step):
+            np.minimum(nearest, along[first : first + rows] + np.int16(step**2), out=nearest)
+    return np.asarray(np.clip((np.sqrt(nearest, dtype=np.float64) - 0.5) * cell, 0.0, limit))
 
 
 def _vector3(values: Any) -> Vector3:
