@@ -145,7 +145,8 @@ def test_handlers_and_rows_belong_together(table: tuple[Row, ...], classes: tupl
         name
         for each in classes
         for name, method in vars(each).items()
-        if {"row", "_row", "output"} & set(getattr(getattr(method, "__code__", None), "co_varnames", ()))
+        if {"row", "_row", "output"}
+        & set(getattr(getattr(getattr(method, "func", method), "__code__", None), "co_varnames", ()))
         if not name.startswith("_")
     }
     assert takers - {"refuse", "silence"} == named - {"clock"}

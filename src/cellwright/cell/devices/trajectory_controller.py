@@ -67,11 +67,7 @@ class CheckedTrajectory:
 
 
 def check_count(points: Sequence[object]) -> None:
-    """Refuse more points than are taken.
-
-    Raises:
-        RejectedTrajectoryError: there are more.
-    """
+    """Refuse more points than are taken, with a RejectedTrajectoryError."""
     if len(points) > MOST_POINTS:
         raise _invalid_goal(f"{len(points)} points are too many: {MOST_POINTS} are the most")
 
@@ -255,14 +251,13 @@ class JointTrajectoryController:
         """
         names = self.joint_names
         joints = check_names(request.trajectory.joint_names, names, allow_partial=self.allow_partial)
-        if not request.is_finite():
-            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, "a tolerance is not a finite number")
+        asked = (*request.path_tolerances, *request.goal_tolerances)
+        if not all(isfinite(each.position) and isfinite(each.velocity) for each in asked):
+            raise _invalid_goal("a tolerance is not a finite number")
         if request.trajectory.points:
             checked = check_trajectory(request.trajectory, names, now, allow_partial=self.allow_partial)
             self._follow(splice(self._trajectory, checked, now))
-            tolerances = self.tolerances.overridden(
-                names, request.path_tolerances, request.goal_tolerances, request.goal_time_tolerance_ns
-            )
+            tolerances = self.tolerances.overridden(names, request)
             goal = TrajectoryGoal(request.goal_id, names, joints, checked.start, checked.end, tolerances)
         else:
             self._stop(now)

@@ -10,7 +10,7 @@ from typing import Any
 
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, TrajectoryGoal
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of
 from cellwright.cell.interface.publications import following_points
 from cellwright.cell.interface.rows import FOLLOW
@@ -24,7 +24,6 @@ from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryActionResult,
     FollowJointTrajectoryFeedback,
     FollowJointTrajectoryResult,
-    JointTolerance,
 )
 from cellwright.middleware.messages.conversions import header, nanoseconds, stamp
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
@@ -94,7 +93,9 @@ class TrajectoryAction(Device):
         if current is not None and current.active and current.goal_id == name:
             raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
         try:
-            self._arm.accept(request_of(message, name))
+            asked = message.goal
+            trajectory, patience = trajectory_of(asked.trajectory), nanoseconds(asked.goal_time_tolerance)
+            self._arm.accept(GoalRequest(name, trajectory, asked.path_tolerance, asked.goal_tolerance, patience))
         except RejectedTrajectoryError as error:
             reason = str(error)[:_LONGEST_TEXT]  # names in it come from outside
             self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)
@@ -181,19 +182,3 @@ class TrajectoryAction(Device):
         while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
             number += 1
         return name
-
-
-def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRequest:
-    """A goal from its message."""
-    goal = message.goal
-    return GoalRequest(
-        goal_id,
-        trajectory_of(goal.trajectory),
-        tuple(map(_tolerance, goal.path_tolerance)),
-        tuple(map(_tolerance, goal.goal_tolerance)),
-        nanoseconds(goal.goal_time_tolerance),
-    )
-
-
-def _tolerance(message: JointTolerance) -> AskedTolerance:
-    return AskedTolerance(message.name, message.position, message.velocity)
