@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.cell.devices import range_sensors
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.logical_camera import CameraReading, Frame, LogicalCamera
 from cellwright.cell.devices.range_sensors import (
-    BEAM_LENGTH,
-    BEAM_START,
+    FAN_ANGLE_STEP,
+    FAN_HALF_ANGLE,
+    FAN_RAY_COUNT,
     BeamReading,
     BreakBeam,
     LaserProfiler,
@@ -65,18 +65,18 @@ FIELD_OF_VIEW = 0.125
 """sensor_msgs/Range.field_of_view of the proximity sensor [rad]."""
 
 # What is the same in each message of a sensor, in the order of its fields: dozens come in a second.
-_BEAM_RANGES = single(BEAM_START), single(BEAM_START + BEAM_LENGTH)
-_CONE = single(FIELD_OF_VIEW), single(range_sensors.PROXIMITY_MIN_RANGE), single(range_sensors.PROXIMITY_MAX_RANGE)
+_BEAM_RANGES = single(BreakBeam.source[0]), single(BreakBeam.source[0] + BreakBeam.farthest)
+_CONE = single(FIELD_OF_VIEW), single(ProximitySensor.nearest), single(ProximitySensor.farthest)
 _FAN = (
-    single(-range_sensors.FAN_HALF_ANGLE),
-    single(range_sensors.FAN_HALF_ANGLE),
-    single(range_sensors.FAN_ANGLE_STEP),
+    single(-FAN_HALF_ANGLE),
+    single(FAN_HALF_ANGLE),
+    single(FAN_ANGLE_STEP),
     0.0,  # between two rays [s]
     0.0,  # between two scans [s]
-    single(range_sensors.PROFILER_MIN_RANGE),
-    single(range_sensors.PROFILER_MAX_RANGE),
+    single(LaserProfiler.nearest),
+    single(LaserProfiler.farthest),
 )
-_INTENSITIES = singles(np.zeros(range_sensors.FAN_RAY_COUNT))
+_INTENSITIES = singles(np.zeros(FAN_RAY_COUNT))
 
 
 def order_message(order: Order) -> OrderMessage:
