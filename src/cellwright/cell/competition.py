@@ -13,7 +13,6 @@ from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.conveyor import Conveyor, Population
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
-from cellwright.cell.devices.parts import Removal as RemovedBy
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.kitting.effects import (
     CompetitionState,
@@ -26,12 +25,11 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
 )
 from cellwright.cell.kitting.evidence import Evidence, evidence
-from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow, Removal
+from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow
 from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, trimmed_name
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
-from cellwright.cell.model.build import WorldPart
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.events import NEVER
 from cellwright.engine.simulation import Device, State
@@ -73,7 +71,7 @@ class Competition(Device):
         self._population = population
         self._trays = dict(trays)
         self._gripper = gripper
-        parts.on_removed.append(self._take_removal)
+        parts.on_removed.append(lambda part, by: self._handling.remove(part.name, by))
         for tray in trays.values():
             tray.on_report.append(self._take_report)
         for agv in agvs.values():
@@ -219,15 +217,12 @@ class Competition(Device):
         if gripper.part is not None and held != gripper.part:
             self._handling.take(gripper.part, now)
 
-    def _take_removal(self, part: WorldPart, by: RemovedBy) -> None:
-        self._handling.remove(part.name, Removal(by))
-
     def _fates_of(self, submitted: KitSubmitted) -> tuple[Fate | None, ...]:
         """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
         score = submitted.score
         if submitted.is_repeated or not score.is_submitted:
             return self._handling.fates(score.kit_type) if score.is_submitted else ()
-        reported = [each.name for each in self.referee.trays.contents(submitted.tray_id)]
+        reported = [each.name for each in self.referee.trays[submitted.tray_id]]
         now = self.simulation.now
         return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
 

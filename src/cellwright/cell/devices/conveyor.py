@@ -11,6 +11,7 @@ from math import ceil
 from typing import Any, ClassVar, Literal, TypeAlias
 
 from cellwright.cell.devices.parts import Parts
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
@@ -127,7 +128,7 @@ class DeletionWall(Device):
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
             if self.parts.touches(part, self._geom, cutoff=1e-3):
-                self.parts.put_away(part, "deletion wall")
+                self.parts.put_away(part, Removal.DELETION_WALL)
 
     def _schedule(self, look: int) -> None:
         self.simulation.schedule(self, "look", look, at=nanoseconds(look * WALL_PERIOD))

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.agv import plate_name
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import TRAY_IDS
@@ -106,7 +107,7 @@ class KitTray(Device):
         """Take the locked parts out of the cell."""
         for part in self.parts.all:
             if self._is_locked(part):
-                self.parts.put_away(part, "delivery")
+                self.parts.put_away(part, Removal.DELIVERY)
         self._tell()
 
     def remove_all(self) -> None:

@@ -10,12 +10,13 @@ rests and costs nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.parts import separation_speed
 from cellwright.engine.simulation import Device, Simulation, State
@@ -38,10 +39,6 @@ def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose
     data.eq_active[weld] = 1
     for each in (int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])):
         simulation.wake(each)
-
-
-Removal: TypeAlias = Literal["deletion wall", "delivery", "clearing"]
-"""What takes a part out of the cell: the end of the belt, an AGV that arrives with it, or a hand that clears a tray."""
 
 
 class Parts(Device):
@@ -113,7 +110,7 @@ class Parts(Device):
         for listener in self.on_placed:
             listener(part.body)
 
-    def put_away(self, part: WorldPart, by: Removal = "clearing") -> None:
+    def put_away(self, part: WorldPart, by: Removal = Removal.CLEARING) -> None:
         """Take a part out of play, onto its shelf slot."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)

@@ -24,7 +24,7 @@ MOVED = 0.05
 
 
 class Removal(StrEnum):
-    """What takes a part out of the cell."""
+    """What takes a part out of the cell: the belt's end, an AGV that arrives with it, a hand that clears a tray."""
 
     DELETION_WALL = "deletion wall"
     DELIVERY = "delivery"

@@ -111,40 +111,6 @@ TrayContents: TypeAlias = tuple[TrayObject, ...]
 """The objects on one tray in the order in which they were reported; the scorer matches them in that order."""
 
 
-class Trays:
-    """The last report of each tray; a tray is known from its first report on."""
-
-    def __init__(self) -> None:
-        self._contents: dict[str, TrayContents] = {}
-
-    def report(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
-        """Take note of what is on a tray now."""
-        self._contents[tray_id] = tuple(contents)
-
-    def contents(self, tray_id: str) -> TrayContents:
-        """What was last reported of a tray.
-
-        Raises:
-            UnknownNameError: no tray of that name has reported.
-        """
-        try:
-            return self._contents[tray_id]
-        except KeyError:
-            raise UnknownNameError("tray", tray_id, self._contents) from None
-
-    def all_contents(self) -> tuple[TrayContents, ...]:
-        """What was last reported, tray by tray."""
-        return tuple(self._contents.values())
-
-    def get_state(self) -> dict[str, Any]:
-        """The reports as JSON values."""
-        return {tray_id: contents_to_json(contents) for tray_id, contents in self._contents.items()}
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` returned."""
-        self._contents = {tray_id: contents_from_json(contents) for tray_id, contents in state.items()}
-
-
 def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:
     """A tray's contents as JSON values; positions [m], quaternions (w, x, y, z)."""
     return [

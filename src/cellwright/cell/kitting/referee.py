@@ -30,12 +30,12 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.cell.kitting.inventory import TrayContents, TrayObject, Trays
+from cellwright.cell.kitting.inventory import TrayContents, TrayObject, contents_from_json, contents_to_json
 from cellwright.cell.kitting.scorer import GameScore, Scorer
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.events import NEVER
-from cellwright.util.errors import RejectedCommandError
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
 
 NOW = -NEVER
 """A time [ns] before any other: due at once."""
@@ -123,7 +123,8 @@ class Referee:
         limit = trial.time_limit
         self._time_limit = nanoseconds(limit) if limit >= 0 else None
         self.scorer = Scorer(trial.orders)
-        self.trays = Trays()
+        self.trays: dict[str, TrayContents] = {}
+        """The last report of each tray."""
         self._announcements = Announcements(trial.orders)
         self._active: list[str] = []
         self._state = CompetitionState.INIT
@@ -184,7 +185,7 @@ class Referee:
 
     def tray_changed(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
         """A tray reports what it holds; report empty trays at the start, so that they are known."""
-        self.trays.report(tray_id, contents)
+        self.trays[tray_id] = tuple(contents)
         self._plan()
 
     def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
@@ -202,9 +203,10 @@ class Referee:
         """
         if self._state is not CompetitionState.GO:
             raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self._state!s}")
-        contents = self.trays.contents(tray_id)
+        if tray_id not in self.trays:
+            raise UnknownNameError("tray", tray_id, self.trays)
         is_repeated = self.scorer.is_submitted(kit_type)
-        score = self.scorer.submit(kit_type, contents, now)
+        score = self.scorer.submit(kit_type, self.trays[tray_id], now)
         self._plan()
         return KitSubmitted(tray_id, kit_type, score, is_repeated=is_repeated and score.is_submitted)
 
@@ -235,7 +237,7 @@ class Referee:
         if self._time_limit is not None and elapsed > self._time_limit:
             return self._finish(EndReason.TIME_LIMIT, now)
         effects: tuple[Effect, ...] = ()
-        due = self._announcements.due(self.trays.all_contents(), idle=not self._active)
+        due = self._announcements.due(self.trays.values(), idle=not self._active)
         if due is not None and elapsed >= due.time:
             order = self._announcements.announce()
             self.scorer.announce(order.order_id, now)
@@ -272,7 +274,7 @@ class Referee:
             "reported": self._is_reported,
             "announced": self._announcements.announced,
             "active": list(self._active),
-            "trays": self.trays.get_state(),
+            "trays": {tray_id: contents_to_json(contents) for tray_id, contents in self.trays.items()},
             "scorer": self.scorer.get_state(),
         }
 
@@ -283,7 +285,7 @@ class Referee:
             UnknownNameError: it speaks of an order or a kit that this trial has not.
         """
         self.scorer.set_state(state["scorer"])
-        self.trays.set_state(state["trays"])
+        self.trays = {tray_id: contents_from_json(contents) for tray_id, contents in state["trays"].items()}
         self._announcements.announced = state["announced"]
         self._active = list(state["active"])
         self._state = CompetitionState(state["state"])
@@ -323,7 +325,7 @@ class Referee:
         top = self._top()
         if self.scorer.is_complete(top) if top is not None else not self._announcements.waiting:
             return NOW
-        due = self._announcements.due(self.trays.all_contents(), idle=top is None)
+        due = self._announcements.due(self.trays.values(), idle=top is None)
         announcement = NEVER if due is None else self._started + due.time
         limit = NEVER if self._time_limit is None else self._started + self._time_limit + 1
         return min(announcement, limit, NEVER)
