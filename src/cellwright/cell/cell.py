@@ -170,8 +170,7 @@ class Cell(CellDevices):
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """What viewers draw beside the scene: `kind`, `sensors` as they describe themselves, `tools`: the cup.
 
-        Args:
-            body_index: the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        `body_index` gives the index in the scene's bodies, 0 for what stands still, for an id of the engine.
         """
         tools = []
         if self.gripper is not None:

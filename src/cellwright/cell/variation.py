@@ -90,15 +90,12 @@ USUAL = Bounds()
 
 
 def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
-    """A variation of a trial.
+    """A variation of a trial: other places of the parts that lie in bins, and other circumstances.
 
     Args:
         trial: the trial as it is written.
         seed: root of all chance.
         bounds: how far to go.
-
-    Returns:
-        The trial with other places of the parts that lie in bins, and with other circumstances.
 
     Raises:
         UnknownNameError: a part stands in a frame that does not exist.

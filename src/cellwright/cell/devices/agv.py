@@ -51,13 +51,9 @@ RETURN_FRAMES: Final[KeyFrames] = (
 
 
 class AgvPath:
-    """Where an AGV is, by the time since it set out; before and after its way it stands.
+    """Where AGV 1 is, by the time since it set out; before and after its way it stands. AGV 2 goes the mirror image.
 
     Positions and velocities are those of the AGV's origin in the world frame, x and y. Its height and heading stay.
-
-    Args:
-        frames: the key frames.
-        agv: 1, or 2, whose way is the mirror image.
     """
 
     def __init__(self, frames: KeyFrames, agv: int) -> None:

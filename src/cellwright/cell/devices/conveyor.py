@@ -208,12 +208,7 @@ class PopulationSchedule(PlainState):
         self.running = True
 
     def set_power(self, power: float, now: int) -> None:
-        """Go on at the pace of the belt from `now` [ns] on.
-
-        Args:
-            power: power of the belt, 0 to 100.
-            now: the time [ns].
-        """
+        """Go on at the pace of the belt, at 0 to 100 % of its power, from `now` [ns] on."""
         self._anchor, self._progress = now, self.progress(now)
         self._rate = Fraction(power) / 100
 

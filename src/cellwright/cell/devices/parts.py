@@ -156,11 +156,7 @@ _AWAKE = 1  # of MjData.body_awake; 0 is asleep, -1 static
 
 
 class Overlaps(Device):
-    """Watches the parts that overlap something.
-
-    Args:
-        parts: the parts of the cell.
-    """
+    """Watches the parts that overlap something."""
 
     def __init__(self, parts: Parts) -> None:
         super().__init__("overlaps")

@@ -46,16 +46,10 @@ def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> l
 
 
 class Rays:
-    """A bundle of rays that start `nearest` away from one point and end `farthest` away from it.
+    """A bundle of rays that start `nearest` away from one point and end `farthest` away from it [m].
 
     What lies nearer than `nearest` does not stop a ray: it begins behind it. A ray that begins within a solid meets
-    the solid's far side.
-
-    Args:
-        world_T_source: the point, and the frame of the directions.
-        directions: unit vectors.
-        nearest: distance at which the rays begin [m].
-        farthest: distance at which they end [m].
+    the solid's far side. The directions are unit vectors in the frame of the point, `world_T_source`.
     """
 
     def __init__(

@@ -51,9 +51,7 @@ class CheckedTrajectory:
     """What is left to do of a trajectory that was found good.
 
     Attributes:
-        start: its start [ns].
         joints: for each of its joints, in its own order, the index of that joint in the controller.
-        points: those of its points that lie after now.
     """
 
     start: int
@@ -201,9 +199,7 @@ class Following(NamedTuple):
 class JointTrajectoryController:
     """Follows joint trajectories.
 
-    Args:
-        joint_names: its joints, in its order.
-        settings: tolerances, stop duration and whether a command may leave joints out.
+    The settings say the tolerances, how long it takes to stop, and whether a command may leave joints out.
     """
 
     def __init__(self, joint_names: Sequence[str], settings: ArmSettings | None = None) -> None:
@@ -276,13 +272,7 @@ class JointTrajectoryController:
         return True
 
     def update(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> None:
-        """Judge the active goal, if there is one, by where the joints are at `now` [ns].
-
-        Args:
-            now: the time [ns].
-            positions: actual position of each joint [rad or m].
-            velocities: actual velocity of each joint [rad/s or m/s].
-        """
+        """Judge the active goal, if there is one, by actual positions and velocities of the joints at `now` [ns]."""
         goal = self.goal
         if goal is not None and goal.active:
             position_errors = [d - a for d, a in zip(self.positions(now), positions, strict=True)]

@@ -118,19 +118,11 @@ class GoalRequest:
 
 
 class TrajectoryGoal:
-    """A goal that was taken, from its start to its end.
+    """A goal that was taken, from its start to its end [ns], about some of the controller's joints, given by index.
 
     While the trajectory runs each joint has to stay within its path tolerance. From the trajectory's end on a joint
     has arrived as soon as it was within its goal tolerance once; the goal has succeeded when all have, and is aborted
     if one has not when the goal time is over. A goal that was aborted leaves the arm on its trajectory.
-
-    Args:
-        goal_id: what the sender calls it.
-        joint_names: all joints of the controller.
-        joints: indices of those that the goal is about.
-        start: when its trajectory starts [ns].
-        end: when its trajectory ends [ns].
-        tolerances: what it is held to.
     """
 
     def __init__(
@@ -160,12 +152,9 @@ class TrajectoryGoal:
         return self.status is GoalStatus.ACTIVE
 
     def update(self, time: int, position_errors: Sequence[float], velocity_errors: Sequence[float]) -> GoalStatus:
-        """Judge where the joints are.
+        """Judge where the joints are at `time` [ns].
 
-        Args:
-            time: now [ns].
-            position_errors: desired minus actual position of each joint of the controller [rad or m].
-            velocity_errors: desired minus actual velocity of each joint of the controller [rad/s or m/s].
+        Errors are desired minus actual values, of each joint of the controller.
         """
         if self.status is not GoalStatus.ACTIVE or time < self.start:
             return self.status

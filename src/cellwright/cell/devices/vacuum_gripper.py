@@ -52,10 +52,7 @@ class Touched(Enum):
 class CupContact:
     """One contact of the suction face.
 
-    Attributes:
-        name: what is touched.
-        kind: which kind of thing that is.
-        alignment: cosine between the contact normal and the axis of the cup, 1 when the cup stands square on it.
+    `alignment` is the cosine between the contact normal and the axis of the cup, 1 when the cup stands square on it.
     """
 
     name: str

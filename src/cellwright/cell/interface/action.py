@@ -48,9 +48,6 @@ class TrajectoryAction(Device):
 
     It remembers its goals as the original did, and what it remembers is part of the state: which goals a cancellation
     is meant for depends on it.
-
-    Args:
-        arm: what follows the goals.
     """
 
     def __init__(self, arm: Arm) -> None:

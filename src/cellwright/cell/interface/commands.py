@@ -57,9 +57,7 @@ NOT_ALLOWED = "not allowed in a competition"
 class Commands:
     """Handlers of the topics and services that clients send to.
 
-    Args:
-        cell: what they act on.
-        own_types: the part types of the trial's own. What is told of them is worked out here, before time runs.
+    What is told of the trial's own part types is worked out at once, before time runs.
     """
 
     def __init__(self, cell: CellDevices, own_types: Mapping[str, OwnPartType]) -> None:

@@ -148,9 +148,6 @@ class Publications(Device):
 
     A new run begins with nothing but the fixed frames, and one that goes on from a saved moment with the order that was
     the newest then.
-
-    Args:
-        cell: what is told about.
     """
 
     def __init__(self, cell: CellDevices) -> None:

@@ -185,10 +185,6 @@ CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
 def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
     """The contract as it holds in one cell, its templates filled in, in the order of the table.
 
-    Args:
-        trial: what was written about the cell.
-        competition: competition mode; what is absent then is left out.
-
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """

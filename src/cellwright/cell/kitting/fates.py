@@ -123,12 +123,9 @@ class PartNow:
     """A part of the cell at the moment at which a tray is judged.
 
     Attributes:
-        name: full model name.
-        type: its type, as kits name it.
         position: of its origin, world frame [m].
         tray: id of the tray whose plate it touches; empty for none.
         above: id of the tray that it is above; empty for none.
-        is_faulty: whether it is one of the trial's faulty parts.
     """
 
     name: str
@@ -174,13 +171,9 @@ class HandlingRecord:
         history.taken, history.tray, history.is_forced, history.removed = now, "", False, None
 
     def let_go(self, name: str, position: Vector3, now: int, *, is_forced: bool) -> None:
-        """The gripper let go of a part at `now` [ns].
+        """The gripper let go of a part at `now` [ns], with its origin at a position of the world frame [m].
 
-        Args:
-            name: full model name.
-            position: of its origin at that moment, world frame [m].
-            now: the time [ns].
-            is_forced: whether one of the trial's drop regions took it away.
+        It is forced if one of the trial's drop regions took the part away.
         """
         history = self._of(name)
         history.held = 0 if history.taken is None else now - history.taken
@@ -199,7 +192,7 @@ class HandlingRecord:
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
     ) -> tuple[Fate | None, ...]:
-        """Find and keep the fates of the parts that a judged kit lacks.
+        """Find and keep the fates of the parts that a judged kit lacks, at `now` [ns].
 
         For each type the parts that were handled stand for the missing ones, the latest first. Good parts go before
         faulty ones, and parts on another tray come last. No part stands for two.

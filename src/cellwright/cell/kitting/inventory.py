@@ -48,11 +48,9 @@ class DropZones:
         self._spent: set[str] = set()
 
     def drop(self, part_type: str, world_position: Vector3) -> DropRegion | None:
-        """The region that takes a part away, or None; the type is spent from then on.
+        """The region that takes a part away that the gripper holds, or None; the type is spent from then on.
 
-        Args:
-            part_type: type of the part in the gripper.
-            world_position: origin of the part in the world frame [m]. The regions are closed boxes.
+        It is the part's origin that counts, in the world frame [m]. The regions are closed boxes.
         """
         if part_type in self._spent:
             return None
@@ -94,11 +92,7 @@ def region_contains(region: DropRegion, world_position: Vector3) -> bool:
 class TrayObject:
     """Something that touches a tray's plate or is locked to it.
 
-    Attributes:
-        name: full model name.
-        type: type of the part, as kits name it.
-        is_faulty: whether it is one of the trial's faulty parts; such a part earns nothing.
-        tray_T_object: where it is, in the tray's frame.
+    It has its full model name, and its type as kits name it; a faulty part earns nothing.
     """
 
     name: str

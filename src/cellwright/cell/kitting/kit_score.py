@@ -89,9 +89,7 @@ class PartFinding:
     """What was found for one ordered part.
 
     Attributes:
-        type: the ordered type.
         tray_T_goal: where it was to be.
-        verdict: what became of it.
         fit: the object that stands for it and how it lies; None when the part is missing.
     """
 
@@ -130,8 +128,6 @@ class Refusal:
     """A submission that earned nothing because its kit was not asked for at that time.
 
     Attributes:
-        reason: why.
-        kit_type: what was submitted.
         order_id: the order that the kit belongs to; None when there is none.
         wanted: the kit types that would have been scored.
     """
@@ -159,7 +155,6 @@ class KitScore:
     """The score of one kit.
 
     Attributes:
-        kit_type: which kit.
         is_submitted: whether a tray was judged; if not, there are no findings and no points.
         parts: a finding for each ordered part, in the order of the kit.
         extras: the objects that were of no use, in the order in which the tray reported them.

@@ -29,8 +29,6 @@ class PartReach:
     """What one ordered part can earn.
 
     Attributes:
-        type: the ordered type.
-        tray_T_goal: where it is to be.
         off_plate: how far its place lies beside the tray's plate [m]; 0 on it.
         nearest: how near to its place the origin of a part that touches the plate can be [m]; 0 when it can be there.
         is_supplied: whether the cell has a good part for it.
@@ -73,13 +71,7 @@ class PartReach:
 
 @dataclass(frozen=True, slots=True)
 class KitReach:
-    """What a kit can earn.
-
-    Attributes:
-        kit_type: which kit.
-        parts: each ordered part, in the order of the kit.
-        obstacle: why the kit can earn nothing at all; empty when it can.
-    """
+    """What a kit can earn; an obstacle says why it can earn nothing at all."""
 
     kit_type: str
     parts: tuple[PartReach, ...]

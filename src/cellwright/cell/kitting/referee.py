@@ -68,11 +68,9 @@ class Announcements:
         return self.orders[self.announced :]
 
     def due(self, trays: Iterable[TrayContents], *, idle: bool) -> Due | None:
-        """When the next order is due with these trays; None when nothing but a change of them can bring it.
+        """When the next order is due with these contents of all trays; None when only a change of them can bring it.
 
-        Args:
-            trays: the contents of every tray.
-            idle: whether no order is in progress.
+        `idle` says that no order is in progress.
         """
         if self.announced == len(self.orders):
             return None

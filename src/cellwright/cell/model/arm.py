@@ -66,13 +66,9 @@ class ArmJoint:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A link as a solid cylinder along z, for its inertia.
+    """A link as a solid cylinder along z, for its inertia: mass [kg], radius and length [m].
 
-    Attributes:
-        mass: [kg].
-        radius: [m].
-        length: [m].
-        middle: height [m] of its middle in the link's frame.
+    Its middle is at this height [m] in the link's frame.
     """
 
     mass: float
@@ -181,10 +177,7 @@ def _check_joints(*names: str) -> None:
 def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
     """Put rail, arm and cup into a model specification. They come first: the solver likes the long tree in front.
 
-    Args:
-        spec: an `MjSpec`.
-        settings: servo profile and gains.
-        contact_time: time constant [s] of the cup's contacts.
+    `contact_time` is the time constant [s] of the cup's contacts.
     """
     rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
     arm_looks.dress_rail(rail, spec.worldbody)

@@ -32,12 +32,9 @@ def contact_time(timestep: float) -> float:
 
 
 def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
-    """Set integrator, solver and contact defaults of a model specification.
+    """Set integrator, solver and contact defaults of a model specification with steps of `timestep` [s].
 
-    Args:
-        spec: an `MjSpec`.
-        timestep: length of a step [s].
-        friction: coefficient of dry friction of everything that says nothing else.
+    `friction` is the coefficient of dry friction of everything that says nothing else.
     """
     option = spec.option
     option.timestep = timestep
@@ -74,8 +71,6 @@ class WorldPart:
 
     Attributes:
         name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint.
-        type: part type.
-        body: id of its body.
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
         geoms: ids of the geoms that it touches with.
@@ -107,7 +102,6 @@ class World:
     `put_in_first_pose` is to follow it.
 
     Attributes:
-        model: the model.
         parts: every part, in the order of the model: those in play first, then those that wait.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
@@ -136,13 +130,9 @@ class _Planned:
 
 
 def build_world(trial: Trial) -> World:
-    """Turn a trial into a model.
+    """Turn a trial into a model. The same trial makes the same model, byte for byte.
 
-    Args:
-        trial: what was written. Whether bin parts and extra parts are in play is already decided in it.
-
-    Returns:
-        The world. The same trial makes the same model, byte for byte.
+    Whether bin parts and extra parts are in play is already decided in the trial.
 
     Raises:
         DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.

@@ -86,12 +86,9 @@ def part_frames(*, agvs: bool = True) -> dict[str, Pose]:
 
 
 def shelf_slot(index: int, count: int, lower: float) -> Pose:
-    """Where on the shelf part number `index` of `count` waits.
+    """Where on the shelf part number `index` of `count` waits; the slots form a square grid.
 
-    Args:
-        index: from 0.
-        count: how many slots there are; they form a square grid.
-        lower: lowest point [m] of the part below its origin, usually 0 or negative.
+    `lower` is the lowest point [m] of the part below its origin, usually 0 or negative.
     """
     columns = shelf_columns(count)
     row, column = divmod(index, columns)

@@ -54,9 +54,7 @@ class Surface:
     Attributes:
         lower: corner of least coordinates of the box around the shapes [m].
         upper: corner of largest coordinates [m].
-        grid: the cells.
         heights: of the surface over each cell [m]; -inf beside it.
-        is_flat: where it is flat.
     """
 
     lower: NDArray[np.float64]
@@ -223,11 +221,9 @@ _PENALTY = 0.3  # of the distance to the centre of mass, against the radius
 
 @dataclass(frozen=True, slots=True)
 class FlatSpot:
-    """A place on the top that the cup can stand on.
+    """A place on the top that the cup can stand on: its middle, in the frame of the top [m].
 
-    Attributes:
-        position: its middle, in the frame of the top [m].
-        radius: of the largest flat and level disc about it [m], at most that of the cup's face.
+    `radius` is that of the largest flat and level disc about it [m], at most that of the cup's face.
     """
 
     position: Vector3
@@ -315,11 +311,8 @@ def _commonest(heights: Heights) -> float:
 def _distance_to(mask: Mask, cell: float, limit: float, *, beyond: bool) -> Heights:
     """Distance [m] from the middle of each cell to the edge of the nearest one in a mask, at most `limit`.
 
-    Args:
-        mask: the cells.
-        cell: their edge [m].
-        limit: what is farther than this [m] is not told apart; at most 100 cells or so, for the squares are short.
-        beyond: whether what lies outside of the grid is in the mask.
+    The limit is 100 cells or so: squares are kept in 16 bits. `beyond` says that what lies outside of the grid is in
+    the mask.
     """
     if not (mask.any() or beyond):
         return np.full(mask.shape, limit)
