@@ -101,7 +101,7 @@ class Arm(Device):
         now = self.simulation.now
         self._drive()
         goal = self.controller.goal
-        if (goal is None or not goal.active) and self.controller.settled_at(now):
+        if (goal is None or not goal.active) and now >= self.controller.end:
             self.set_stepping(False)
 
     def after_step(self) -> None:

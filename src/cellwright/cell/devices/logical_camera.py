@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.model import parts
 from cellwright.cell.model.frames import AGV_T_TRAY
 from cellwright.engine.sensor import Reading, Sensor, SensorOptions
@@ -78,11 +79,6 @@ class SceneModel:
     body: int
     geoms: tuple[int, ...]
     nested_in: str | None = None
-
-    @property
-    def short_name(self) -> str:
-        """The name without what comes before its last `|`: `piston_rod_part_3`."""
-        return self.name.rpartition("|")[2]
 
 
 def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
@@ -297,7 +293,7 @@ class LogicalCamera(Sensor[CameraReading]):
     def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]
         camera_T_model = self._camera_T_world @ world_T_model
-        child = f"{self.name}_{model.short_name}_frame"
+        child = f"{self.name}_{trimmed_name(model.name)}_frame"
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
             # the AGV is told exactly; the noise goes into the place of its tray, which is known, not measured
@@ -345,4 +341,4 @@ class QualityControlSensor(LogicalCamera):
     def tells(self, model: SceneModel) -> bool:
         """Whether the sensor reports this model when it is in view: a faulty part."""
         is_part = model.type in PART_TYPES or model.type in self.scene.own_types
-        return is_part and model.short_name in self.faulty_parts
+        return is_part and trimmed_name(model.name) in self.faulty_parts

@@ -5,7 +5,7 @@ undefined: names that come twice, too few positions, numbers that are none. Limi
 enforced here, as they were not there. A device samples the controller and drives the joints.
 
 It is sampled with `positions(time)` and `velocities(time)`, lists in the order of the joints, about 1 us each for
-seven joints; once `settled_at(time)` is true they stay as they are until the next command.
+seven joints; from `end` on they stay as they are until the next command.
 """
 
 from __future__ import annotations
@@ -283,10 +283,6 @@ class JointTrajectoryController:
     def end(self) -> int:
         """From this time [ns] on the joints are to rest, unless another command comes."""
         return self._trajectory.end
-
-    def settled_at(self, time: int) -> bool:
-        """Whether what is to be done stays the same from `time` [ns] on, unless another command comes."""
-        return time >= self._trajectory.end
 
     def state(self, time: int) -> JointsState:
         """Desired positions, velocities and accelerations at `time` [ns]."""

@@ -7,10 +7,12 @@ beside the state.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
+
+import msgspec
 
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.engine.clock import seconds
@@ -242,11 +244,8 @@ class HandlingRecord:
 
     def set_record(self, record: Mapping[str, Any]) -> None:
         """Take over what `get_record` returned; nothing begins a new run."""
-        self._parts = {name: _history(values) for name, values in record.get("parts", {}).items()}
-        self._fates = {
-            kit: tuple(None if each is None else _fate_of(each) for each in found)
-            for kit, found in record.get("fates", {}).items()
-        }
+        self._parts = msgspec.convert(record.get("parts", {}), dict[str, _History])
+        self._fates = msgspec.convert(record.get("fates", {}), dict[str, tuple[Fate | None, ...]])
 
     def _of(self, name: str) -> _History:
         return self._parts.setdefault(name, _History())
@@ -277,20 +276,6 @@ def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str
         return FateKind.FORCED_DROP, ""
     fallen = history.position is not None and history.position[2] - part.position[2] > FALL
     return (FateKind.DROPPED if fallen else FateKind.PUT_DOWN), ""
-
-
-def _history(values: Mapping[str, Any]) -> _History:
-    removed = None if values["removed"] is None else Removal(values["removed"])
-    return _History(**{**values, "position": _vector(values["position"]), "removed": removed})
-
-
-def _fate_of(values: Mapping[str, Any]) -> Fate:
-    places = {name: _vector(values[name]) for name in ("position", "lies")}
-    return Fate(**{**values, **places, "kind": FateKind(values["kind"])})
-
-
-def _vector(values: Sequence[float] | None) -> Vector3 | None:
-    return None if values is None else (values[0], values[1], values[2])
 
 
 def _agv(tray_id: str) -> str:

@@ -55,7 +55,10 @@ class DropZones:
         if part_type in self._spent:
             return None
         for region in self.regions:
-            if region.type == part_type and region_contains(region, world_position):
+            if region.type == part_type and all(
+                low <= value <= high
+                for low, value, high in zip(region.lower, world_position, region.upper, strict=True)
+            ):
                 self._spent.add(part_type)
                 return region
         return None
@@ -79,13 +82,6 @@ class DropZones:
             if part_type not in types:
                 raise UnknownNameError("type with a drop region", part_type, sorted(types))
         self._spent = set(state["spent"])
-
-
-def region_contains(region: DropRegion, world_position: Vector3) -> bool:
-    """Whether a point of the world frame [m] lies in the region, its faces included."""
-    return all(
-        low <= value <= high for low, value, high in zip(region.lower, world_position, region.upper, strict=True)
-    )
 
 
 @dataclass(frozen=True, slots=True)

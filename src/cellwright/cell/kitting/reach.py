@@ -20,7 +20,7 @@ from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.kitting.kit_score import BONUS_POINTS, MAX_DISTANCE, POSE_POINTS, PRESENCE_POINTS
 from cellwright.cell.kitting.referee import Announcements
 from cellwright.config.layout import PART_RADII, TRAY_PLATE
-from cellwright.config.trial.trial import Kit, KitObject, Order, Trial
+from cellwright.config.trial.trial import Kit, Order, Trial
 from cellwright.util.pose import Pose
 
 
@@ -216,13 +216,9 @@ def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> KitReach:
     parts = []
     for each in kit.objects:
         ordered[each.type] += 1
-        parts.append(_part_reach(each, is_supplied=ordered[each.type] <= supply.get(each.type, 0)))
+        is_supplied = ordered[each.type] <= supply.get(each.type, 0)
+        parts.append(PartReach(each.type, each.pose, off_plate(each.pose), nearest(each.type, each.pose), is_supplied))
     return KitReach(kit.kit_type, tuple(parts), obstacle)
-
-
-def _part_reach(ordered: KitObject, *, is_supplied: bool) -> PartReach:
-    goal = ordered.pose
-    return PartReach(ordered.type, goal, off_plate(goal), nearest(ordered.type, goal), is_supplied)
 
 
 def _obstacles(trial: Trial) -> dict[str, str]:

@@ -149,26 +149,12 @@ BODIES: Mapping[str, Cylinder] = {
 
 
 def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
-    """The original's gains of each joint, with those that the settings name put in their place.
-
-    Raises:
-        UnknownNameError: the settings name a joint that the arm does not have.
-    """
-    _check_joints(*settings.gains, *settings.dry_friction)
+    """The original's gains of each joint, with those that the settings name put in their place."""
     return {joint.name: settings.gains.get(joint.name, joint.gains) for joint in JOINTS}
 
 
-def initial_positions(asked: Mapping[str, float]) -> dict[str, float]:
-    """Where each joint [rad], [m] is at the start.
-
-    Raises:
-        UnknownNameError: a position is given for a joint that the arm does not have.
-    """
-    _check_joints(*asked)
-    return {**INITIAL_POSITIONS, **asked}
-
-
-def _check_joints(*names: str) -> None:
+def check_joints(*names: str) -> None:
+    """Raise UnknownNameError unless the arm has joints of all these names."""
     for name in names:
         if name not in ARM_JOINTS:
             raise UnknownNameError("arm joint", name, ARM_JOINTS)

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
-from cellwright.cell.model.arm import GRIPPER, add_arm, initial_positions
-from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
+from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
+from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, shelf_slot
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_types
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
+from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
@@ -145,6 +146,7 @@ def build_world(trial: Trial) -> World:
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
     if trial.has_arm:
+        check_joints(*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
         add_arm(spec, trial.settings.arm, contact_time(timestep))
     agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
     for agv in agvs:
@@ -187,7 +189,8 @@ def build_world(trial: Trial) -> World:
 
 def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
     """Parts that stand in the cell when the trial begins."""
-    frames = part_frames(agvs=trial.options.insert_agvs)
+    has_trays = trial.options.insert_agvs
+    frames = {name: pose for name, pose in REFERENCE_FRAMES.items() if has_trays or name not in TRAY_FRAMES}
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
         if part.frame not in frames:
@@ -255,8 +258,7 @@ def _first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)
     if trial.has_arm:
-        positions = initial_positions(trial.initial_joint_states)
-        for name in positions:
-            qpos[model.joint(name).qposadr[0]] = positions[name]
-            ctrl[model.actuator_ctrladr[model.actuator(name).id]] = positions[name]
+        for name, position in {**INITIAL_POSITIONS, **trial.initial_joint_states}.items():
+            qpos[model.joint(name).qposadr[0]] = position
+            ctrl[model.actuator_ctrladr[model.actuator(name).id]] = position
     return qpos, ctrl

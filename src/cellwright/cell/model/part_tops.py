@@ -75,7 +75,8 @@ def surface_of(touched: tuple[Shape, ...], model: Any, top_T_part: Pose) -> Surf
     shapes = [shape.moved(top_T_part) for shape in touched]
     rotation = _rotation(top_T_part)
     hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
-    boxes = np.array([_box(shape, hulls.get(geom)) for geom, shape in enumerate(shapes)])
+    corners = [hulls[geom].reshape(-1, 3) if geom in hulls else bounds((shape,)) for geom, shape in enumerate(shapes)]
+    boxes = np.array([(np.min(each, axis=0), np.max(each, axis=0)) for each in corners])
     lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     grid = Grid(lower, upper)
     found = [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
@@ -95,13 +96,6 @@ def _hull(model: Any, geom: int) -> NDArray[np.float64]:
     corners = np.array(model.mesh_vert[first + numbers], np.float64)
     turned: NDArray[np.float64] = corners @ rotation.reshape(3, 3).T + model.geom_pos[geom]
     return turned
-
-
-def _box(shape: Shape, hull: NDArray[np.float64] | None) -> NDArray[np.float64]:
-    """Lower and upper corner [m] of a shape, shape (2, 3)."""
-    if hull is not None:
-        return np.array([hull.min(axis=(0, 1)), hull.max(axis=(0, 1))])
-    return np.array(bounds((shape,)))
 
 
 def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
@@ -253,7 +247,12 @@ class PartTop:
 
 def part_tops(form: Form) -> tuple[PartTop, ...]:
     """What a part of this form offers to a cup from above, for each of `TURNS`."""
-    model = _compiled(form)
+    spec = mujoco.MjSpec()
+    form.add_meshes(spec)
+    body = spec.worldbody.add_body(name="part")
+    for shape in form.touched:
+        add_shape(body, shape, Role.SOLID, Touch.PART, mass=form.mass)
+    model = spec.compile()
     return tuple(_top(form, model, turn) for turn in TURNS)
 
 
@@ -266,16 +265,6 @@ def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
     centre = top_T_part.transform(_vector3(model.body_ipos[1]))
     box = _vector3(seen.lower), _vector3(seen.upper)
     return PartTop(part_T_top.quaternion, centre, *box, float(far), _spots(seen, centre))
-
-
-def _compiled(form: Form) -> Any:
-    """A model of the part alone, its geoms in the order of the touched shapes."""
-    spec = mujoco.MjSpec()
-    form.add_meshes(spec)
-    body = spec.worldbody.add_body(name="part")
-    for shape in form.touched:
-        add_shape(body, shape, Role.SOLID, Touch.PART, mass=form.mass)
-    return spec.compile()
 
 
 def _spots(seen: Surface, centre: Vector3) -> tuple[FlatSpot, ...]:
