@@ -148,7 +148,7 @@ def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
     worst, fastest = 0.0, 0.0
     for _ in range(1000):
         precise.cell.step()
-        worst = max(worst, *map(abs, precise.arm.following().error_positions))
+        worst = max(worst, *map(abs, precise.arm.following().error[0]))
         fastest = max(fastest, *map(abs, precise.arm.following().desired.accelerations))
     assert fastest == pytest.approx(2.0, rel=0.01)
     assert worst < 0.3e-3  # 0.11; a setpoint that is a step late or early costs 2
@@ -162,7 +162,7 @@ def test_a_part_in_the_cup_does_not_disturb_the_precise_servo(precise: Floor) ->
     worst = 0.0
     for _ in range(900):
         precise.cell.step()
-        worst = max(worst, *map(abs, precise.arm.following().error_positions))
+        worst = max(worst, *map(abs, precise.arm.following().error[0]))
     assert worst < 1e-3
 
 

@@ -188,9 +188,9 @@ def test_how_the_joints_follow() -> None:
     actual = [value - 0.01 for value in START]
     following = arm.following(0, actual, [0.5] * 7)
     assert following.desired == arm.state(0)
-    assert following.actual_positions == actual
-    assert following.error_positions == pytest.approx([0.01] * 7)
-    assert following.error_velocities == [-0.5] * 7
+    assert following.actual == (actual, [0.5] * 7)
+    assert following.error[0] == pytest.approx([0.01] * 7)
+    assert following.error[1] == [-0.5] * 7
 
 
 @pytest.mark.slow

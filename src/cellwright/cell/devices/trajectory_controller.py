@@ -187,13 +187,11 @@ def _invalid_joints(reason: str) -> RejectedTrajectoryError:
 
 
 class Following(NamedTuple):
-    """How the joints follow: the state topic's and the action feedback's content. `error` is desired minus actual."""
+    """How the joints follow: what they are to do, their positions and velocities, and desired minus actual."""
 
     desired: JointsState
-    actual_positions: list[float]
-    actual_velocities: list[float]
-    error_positions: list[float]
-    error_velocities: list[float]
+    actual: tuple[list[float], list[float]]
+    error: tuple[list[float], list[float]]
 
 
 class JointTrajectoryController:
@@ -302,13 +300,9 @@ class JointTrajectoryController:
     def following(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> Following:
         """How the joints follow at `now` [ns], given their actual positions and velocities."""
         desired = self.state(now)
-        return Following(
-            desired,
-            list(positions),
-            list(velocities),
-            [d - a for d, a in zip(desired.positions, positions, strict=True)],
-            [d - a for d, a in zip(desired.velocities, velocities, strict=True)],
-        )
+        off = [d - a for d, a in zip(desired.positions, positions, strict=True)]
+        slip = [d - a for d, a in zip(desired.velocities, velocities, strict=True)]
+        return Following(desired, (list(positions), list(velocities)), (off, slip))
 
     def get_state(self) -> dict[str, Any]:
         """The trajectory and the last goal, as JSON values."""

@@ -12,7 +12,6 @@ from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
 from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of
-from cellwright.cell.interface.publications import following_points
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Device, State
@@ -25,7 +24,7 @@ from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryFeedback,
     FollowJointTrajectoryResult,
 )
-from cellwright.middleware.messages.conversions import header, nanoseconds, stamp
+from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
 ACTIVE, REJECTED = 1, 5
@@ -145,8 +144,8 @@ class TrajectoryAction(Device):
         if goal is None:
             return None
         now = self.simulation.now
-        names, points = self._arm.controller.joint_names, following_points(self._arm.following())
-        content = FollowJointTrajectoryFeedback(header("", now), list(names), *points)
+        points = (trajectory_point(*each) for each in self._arm.following())
+        content = FollowJointTrajectoryFeedback(header("", now), list(self._arm.controller.joint_names), *points)
         return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
 
     def _current(self) -> TrajectoryGoal | None:

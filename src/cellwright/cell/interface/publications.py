@@ -22,7 +22,6 @@ from cellwright.cell.devices.range_sensors import (
     ProximityReading,
     ProximitySensor,
 )
-from cellwright.cell.devices.trajectory_controller import Following
 from cellwright.cell.interface.devices import CellDevices, present
 from cellwright.cell.interface.frames import arm_chain, fixed_arm_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, OrderAnnounced
@@ -54,7 +53,7 @@ from cellwright.middleware.messages.osrf_gear import (
     VacuumGripperState,
 )
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
-from cellwright.middleware.messages.standard import Float32, JointTrajectoryPoint, LaserScan, Range, String, TFMessage
+from cellwright.middleware.messages.standard import Float32, LaserScan, Range, String, TFMessage
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 
@@ -123,15 +122,6 @@ def image_message(reading: CameraReading) -> LogicalCameraImage:
 def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
     """Coordinate frames at a time [ns]."""
     return TFMessage([transform_stamped(each.parent, each.child, each.pose, time) for each in frames])
-
-
-def following_points(following: Following) -> tuple[JointTrajectoryPoint, ...]:
-    """What the joints are to do, what they do, and the difference."""
-    return (
-        trajectory_point(*following.desired),
-        trajectory_point(following.actual_positions, following.actual_velocities),
-        trajectory_point(following.error_positions, following.error_velocities),
-    )
 
 
 GRIPPER_JOINT = "vacuum_gripper_joint"
@@ -242,7 +232,7 @@ class Publications(Device):
         arm = present(self._cell.arm)
 
         def build() -> Message:
-            points = following_points(arm.following())
+            points = (trajectory_point(*each) for each in arm.following())
             return JointTrajectoryControllerState(header("", arm.simulation.now), list(ARM_JOINTS), *points)
 
         output.sample(build)

@@ -125,29 +125,20 @@ class Referee:
         """The last report of each tray."""
         self._announcements = Announcements(trial.orders)
         self._active: list[str] = []
-        self._state = CompetitionState.INIT
+        self.state = CompetitionState.INIT
         self._stepped = -1
         self._started: int | None = None
         self._ended: int | None = None
-        self._end_reason: EndReason | None = None
+        self.end_reason: EndReason | None = None
+        """Why the game ended; None while it has not."""
         self._is_reported = False
         self._deadline = NEVER
         self._blank = self.get_state()
 
     @property
-    def state(self) -> CompetitionState:
-        """The state of the competition."""
-        return self._state
-
-    @property
     def active_orders(self) -> tuple[str, ...]:
         """Ids of the orders in progress: the last is active, the others wait, interrupted."""
         return tuple(self._active)
-
-    @property
-    def end_reason(self) -> EndReason | None:
-        """Why the game ended; None while it has not."""
-        return self._end_reason
 
     def score(self, now: int) -> GameScore:
         """The score at this time."""
@@ -169,15 +160,13 @@ class Referee:
         Raises:
             RejectedCommandError: it was started or ended before.
         """
-        if self._state is not CompetitionState.INIT:
-            raise RejectedCommandError(
-                f"a competition can be started in state 'init' only; this one is {self._state!s}"
-            )
+        if self.state is not CompetitionState.INIT:
+            raise RejectedCommandError(f"a competition can be started in state 'init' only; this one is {self.state!s}")
         return self._enter(CompetitionState.READY, now)
 
     def end(self, now: int) -> tuple[Effect, ...]:
         """Somebody ends the competition, in whatever state it is."""
-        if self._state is CompetitionState.END_GAME:
+        if self.state is CompetitionState.END_GAME:
             return ()
         return self._finish(EndReason.COMMAND, now)
 
@@ -199,8 +188,8 @@ class Referee:
             RejectedCommandError: the competition is not running.
             UnknownNameError: there is no such tray.
         """
-        if self._state is not CompetitionState.GO:
-            raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self._state!s}")
+        if self.state is not CompetitionState.GO:
+            raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self.state!s}")
         if tray_id not in self.trays:
             raise UnknownNameError("tray", tray_id, self.trays)
         is_repeated = self.scorer.is_submitted(kit_type)
@@ -213,7 +202,7 @@ class Referee:
         if now < self._deadline:
             return ()
         self._stepped = now
-        match self._state:
+        match self.state:
             case CompetitionState.READY:
                 effects = self._go(now)
             case CompetitionState.GO:
@@ -252,10 +241,10 @@ class Referee:
 
     def _conclude(self, now: int) -> tuple[Effect, ...]:
         effects = self._enter(CompetitionState.DONE, now)
-        if self._end_reason is None or self._is_reported:  # ended once more after it was done: that is no news
+        if self.end_reason is None or self._is_reported:  # ended once more after it was done: that is no news
             return effects
         self._is_reported = True
-        return (*effects, TrialEnded(self._end_reason, self.score(now), self.process_time(now)))
+        return (*effects, TrialEnded(self.end_reason, self.score(now), self.process_time(now)))
 
     def reset(self) -> None:
         """A new run of the same trial: as it was made, no tray known."""
@@ -264,11 +253,11 @@ class Referee:
     def get_state(self) -> dict[str, Any]:
         """All that the referee remembers, as JSON values."""
         return {
-            "state": self._state.value,
+            "state": self.state.value,
             "stepped": self._stepped,
             "started": self._started,
             "ended": self._ended,
-            "end_reason": None if self._end_reason is None else self._end_reason.value,
+            "end_reason": None if self.end_reason is None else self.end_reason.value,
             "reported": self._is_reported,
             "announced": self._announcements.announced,
             "active": list(self._active),
@@ -286,11 +275,11 @@ class Referee:
         self.trays = {tray_id: contents_from_json(contents) for tray_id, contents in state["trays"].items()}
         self._announcements.announced = state["announced"]
         self._active = list(state["active"])
-        self._state = CompetitionState(state["state"])
+        self.state = CompetitionState(state["state"])
         self._stepped = state["stepped"]
         self._started = state["started"]
         self._ended = state["ended"]
-        self._end_reason = None if state["end_reason"] is None else EndReason(state["end_reason"])
+        self.end_reason = None if state["end_reason"] is None else EndReason(state["end_reason"])
         self._is_reported = state["reported"]
         self._plan()
 
@@ -299,7 +288,7 @@ class Referee:
 
     def _enter(self, state: CompetitionState, now: int) -> tuple[Effect, ...]:
         # A command counts as a step, so that what follows from it happens at a later time.
-        self._state = state
+        self.state = state
         self._stepped = now
         self._plan()
         return (StateChanged(state),)
@@ -307,7 +296,7 @@ class Referee:
     def _finish(self, reason: EndReason, now: int) -> tuple[Effect, ...]:
         if self._ended is None:
             self._ended = now
-            self._end_reason = reason
+            self.end_reason = reason
             self.scorer.end(now)
         return self._enter(CompetitionState.END_GAME, now)
 
@@ -316,9 +305,9 @@ class Referee:
 
     def _due(self) -> int:
         """When the next step has something to do [ns]."""
-        if self._state in (CompetitionState.READY, CompetitionState.END_GAME):
+        if self.state in (CompetitionState.READY, CompetitionState.END_GAME):
             return NOW
-        if self._state is not CompetitionState.GO or self._started is None:
+        if self.state is not CompetitionState.GO or self._started is None:
             return NEVER
         top = self._top()
         if self.scorer.is_complete(top) if top is not None else not self._announcements.waiting:

@@ -47,42 +47,6 @@ class Grid:
         self.y = middle[1] + self.cell * (np.arange(rows) - (rows - 1) / 2)[:, np.newaxis]
 
 
-@dataclass(frozen=True, slots=True)
-class Surface:
-    """What is seen from above.
-
-    Attributes:
-        lower: corner of least coordinates of the box around the shapes [m].
-        upper: corner of largest coordinates [m].
-        heights: of the surface over each cell [m]; -inf beside it.
-    """
-
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
-    grid: Grid
-    heights: Heights
-    is_flat: Mask
-
-
-def surface_of(touched: tuple[Shape, ...], model: Any, top_T_part: Pose) -> Surface:
-    """The surface of shapes, in a frame whose z is up.
-
-    Args:
-        touched: the shapes, in the part's frame.
-        model: has a geom for each, in their order, and the convex hulls of the meshes.
-        top_T_part: the part's frame in that of the surface.
-    """
-    shapes = [shape.moved(top_T_part) for shape in touched]
-    rotation = _rotation(top_T_part)
-    hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
-    corners = [hulls[geom].reshape(-1, 3) if geom in hulls else bounds((shape,)) for geom, shape in enumerate(shapes)]
-    boxes = np.array([(np.min(each, axis=0), np.max(each, axis=0)) for each in corners])
-    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    grid = Grid(lower, upper)
-    found = [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
-    return Surface(lower, upper, grid, *_highest(found))
-
-
 def _hull(model: Any, geom: int) -> NDArray[np.float64]:
     """The triangles of a mesh's convex hull in the part's frame [m], shape (n, 3, 3)."""
     mesh = int(model.geom_dataid[geom])
@@ -257,19 +221,27 @@ def part_tops(form: Form) -> tuple[PartTop, ...]:
 
 
 def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
+    """What one side offers; `model` has a geom for each touched shape, in their order."""
     top_T_part = part_T_top.inverse()
-    seen = surface_of(form.touched, model, top_T_part)
-    covered = np.isfinite(seen.heights)
-    middle = (seen.lower + seen.upper) / 2
-    far = np.hypot(seen.grid.x - middle[0], seen.grid.y - middle[1])[covered].max(initial=0.0) + seen.grid.cell / 2
+    shapes = [shape.moved(top_T_part) for shape in form.touched]
+    rotation = _rotation(top_T_part)
+    hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
+    corners = [hulls[geom].reshape(-1, 3) if geom in hulls else bounds((shape,)) for geom, shape in enumerate(shapes)]
+    boxes = np.array([(np.min(each, axis=0), np.max(each, axis=0)) for each in corners])
+    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    grid = Grid(lower, upper)
+    heights, is_flat = _highest(
+        [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
+    )
+    middle = (lower + upper) / 2
+    far = np.hypot(grid.x - middle[0], grid.y - middle[1])[np.isfinite(heights)].max(initial=0.0) + grid.cell / 2
     centre = top_T_part.transform(_vector3(model.body_ipos[1]))
-    box = _vector3(seen.lower), _vector3(seen.upper)
-    return PartTop(part_T_top.quaternion, centre, *box, float(far), _spots(seen, centre))
+    spots = _spots(grid, heights, is_flat, centre)
+    return PartTop(part_T_top.quaternion, centre, _vector3(lower), _vector3(upper), float(far), spots)
 
 
-def _spots(seen: Surface, centre: Vector3) -> tuple[FlatSpot, ...]:
+def _spots(grid: Grid, heights: Heights, is_flat: Mask, centre: Vector3) -> tuple[FlatSpot, ...]:
     """The best spot at each height at which there is something flat, the best of all first."""
-    grid, heights, is_flat = seen.grid, seen.heights, seen.is_flat
     aside = np.hypot(grid.x - centre[0], grid.y - centre[1])
     found: list[tuple[float, FlatSpot]] = []
     left = is_flat.copy()
