@@ -369,7 +369,7 @@ def told(cell: Cell, number: int = 1) -> PartEvidence:
     """What the score says of the only ordered part, once the tray is submitted."""
     cell.agvs[number].send("order_0_kit_0")
     run(cell, 0.8)
-    ((part,),) = [kit.parts for kit in cell.competition.evidence().kits()]
+    ((part,),) = [kit.parts for order in cell.competition.evidence().orders for kit in order.kits]
     return part
 
 
@@ -459,7 +459,7 @@ def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path)
     assert told(cell) == first
     other = Cell(RODS)
     read_checkpoint(other.simulation, path)
-    ((part,),) = [kit.parts for kit in other.competition.evidence().kits()]
+    ((part,),) = [kit.parts for order in other.competition.evidence().orders for kit in order.kits]
     assert part == first
     other.reset()
     assert other.competition.get_record() == {}

@@ -114,11 +114,7 @@ class Competition(Device):
         )
 
     def start(self) -> None:
-        """Start the competition; it goes with the next step.
-
-        Raises:
-            RejectedCommandError: it was started before.
-        """
+        """Start the competition; it goes with the next step. See `Referee.start`."""
         self._carry_out(self.referee.start(self.simulation.now))
 
     def end(self) -> None:
@@ -126,12 +122,7 @@ class Competition(Device):
         self._carry_out(self.referee.end(self.simulation.now))
 
     def submit(self, tray_id: str, kit_type: str) -> KitSubmitted:
-        """Have a tray judged as a kit.
-
-        Raises:
-            RejectedCommandError: the competition is not running.
-            UnknownNameError: there is no such tray.
-        """
+        """Have a tray judged as a kit; see `Referee.submit`."""
         submitted = self.referee.submit(tray_id, kit_type, self.simulation.now)
         submitted = replace(submitted, fates=self._fates_of(submitted))
         self._carry_out((submitted,))
@@ -208,7 +199,7 @@ class Competition(Device):
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
         now = self.simulation.now
-        self.referee.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
+        self.referee.scorer.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
         held = self._handling.held
         if held is not None and held != gripper.part:
             forced_at, self._dropped_at = self._dropped_at, None

@@ -321,11 +321,11 @@ def test_an_unknown_tray_is_refused() -> None:
 
 def test_parts_travel_only_while_the_game_is_on() -> None:
     judge = referee(FIRST)
-    judge.gripper_changed(0, enabled=True, attached=True)
+    judge.scorer.gripper_changed(0, enabled=True, attached=True)
     judge.start(SECOND)
     judge.update(2 * SECOND)
-    judge.gripper_changed(5 * SECOND, enabled=True, attached=False)
-    judge.gripper_changed(6 * SECOND, enabled=True, attached=True)
+    judge.scorer.gripper_changed(5 * SECOND, enabled=True, attached=False)
+    judge.scorer.gripper_changed(6 * SECOND, enabled=True, attached=True)
     judge.end(7 * SECOND)
     assert judge.score(9 * SECOND).part_travel_time == 4 * SECOND
 

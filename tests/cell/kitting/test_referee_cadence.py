@@ -118,7 +118,7 @@ class Run:
                 case "tray":
                     self.referee.tray_changed(each.tray, each.things)
                 case "gripper":
-                    self.referee.gripper_changed(now, enabled=True, attached=each.carrying)
+                    self.referee.scorer.gripper_changed(now, enabled=True, attached=each.carrying)
                 case _:
                     submitted = self.referee.submit(each.tray, each.kit_type, now)
                     self.effects.append(submitted)

@@ -10,7 +10,7 @@ from fractions import Fraction
 from math import ceil
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from cellwright.cell.devices.parts import Parts
+from cellwright.cell.devices.parts import LARGEST_PART, Parts
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
@@ -39,7 +39,6 @@ class Conveyor(Device):
         self.power = 0.0
         self.on_power: list[Callable[[Conveyor], None]] = []
         """Those who are told when the power has been set."""
-        self._geom = -1
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the belt."""
@@ -99,9 +98,6 @@ class Conveyor(Device):
 WALL_PERIOD = Fraction(1, 5)
 """Time between two looks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
 
-_WALL_REACH = 0.4
-"""No part is larger [m]: an origin further from the wall than this cannot touch it."""
-
 
 class DeletionWall(Device):
     """Removes parts that touch the wall's volume."""
@@ -109,7 +105,6 @@ class DeletionWall(Device):
     def __init__(self, parts: Parts) -> None:
         super().__init__("deletion_wall")
         self.parts = parts
-        self._geom = -1
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the wall."""
@@ -124,7 +119,7 @@ class DeletionWall(Device):
         """Look for parts that touch the wall."""
         self._schedule(number + 1)
         centre = self.simulation.model.geom_pos[self._geom]
-        half = self.simulation.model.geom_size[self._geom] + _WALL_REACH
+        half = self.simulation.model.geom_size[self._geom] + LARGEST_PART
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
             if self.parts.touches(part, self._geom, cutoff=1e-3):
@@ -270,11 +265,6 @@ class Population(PopulationSchedule, Device):
         PopulationSchedule.__init__(self, belt_parts, cycles, delay)
         self.parts = parts
         conveyor.on_power.append(self._take_power)
-
-    @property
-    def enabled(self) -> bool:
-        """Whether the list is being gone through."""
-        return self.running
 
     def control(self, action: PopulationAction) -> None:
         """Pause, resume where it was paused, or restart the list from its beginning."""

@@ -23,6 +23,9 @@ from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
+LARGEST_PART = 0.4
+"""No part is larger [m]: one whose origin is further from something than this does not touch it."""
+
 
 def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose) -> None:
     """Have a weld keep the other of its two bodies at a pose in the frame of `body`, from the next step on.

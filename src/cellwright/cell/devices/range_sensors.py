@@ -24,8 +24,6 @@ _SOLID_GROUP_MASK = np.array([group in SOLID_GROUPS for group in range(mujoco.mj
 _MARGIN = 1e-6
 """Added to the radius of the ball around a geom [m]: rounding must not make a ray miss what the engine has it meet."""
 
-_AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
 _SHOWN_RAYS = 8
 """Viewers are shown one of so many rays of a profile."""
 
@@ -60,7 +58,8 @@ class Rays:
         self.count = len(directions)
         self._source = np.array(world_T_source.position)
         self._directions = np.array([world_T_source.rotate(direction) for direction in directions])
-        self._axes = np.array([world_T_source.rotate(axis) for axis in _AXES])
+        axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        self._axes = np.array([world_T_source.rotate(axis) for axis in axes])
         ends = farthest * np.array([[0.0, 0.0, 0.0], *directions]).T
         low, high = ends.min(axis=1, keepdims=True), ends.max(axis=1, keepdims=True)
         self._middle, self._half = self._axes @ self._source[:, None] + (low + high) / 2, (high - low) / 2

@@ -48,10 +48,9 @@ class RejectedTrajectoryError(RejectedCommandError):
 
 @dataclass(frozen=True, slots=True)
 class CheckedTrajectory:
-    """What is left to do of a trajectory that was found good.
+    """What is left to do of a trajectory that was found good: the points that lie after now, from its start [ns] on.
 
-    Attributes:
-        joints: for each of its joints, in its own order, the index of that joint in the controller.
+    `joints` are the controller's indices of its joints, in the order of the trajectory.
     """
 
     start: int

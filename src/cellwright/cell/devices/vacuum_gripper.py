@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.devices.parts import LARGEST_PART, Parts, engage_weld
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.furniture import BELT_GEOM
@@ -160,9 +160,6 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
 _NEAR = 1e-3
 """What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""
 
-_REACH = 0.4
-"""No part is larger [m]: an origin further from the cup than this cannot be near it."""
-
 
 class VacuumGripper(VacuumCheck, Device):
     """The gripper: `set_enabled` switches the vacuum, and each look of the suction logic is carried out.
@@ -240,7 +237,7 @@ class VacuumGripper(VacuumCheck, Device):
         centre = data.xpos[self._body]
         ends: NDArray[np.float64] = np.zeros(6)
         found = []
-        for part in self.parts.inside(centre - _REACH, centre + _REACH):
+        for part in self.parts.inside(centre - LARGEST_PART, centre + LARGEST_PART):
             for geom in part.geoms:
                 distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
                 if distance < _NEAR and distance != 0.0:

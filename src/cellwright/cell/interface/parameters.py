@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import TypeAlias, Union
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -22,7 +23,6 @@ from cellwright.cell.model.frames import RAIL
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
 from cellwright.engine.shapes import Shape
-from cellwright.middleware.interface.table import Row
 from cellwright.util.pose import Pose, Vector3
 
 _GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] is taken to stand there
@@ -171,11 +171,12 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     description = robot_description(trial)
     cell: dict[str, Parameter] = {"robot_description": description}
     if trial.has_arm:
-        rates = {row.name: row for row in rows(trial, competition=competition) if row.rate is not None}
+        table = rows(trial, competition=competition)
+        rates = {row.name: float(row.rate) for row in table if isinstance(row.rate, Fraction)}
         cell["arm"] = _arm_parameters(trial.settings.arm, rates)
         cell["joint_state_controller"] = {
             "type": "joint_state_controller/JointStateController",
-            "publish_rate": _rate_of(rates["/ariac/joint_states"]),
+            "publish_rate": rates["/ariac/joint_states"],
             "extra_joints": [{"name": GRIPPER_JOINT, "position": 0.0, "velocity": 0.0, "effort": 0.0}],
         }
     return {
@@ -186,7 +187,7 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     }
 
 
-def _arm_parameters(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str, Parameter]:
+def _arm_parameters(settings: ArmSettings, rates: Mapping[str, float]) -> dict[str, Parameter]:
     """The parameters of the arm's controller, in the shape of the original's file."""
     constraints: dict[str, Parameter] = {
         "goal_time": settings.goal_time,
@@ -206,11 +207,6 @@ def _arm_parameters(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str
         "gains": gains,
         "stop_trajectory_duration": settings.stop_trajectory_duration,
         "allow_partial_joints_goal": settings.allow_partial_joints_goal,
-        "state_publish_rate": _rate_of(rates["/ariac/arm/state"]),
-        "action_monitor_rate": _rate_of(rates["/ariac/arm/follow_joint_trajectory/feedback"]),
+        "state_publish_rate": rates["/ariac/arm/state"],
+        "action_monitor_rate": rates["/ariac/arm/follow_joint_trajectory/feedback"],
     }
-
-
-def _rate_of(row: Row) -> float:
-    """How often the topic comes [Hz]."""
-    return 0.0 if row.period is None else float(1 / row.period)

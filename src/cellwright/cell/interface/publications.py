@@ -253,7 +253,7 @@ class Publications(Device):
         """Whether parts come onto the belt."""
         population = present(self._cell.population)
         make = cache(PopulationState)
-        output.sample(lambda: make(population.enabled))
+        output.sample(lambda: make(population.running))
 
     def _sensor(self, output: Output) -> Any:
         return self._cell.sensors[output.row.subject or ""]

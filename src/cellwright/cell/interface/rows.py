@@ -188,18 +188,16 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """
-    table = [_in_competition(row) for row in GEAR if row.competition is not ABSENT] if competition else GEAR
-    found = [row.of(subject) for row in table for subject in _subjects(row.where, trial)]
+    found = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
+    if competition:
+        other = {REFUSES: "refuse", SILENCED: "silence"}
+        found = [replace(row, handler=other.get(row.competition, row.handler)) for row in found]
+        found = [row for row in found if row.competition is not ABSENT]
     for camera in trial.sensors:
         if isinstance(camera, Camera):
             found += camera_rows(camera)
     _refuse_clashes(found)
     return tuple(found)
-
-
-def _in_competition(row: Row) -> Row:
-    """A row with its handler of competition mode."""
-    return replace(row, handler={REFUSES: "refuse", SILENCED: "silence"}.get(row.competition, row.handler))
 
 
 def camera_rows(camera: Camera) -> list[Row]:

@@ -7,7 +7,7 @@ and the orders that were never announced, with what could have been had there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -155,11 +155,6 @@ class Evidence:
     def total(self) -> float:
         """All points."""
         return sum(order.score.total for order in self.orders)
-
-    def kits(self) -> Iterator[KitEvidence]:
-        """All kits, order by order."""
-        for order in self.orders:
-            yield from order.kits
 
 
 def kit_evidence(

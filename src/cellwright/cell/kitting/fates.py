@@ -194,20 +194,11 @@ class HandlingRecord:
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
     ) -> tuple[Fate | None, ...]:
-        """Find and keep the fates of the parts that a judged kit lacks, at `now` [ns].
+        """Find and keep the fates of the parts that a judged kit lacks, at `now` [ns]; None for those that it has.
 
         For each type the parts that were handled stand for the missing ones, the latest first. Good parts go before
-        faulty ones, and parts on another tray come last. No part stands for two.
-
-        Args:
-            score: the kit as it was judged.
-            tray_id: the tray.
-            reported: names of the parts that were judged.
-            parts: the parts of the cell as they are now; other types may be left out.
-            now: the time [ns].
-
-        Returns:
-            A fate for each ordered part that is missing, None for the others, in the order of the kit.
+        faulty ones, and parts on another tray come last. No part stands for two. `reported` names the parts that were
+        judged; `parts` are those of the cell as they are now, where types that are not missing may be left out.
         """
         named = {fate.part for fates in self._fates.values() for fate in fates if fate is not None} | set(reported)
         candidates: dict[str, list[tuple[tuple[bool, bool, int, str], Fate]]] = {}

@@ -175,10 +175,6 @@ class Referee:
         self.trays[tray_id] = tuple(contents)
         self._plan()
 
-    def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
-        """The gripper was switched, took something or let go of it."""
-        self.scorer.gripper_changed(now, enabled=enabled, attached=attached)
-
     def submit(self, tray_id: str, kit_type: str, now: int) -> KitSubmitted:
         """Judge what was last reported of a tray as a kit.
 

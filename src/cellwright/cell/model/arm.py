@@ -35,10 +35,7 @@ class ArmJoint:
     """A joint, the link behind it, and the original's servo figures.
 
     Attributes:
-        name: of the joint, and of its actuator.
-        link: of the link that the joint moves.
         pose: of that link in the frame of the one before, at joint value 0.
-        axis: in the link's frame.
         gains: of the original's effort controller.
         limit: the joint runs from -limit to limit [rad] or [m].
         effort: largest force [N] or torque [N m] of the drive.

@@ -15,7 +15,7 @@ from cellwright.cell.model.agv import add_agv
 from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
 from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, shelf_slot
 from cellwright.cell.model.furniture import add_housing
-from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_types
+from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.trial.trial import Part, Trial
@@ -74,7 +74,6 @@ class WorldPart:
         name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint.
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
-        geoms: ids of the geoms that it touches with.
         grip: id of the weld to the gripper; None without an arm.
         locks: ids of the welds to the trays of AGV 1 and AGV 2; empty without AGVs.
         start: where it is when a run begins, in the world frame.
@@ -151,7 +150,7 @@ def build_world(trial: Trial) -> World:
     agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
     for agv in agvs:
         add_agv(spec, agv)
-    own = own_part_types(trial)
+    own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
     if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:

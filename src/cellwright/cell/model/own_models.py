@@ -132,16 +132,12 @@ class OwnPartType:
     form: Form
 
 
-def own_part_types(trial: Trial) -> dict[str, OwnPartType]:
-    """The part types of a trial's own, by name.
+def own_part_type(name: str, model: Model) -> OwnPartType:
+    """A part type of somebody's own.
 
     Raises:
         ModelFileError: a file that the engine cannot use, or without a mass.
     """
-    return {name: _part_type(name, model) for name, model in trial.part_models.items()}
-
-
-def _part_type(name: str, model: Model) -> OwnPartType:
     form = form_of(name, model)
     if not form.touched:
         raise ModelFileError(f"{model.mjcf}: nothing in it can be touched, so it would fall through the floor")
@@ -162,7 +158,7 @@ def model_problems(trial: Trial) -> list[str]:
     models = [*trial.part_models.items(), *((f"furniture|{piece.name}", piece.model) for piece in trial.furniture)]
     for name, model in models:
         try:
-            form_of(name, model) if "|" in name else _part_type(name, model)
+            form_of(name, model) if "|" in name else own_part_type(name, model)
         except ModelFileError as error:
             found.append(str(error))
     return found

@@ -32,10 +32,8 @@ _CYLINDER_SIDES = 64  # of the prism that stands for a cylinder
 class Grid:
     """Square cells that fill the floor plan of a box with these corners [m].
 
-    Attributes:
-        cell: edge of a cell [m].
-        x: of the middles of the columns [m], shape (1, columns).
-        y: of the middles of the rows [m], shape (rows, 1).
+    The middles of the columns are `x`, shape (1, columns), those of the rows `y`, shape (rows, 1); `cell` is a cell's
+    edge [m].
     """
 
     def __init__(self, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> None:

@@ -107,7 +107,7 @@ class CellPanel:
             ],
             "belt": {
                 "power": cell.conveyor.power,
-                "population": None if cell.population is None else cell.population.enabled,
+                "population": None if cell.population is None else cell.population.running,
             },
             "gripper": self._gripper(),
             "intention": self._intention(),
