@@ -93,17 +93,7 @@ class Cell(CellDevices):
         self.parts = Parts(self.world.parts)
         self.overlaps = Overlaps(self.parts)
         self.conveyor = Conveyor(self.parts)
-        self.population = (
-            Population(
-                trial.belt_parts,
-                trial.options.belt_population_cycles,
-                self.conveyor,
-                self.parts,
-                trial.circumstances.belt_delay,
-            )
-            if trial.belt_parts
-            else None
-        )
+        self.population = Population(trial, self.conveyor, self.parts) if trial.belt_parts else None
         self.deletion_wall = DeletionWall(self.parts)
         numbers = (1, 2) if trial.options.insert_agvs else ()
         self.trays = {number: KitTray(number, self.parts) for number in numbers}

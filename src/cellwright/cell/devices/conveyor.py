@@ -15,7 +15,7 @@ from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
-from cellwright.config.trial.trial import BeltPart
+from cellwright.config.trial.trial import BeltPart, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.events import NEVER
 from cellwright.engine.simulation import Device, PlainState, Simulation, State
@@ -256,13 +256,12 @@ PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Population(PopulationSchedule, Device):
-    """Puts parts on the belt. The list runs at the pace of the belt, and begins `delay` [s] late."""
+    """Puts the parts of a trial on the belt. The list runs at the pace of the belt."""
 
-    def __init__(
-        self, belt_parts: Sequence[BeltPart], cycles: int, conveyor: Conveyor, parts: Parts, delay: float = 0.0
-    ) -> None:
+    def __init__(self, trial: Trial, conveyor: Conveyor, parts: Parts) -> None:
         Device.__init__(self, "population")
-        PopulationSchedule.__init__(self, belt_parts, cycles, delay)
+        cycles, delay = trial.options.belt_population_cycles, trial.circumstances.belt_delay
+        PopulationSchedule.__init__(self, trial.belt_parts, cycles, delay)
         self.parts = parts
         conveyor.on_power.append(self._take_power)
 

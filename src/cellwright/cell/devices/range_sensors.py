@@ -119,20 +119,9 @@ class Rays:
         """How far rays go from the source before they end [m], shape (count,); `inf` where nothing stops them."""
         count = len(directions)
         found = np.empty(count)
-        mujoco.mj_multiRay(
-            model,
-            data,
-            self._source,
-            directions.ravel(),
-            _SOLID_GROUP_MASK,
-            with_fixed,
-            -1,  # no body left out
-            np.empty(count, dtype=np.int32),  # which geom: nobody asks
-            found,
-            None,
-            count,
-            self.farthest,
-        )
+        flat, geoms, without = directions.ravel(), np.empty(count, dtype=np.int32), -1  # -1: no body left out
+        options = (flat, _SOLID_GROUP_MASK, with_fixed, without, geoms, found, None, count, self.farthest)
+        mujoco.mj_multiRay(model, data, self._source, *options)
         return np.where((found >= 0.0) & (found <= self.farthest), found, math.inf)
 
     def _beyond_nearest(self, simulation: Simulation, direction: NDArray[np.float64]) -> float:

@@ -112,7 +112,9 @@ class TrajectoryAction(Device):
 
     def goal_status(self, output: Output) -> None:
         """What became of the goals."""
-        self._status = output.sample(self._told)
+        self._status = output.sample(
+            lambda: GoalStatusArray(header("", self.simulation.now), [each for each, _ in self._recent().values()])
+        )
 
     def goal_feedback(self, output: Output) -> None:
         """How the goal is followed, while there is one."""
@@ -135,9 +137,6 @@ class TrajectoryAction(Device):
         self._result.publish(
             FollowJointTrajectoryActionResult(header("", now), status, FollowJointTrajectoryResult(code, reason))
         )
-
-    def _told(self) -> GoalStatusArray:
-        return GoalStatusArray(header("", self.simulation.now), [status for status, _ in self._recent().values()])
 
     def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
         goal = self._current()

@@ -168,14 +168,11 @@ PICTURES = (
 GEAR: tuple[Row, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
 """The whole contract, as templates."""
 
-SENSOR_PLACES: dict[Where, SensorType] = {
-    Where.BREAK_BEAM: "break_beam",
-    Where.PROXIMITY_SENSOR: "proximity_sensor",
-    Where.LASER_PROFILER: "laser_profiler",
-    Where.LOGICAL_CAMERA: "logical_camera",
-}
-
-CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
+SENSOR_TYPES: dict[Where, tuple[SensorType | CameraType, ...]] = {
+    Where.BREAK_BEAM: ("break_beam",),
+    Where.PROXIMITY_SENSOR: ("proximity_sensor",),
+    Where.LASER_PROFILER: ("laser_profiler",),
+    Where.LOGICAL_CAMERA: ("logical_camera",),
     Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
     Where.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
     Where.CLOUD_CAMERA: ("depth_camera",),
@@ -203,13 +200,13 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
 def camera_rows(camera: Camera) -> list[Row]:
     """The rows of one camera, at its rate."""
     rate = Fraction(repr(camera.rate))
-    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in CAMERA_PLACES[row.where]]
+    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in SENSOR_TYPES[row.where]]
 
 
 def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:
     """What a row is there for in a cell: sensors, AGVs, or once (None), or not at all."""
-    if where in SENSOR_PLACES:
-        return [sensor.name for sensor in trial.sensors if sensor.type == SENSOR_PLACES[where]]
+    if where in SENSOR_TYPES:
+        return [sensor.name for sensor in trial.sensors if sensor.type in SENSOR_TYPES[where]]
     agvs = trial.options.insert_agvs
     if where is EACH_AGV:
         return AGVS if agvs else ()

@@ -167,7 +167,12 @@ def kit_evidence(
     """
     if score.is_submitted:
         parts = tuple(
-            PartEvidence(part, _cause(finding, part), finding, fate)
+            PartEvidence(
+                part,
+                OFF_TRAY if finding.verdict is Verdict.TOO_FAR and part.is_off_tray else str(finding.verdict),
+                finding,
+                fate,
+            )
             for part, finding, fate in zip(could.parts, score.parts, fates or [None] * len(score.parts), strict=True)
         )
     else:
@@ -213,12 +218,6 @@ def evidence(
         for order in (*score.orders, *silent)
     )
     return Evidence(orders, could, score.part_travel_time, process_time, system_cost(trial.sensors))
-
-
-def _cause(finding: PartFinding, could: PartReach) -> str:
-    if finding.verdict is Verdict.TOO_FAR and could.is_off_tray:
-        return OFF_TRAY
-    return str(finding.verdict)
 
 
 def evidence_to_json(found: Evidence) -> dict[str, Any]:

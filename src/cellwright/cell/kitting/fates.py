@@ -247,7 +247,7 @@ def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
     lies = None if history.removed else part.position
     held = history.held if history.taken is None else now - history.taken
     kind, tray = _kind(part, history, tray_id)
-    return Fate(kind, part.name, history.position, history.let_go, held, _agv(tray), lies, part.is_faulty)
+    return Fate(kind, part.name, history.position, history.let_go, held, tray.partition("::")[0], lies, part.is_faulty)
 
 
 def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str]:
@@ -267,11 +267,6 @@ def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str
         return FateKind.FORCED_DROP, ""
     fallen = history.position is not None and history.position[2] - part.position[2] > FALL
     return (FateKind.DROPPED if fallen else FateKind.PUT_DOWN), ""
-
-
-def _agv(tray_id: str) -> str:
-    """The AGV in the id of a tray: `agv2` of `agv2::kit_tray_2::kit_tray_2::tray`."""
-    return tray_id.partition("::")[0]
 
 
 def _apart(one: Vector3, other: Vector3) -> float:

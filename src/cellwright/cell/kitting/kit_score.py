@@ -7,7 +7,7 @@ from these findings, so a score can never disagree with its explanation.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -228,9 +228,12 @@ def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
     unused = matching.place(good, contents)
     surplus = matching.pair_up(unused, contents)
     matching.pair_up(faulty, contents)  # a faulty part fills no place, but is worth naming where one is open
-    ordered_types = {goal.type for goal in kit.objects}
-    extras = tuple(_extra(contents[index], ordered_types) for index in sorted(surplus + faulty))
-    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=extras)
+    ordered = {goal.type for goal in kit.objects}
+    extras = []
+    for found in (contents[index] for index in sorted(surplus + faulty)):
+        reason = ExtraReason.SURPLUS if found.type in ordered else ExtraReason.WRONG_TYPE
+        extras.append(ExtraObject(found.name, found.type, ExtraReason.FAULTY if found.is_faulty else reason))
+    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=tuple(extras))
 
 
 def fit_of(goal: KitObject, found: TrayObject) -> Fit:
@@ -250,13 +253,6 @@ def verdict_of(fit: Fit) -> Verdict:
     if not fit.quaternion_dot >= MIN_QUATERNION_DOT:
         return Verdict.TILTED
     return Verdict.PLACED if fit.yaw_difference <= MAX_YAW_DIFFERENCE else Verdict.TURNED
-
-
-def _extra(found: TrayObject, ordered_types: Collection[str]) -> ExtraObject:
-    if found.is_faulty:
-        return ExtraObject(found.name, found.type, ExtraReason.FAULTY)
-    reason = ExtraReason.SURPLUS if found.type in ordered_types else ExtraReason.WRONG_TYPE
-    return ExtraObject(found.name, found.type, reason)
 
 
 class _Matching:

@@ -200,7 +200,9 @@ class Referee:
         self._stepped = now
         match self.state:
             case CompetitionState.READY:
-                effects = self._go(now)
+                self._started = now
+                self.scorer.begin(now)
+                effects = (*self._enter(CompetitionState.GO, now), ConveyorPower(FULL_POWER), PopulationRestart())
             case CompetitionState.GO:
                 effects = self._play(now)
             case CompetitionState.END_GAME:
@@ -209,11 +211,6 @@ class Referee:
                 effects = ()
         self._plan()
         return effects
-
-    def _go(self, now: int) -> tuple[Effect, ...]:
-        self._started = now
-        self.scorer.begin(now)
-        return (*self._enter(CompetitionState.GO, now), ConveyorPower(FULL_POWER), PopulationRestart())
 
     def _play(self, now: int) -> tuple[Effect, ...]:
         elapsed = self.process_time(now)

@@ -152,7 +152,7 @@ def build_world(trial: Trial) -> World:
         add_agv(spec, agv)
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
-    planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
+    planned = list(_plan(trial, kinds))
     if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
         raise DescriptionError(
             [f"{trial.name}: its parts have {shapes} shapes together; at most {MOST_SHAPES} are built"]
@@ -186,30 +186,25 @@ def build_world(trial: Trial) -> World:
     return World(model, parts, qpos, ctrl, own)
 
 
-def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Parts that stand in the cell when the trial begins."""
+def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
+    """Parts that stand in the cell when the trial begins; then those of the belt, and of the demo tray of AGV 1."""
+
+    def kind(name: str) -> PartType:
+        if name not in kinds:
+            raise UnknownNameError("part type", name, kinds)
+        return kinds[name]
+
     has_trays = trial.options.insert_agvs
     frames = {name: pose for name, pose in REFERENCE_FRAMES.items() if has_trays or name not in TRAY_FRAMES}
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
         if part.frame not in frames:
             raise UnknownNameError("frame", part.frame, frames)
-        yield _Planned(part.name, _kind(part.type, kinds), frames[part.frame] @ part.pose)
-
-
-def _pool(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Parts that appear later: on the belt, and on the demo tray of AGV 1."""
-    for name, kind in trial.belt_clones():
-        yield _Planned(f"populate_conveyor|{name}", _kind(kind, kinds), None)
+        yield _Planned(part.name, kind(part.type), frames[part.frame] @ part.pose)
+    for name, type_name in trial.belt_clones():
+        yield _Planned(f"populate_conveyor|{name}", kind(type_name), None)
     for name, ordered in trial.demo_clones():
         yield _Planned(f"populate_kit_tray_1|{name}", kinds[ordered.type], None)
-
-
-def _kind(name: str, kinds: Mapping[str, PartType]) -> PartType:
-    try:
-        return kinds[name]
-    except KeyError:
-        raise UnknownNameError("part type", name, kinds) from None
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
