@@ -182,7 +182,7 @@ class Competition(Device):
     def _plan(self) -> None:
         simulation = self.simulation
         simulation.cancel(self, "step")
-        deadline = self.referee.next_deadline()
+        deadline = self.referee.next_deadline
         if deadline < NEVER:
             simulation.schedule(self, "step", at=max(deadline, simulation.now), priority=_AFTER_DEVICES)
 

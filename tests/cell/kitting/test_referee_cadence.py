@@ -128,7 +128,7 @@ class Run:
                 self.judged.append(False)
 
     def turn(self, now: int) -> None:
-        if self.cadence == "deadlines" and now < self.referee.next_deadline():
+        if self.cadence == "deadlines" and now < self.referee.next_deadline:
             return
         self.calls += 1
         self.take(self.referee.update(now), now)

@@ -5,7 +5,7 @@
 
 A step is a call of `update` that finds something to do: one announcement, one order closed, one change of state. Two
 steps never happen at the same time. Between inputs nothing is to be done before `next_deadline`, so a caller that calls
-`update` whenever `now >= referee.next_deadline()` sees the same, and leaves the same state, as one that calls it at
+`update` whenever `now >= referee.next_deadline` sees the same, and leaves the same state, as one that calls it at
 every tick.
 """
 
@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from cellwright.cell.kitting.effects import (
@@ -41,14 +40,6 @@ NOW = -NEVER
 """A time [ns] before any other: due at once."""
 
 
-@dataclass(frozen=True, slots=True)
-class Due:
-    """When the next order is due [ns after the start], if nothing changes until then, and for what reason."""
-
-    time: int
-    reason: AnnouncementReason
-
-
 class Announcements:
     """The orders of a trial, by start time, of which the first ones have been announced.
 
@@ -67,26 +58,26 @@ class Announcements:
         """The orders still to be announced, the next one first."""
         return self.orders[self.announced :]
 
-    def due(self, trays: Iterable[TrayContents], *, idle: bool) -> Due | None:
-        """When the next order is due with these contents of all trays; None when only a change of them can bring it.
+    def due(self, trays: Iterable[TrayContents], *, idle: bool) -> tuple[int, AnnouncementReason] | None:
+        """When [ns after the start] the next order is due with these contents of all trays, and for what reason.
 
-        `idle` says that no order is in progress.
+        None when only a change of the trays can bring it. `idle` says that no order is in progress.
         """
         if self.announced == len(self.orders):
             return None
         order = self.orders[self.announced]
         if order.start_time is not None:
-            return Due(min(nanoseconds(order.start_time), NEVER), AnnouncementReason.TIME)
+            return (min(nanoseconds(order.start_time), NEVER), AnnouncementReason.TIME)
         wanted_limit, unwanted_limit = order.wanted_parts or 0, order.unwanted_parts or 0
         if wanted_limit <= 0 and unwanted_limit <= 0:
             return None
         if idle:
-            return Due(NOW, AnnouncementReason.IDLE)
+            return (NOW, AnnouncementReason.IDLE)
         counts = [count_parts(order, contents) for contents in trays]
         if wanted_limit > 0 and any(wanted >= wanted_limit for wanted, _ in counts):
-            return Due(NOW, AnnouncementReason.WANTED_PARTS)
+            return (NOW, AnnouncementReason.WANTED_PARTS)
         if unwanted_limit > 0 and any(unwanted >= unwanted_limit for _, unwanted in counts):
-            return Due(NOW, AnnouncementReason.UNWANTED_PARTS)
+            return (NOW, AnnouncementReason.UNWANTED_PARTS)
         return None
 
     def announce(self) -> Order:
@@ -124,7 +115,8 @@ class Referee:
         self.trays: dict[str, TrayContents] = {}
         """The last report of each tray."""
         self._announcements = Announcements(trial.orders)
-        self._active: list[str] = []
+        self.active_orders: list[str] = []
+        """Ids of the orders in progress: the last is active, the others wait, interrupted."""
         self.state = CompetitionState.INIT
         self._stepped = -1
         self._started: int | None = None
@@ -132,13 +124,9 @@ class Referee:
         self.end_reason: EndReason | None = None
         """Why the game ended; None while it has not."""
         self._is_reported = False
-        self._deadline = NEVER
+        self.next_deadline = NEVER
+        """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
         self._blank = self.get_state()
-
-    @property
-    def active_orders(self) -> tuple[str, ...]:
-        """Ids of the orders in progress: the last is active, the others wait, interrupted."""
-        return tuple(self._active)
 
     def score(self, now: int) -> GameScore:
         """The score at this time."""
@@ -149,10 +137,6 @@ class Referee:
         if self._started is None:
             return 0
         return (now if self._ended is None else self._ended) - self._started
-
-    def next_deadline(self) -> int:
-        """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
-        return self._deadline
 
     def start(self, now: int) -> tuple[Effect, ...]:
         """Somebody starts the competition.
@@ -195,7 +179,7 @@ class Referee:
 
     def update(self, now: int) -> tuple[Effect, ...]:
         """Take a step if one is due: it is not before `next_deadline`, nor at the time of the step before."""
-        if now < self._deadline:
+        if now < self.next_deadline:
             return ()
         self._stepped = now
         match self.state:
@@ -217,17 +201,17 @@ class Referee:
         if self._time_limit is not None and elapsed > self._time_limit:
             return self._finish(EndReason.TIME_LIMIT, now)
         effects: tuple[Effect, ...] = ()
-        due = self._announcements.due(self.trays.values(), idle=not self._active)
-        if due is not None and elapsed >= due.time:
+        due = self._announcements.due(self.trays.values(), idle=not self.active_orders)
+        if due is not None and elapsed >= due[0]:
             order = self._announcements.announce()
             self.scorer.announce(order.order_id, now)
-            effects += (OrderAnnounced(order, due.reason, interrupts=self._top()),)
-            self._active.append(order.order_id)
+            effects += (OrderAnnounced(order, due[1], interrupts=self._top()),)
+            self.active_orders.append(order.order_id)
         top = self._top()
         if top is not None and self.scorer.is_complete(top):
-            self._active.pop()
+            self.active_orders.pop()
             effects += (OrderCompleted(self.scorer.withdraw(top, now), resumes=self._top()),)
-        if not self._active and not self._announcements.waiting:
+        if not self.active_orders and not self._announcements.waiting:
             reason = EndReason.ORDERS_COMPLETE if self._announcements.orders else EndReason.NO_ORDERS
             effects += self._finish(reason, now)
         return effects
@@ -253,7 +237,7 @@ class Referee:
             "end_reason": None if self.end_reason is None else self.end_reason.value,
             "reported": self._is_reported,
             "announced": self._announcements.announced,
-            "active": list(self._active),
+            "active": list(self.active_orders),
             "trays": {tray_id: contents_to_json(contents) for tray_id, contents in self.trays.items()},
             "scorer": self.scorer.get_state(),
         }
@@ -267,7 +251,7 @@ class Referee:
         self.scorer.set_state(state["scorer"])
         self.trays = {tray_id: contents_from_json(contents) for tray_id, contents in state["trays"].items()}
         self._announcements.announced = state["announced"]
-        self._active = list(state["active"])
+        self.active_orders = list(state["active"])
         self.state = CompetitionState(state["state"])
         self._stepped = state["stepped"]
         self._started = state["started"]
@@ -277,7 +261,7 @@ class Referee:
         self._plan()
 
     def _top(self) -> str | None:
-        return self._active[-1] if self._active else None
+        return self.active_orders[-1] if self.active_orders else None
 
     def _enter(self, state: CompetitionState, now: int) -> tuple[Effect, ...]:
         # A command counts as a step, so that what follows from it happens at a later time.
@@ -294,7 +278,7 @@ class Referee:
         return self._enter(CompetitionState.END_GAME, now)
 
     def _plan(self) -> None:
-        self._deadline = max(self._due(), self._stepped + 1)
+        self.next_deadline = max(self._due(), self._stepped + 1)
 
     def _due(self) -> int:
         """When the next step has something to do [ns]."""
@@ -306,6 +290,6 @@ class Referee:
         if self.scorer.is_complete(top) if top is not None else not self._announcements.waiting:
             return NOW
         due = self._announcements.due(self.trays.values(), idle=top is None)
-        announcement = NEVER if due is None else self._started + due.time
+        announcement = NEVER if due is None else self._started + due[0]
         limit = NEVER if self._time_limit is None else self._started + self._time_limit + 1
         return min(announcement, limit, NEVER)
