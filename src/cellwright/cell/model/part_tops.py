@@ -157,17 +157,9 @@ CLEARANCE = CUP.size[0] + 0.002
 
 _QUARTER = math.pi / 2
 
-TURNS = tuple(
-    Pose.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0))
-    for roll, pitch in (
-        (0.0, 0.0),
-        (math.pi, 0.0),
-        (0.0, _QUARTER),
-        (0.0, -_QUARTER),
-        (-_QUARTER, 0.0),
-        (_QUARTER, 0.0),
-    )
-)
+_ROLL_AND_PITCH = (0.0, 0.0), (math.pi, 0.0), (0.0, _QUARTER), (0.0, -_QUARTER), (-_QUARTER, 0.0), (_QUARTER, 0.0)
+
+TURNS = tuple(Pose.from_rpy((0.0, 0.0, 0.0), (*angles, 0.0)) for angles in _ROLL_AND_PITCH)
 """part_T_top for each side that may be up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
 
 _MOST_SPOTS = 8
