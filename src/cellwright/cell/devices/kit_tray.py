@@ -24,8 +24,8 @@ REPORT_PERIOD = Fraction(1)
 CONTACT_DISTANCE = 5e-4
 """A part closer to the plate than this [m] stands on it. A sleeping part has no contacts to go by, so distance does."""
 
-_SPACE = 0.6, -0.1, 0.3
-"""How far the space above a tray reaches from its link: to the sides, down and up [m]."""
+_ASIDE, _DOWN, _UP = 0.6, 0.1, 0.3
+"""How far the space above a tray reaches from its link [m], whichever way the tray is turned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +78,8 @@ class KitTray(Device):
         """What stands on the plate or is locked to it now, in the order of the parts."""
         world_T_tray = self.world_T_tray
         tray_T_world = world_T_tray.inverse()
-        (x, y, z), aside = world_T_tray.position, _SPACE[0]  # whichever way the tray is turned
-        lower, upper = (x - aside, y - aside, z + _SPACE[1]), (x + aside, y + aside, z + _SPACE[2])
+        x, y, z = world_T_tray.position
+        lower, upper = (x - _ASIDE, y - _ASIDE, z - _DOWN), (x + _ASIDE, y + _ASIDE, z + _UP)
         return tuple(
             TrayPart(part.name, tray_T_world @ self.parts.pose(part))
             for part in self.parts.inside(lower, upper)
@@ -89,7 +89,7 @@ class KitTray(Device):
     def is_below(self, point: Vector3) -> bool:
         """Whether a point of the world [m] is above the plate, within 0.3 m of it."""
         x, y, z = self.world_T_tray.inverse().transform(point)
-        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _SPACE[2]
+        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UP
 
     def lock(self) -> None:
         """Fix the reported parts to the tray, each where it is, so that none is lost on the way.
