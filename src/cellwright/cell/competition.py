@@ -13,7 +13,6 @@ from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.conveyor import Conveyor, Population
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
-from cellwright.cell.devices.parts import Removal as RemovedBy
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.kitting.effects import (
     CompetitionState,
@@ -26,12 +25,11 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
 )
 from cellwright.cell.kitting.evidence import Evidence, evidence
-from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow, Removal
+from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow
 from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, trimmed_name
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
-from cellwright.cell.model.build import WorldPart
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.clock import NEVER
 from cellwright.engine.simulation import Device, State
@@ -73,7 +71,7 @@ class Competition(Device):
         self._population = population
         self._trays = dict(trays)
         self._gripper = gripper
-        parts.on_removed.append(self._take_removal)
+        parts.on_removed.append(lambda part, by: self._handling.remove(part.name, by))
         for tray in trays.values():
             tray.on_report.append(self._take_report)
         for agv in agvs.values():
@@ -116,11 +114,7 @@ class Competition(Device):
         )
 
     def start(self) -> None:
-        """Start the competition; it goes with the next step.
-
-        Raises:
-            RejectedCommandError: it was started before.
-        """
+        """Start the competition; it goes with the next step. See `Referee.start`."""
         self._carry_out(self.referee.start(self.simulation.now))
 
     def end(self) -> None:
@@ -128,12 +122,7 @@ class Competition(Device):
         self._carry_out(self.referee.end(self.simulation.now))
 
     def submit(self, tray_id: str, kit_type: str) -> KitSubmitted:
-        """Have a tray judged as a kit.
-
-        Raises:
-            RejectedCommandError: the competition is not running.
-            UnknownNameError: there is no such tray.
-        """
+        """Have a tray judged as a kit; see `Referee.submit`."""
         submitted = self.referee.submit(tray_id, kit_type, self.simulation.now)
         submitted = replace(submitted, fates=self._fates_of(submitted))
         self._carry_out((submitted,))
@@ -193,7 +182,7 @@ class Competition(Device):
     def _plan(self) -> None:
         simulation = self.simulation
         simulation.cancel(self, "step")
-        deadline = self.referee.next_deadline()
+        deadline = self.referee.next_deadline
         if deadline < NEVER:
             simulation.schedule(self, "step", at=max(deadline, simulation.now), priority=_AFTER_DEVICES)
 
@@ -210,7 +199,7 @@ class Competition(Device):
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
         now = self.simulation.now
-        self.referee.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
+        self.referee.scorer.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
         held = self._handling.held
         if held is not None and held != gripper.part:
             forced_at, self._dropped_at = self._dropped_at, None
@@ -219,15 +208,12 @@ class Competition(Device):
         if gripper.part is not None and held != gripper.part:
             self._handling.take(gripper.part, now)
 
-    def _take_removal(self, part: WorldPart, by: RemovedBy) -> None:
-        self._handling.remove(part.name, Removal(by))
-
     def _fates_of(self, submitted: KitSubmitted) -> tuple[Fate | None, ...]:
         """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
         score = submitted.score
         if submitted.is_repeated or not score.is_submitted:
             return self._handling.fates(score.kit_type) if score.is_submitted else ()
-        reported = [each.name for each in self.referee.trays.contents(submitted.tray_id)]
+        reported = [each.name for each in self.referee.trays[submitted.tray_id]]
         now = self.simulation.now
         return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
 

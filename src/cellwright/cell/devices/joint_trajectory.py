@@ -26,11 +26,7 @@ ALWAYS = -NEVER
 class TrajectoryPoint:
     """A point that a commanded trajectory goes through, as it came: nothing in it has been checked.
 
-    Attributes:
-        positions: one per name of the trajectory [rad or m].
-        velocities: [rad/s or m/s], as many as positions, or none.
-        accelerations: [rad/s^2 or m/s^2], as many as positions, or none.
-        time_from_start_ns: when to be there, after the start of the trajectory [ns].
+    Positions [rad or m] are one per name of the trajectory; velocities and accelerations are as many, or none.
     """
 
     positions: Sequence[float]

@@ -10,9 +10,8 @@ from typing import Any
 
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, TrajectoryGoal
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of
-from cellwright.cell.interface.publications import following_points
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Device, State
@@ -24,9 +23,8 @@ from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryActionResult,
     FollowJointTrajectoryFeedback,
     FollowJointTrajectoryResult,
-    JointTolerance,
 )
-from cellwright.middleware.messages.conversions import header, nanoseconds, stamp
+from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
 ACTIVE, REJECTED = 1, 5
@@ -49,9 +47,6 @@ class TrajectoryAction(Device):
 
     It remembers its goals as the original did, and what it remembers is part of the state: which goals a cancellation
     is meant for depends on it.
-
-    Args:
-        arm: what follows the goals.
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -94,7 +89,9 @@ class TrajectoryAction(Device):
         if current is not None and current.active and current.goal_id == name:
             raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
         try:
-            self._arm.accept(request_of(message, name))
+            asked = message.goal
+            trajectory, patience = trajectory_of(asked.trajectory), nanoseconds(asked.goal_time_tolerance)
+            self._arm.accept(GoalRequest(name, trajectory, asked.path_tolerance, asked.goal_tolerance, patience))
         except RejectedTrajectoryError as error:
             reason = str(error)[:_LONGEST_TEXT]  # names in it come from outside
             self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)
@@ -115,7 +112,9 @@ class TrajectoryAction(Device):
 
     def goal_status(self, output: Output) -> None:
         """What became of the goals."""
-        self._status = output.sample(self._told)
+        self._status = output.sample(
+            lambda: GoalStatusArray(header("", self.simulation.now), [each for each, _ in self._recent().values()])
+        )
 
     def goal_feedback(self, output: Output) -> None:
         """How the goal is followed, while there is one."""
@@ -139,16 +138,13 @@ class TrajectoryAction(Device):
             FollowJointTrajectoryActionResult(header("", now), status, FollowJointTrajectoryResult(code, reason))
         )
 
-    def _told(self) -> GoalStatusArray:
-        return GoalStatusArray(header("", self.simulation.now), [status for status, _ in self._recent().values()])
-
     def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
         goal = self._current()
         if goal is None:
             return None
         now = self.simulation.now
-        names, points = self._arm.controller.joint_names, following_points(self._arm.following())
-        content = FollowJointTrajectoryFeedback(header("", now), list(names), *points)
+        points = (trajectory_point(*each) for each in self._arm.following())
+        content = FollowJointTrajectoryFeedback(header("", now), list(self._arm.controller.joint_names), *points)
         return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
 
     def _current(self) -> TrajectoryGoal | None:
@@ -181,19 +177,3 @@ class TrajectoryAction(Device):
         while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
             number += 1
         return name
-
-
-def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRequest:
-    """A goal from its message."""
-    goal = message.goal
-    return GoalRequest(
-        goal_id,
-        trajectory_of(goal.trajectory),
-        tuple(map(_tolerance, goal.path_tolerance)),
-        tuple(map(_tolerance, goal.goal_tolerance)),
-        nanoseconds(goal.goal_time_tolerance),
-    )
-
-
-def _tolerance(message: JointTolerance) -> AskedTolerance:
-    return AskedTolerance(message.name, message.position, message.velocity)

@@ -69,11 +69,7 @@ D = TypeVar("D")
 
 
 def present(device: D | None) -> D:
-    """A device that a cell may lack, where a row of the table is only there with it.
-
-    Raises:
-        UsageError: the cell lacks it.
-    """
+    """A device that a cell may lack, where a row of the table is only there with it."""
     if device is None:
         raise UsageError("this cell has no such device")
     return device

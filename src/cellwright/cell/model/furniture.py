@@ -20,9 +20,9 @@ from cellwright.cell.model.frames import (
     SHELF_PITCH,
     SHELF_SURFACE,
     WORKCELL,
-    bin_frame,
     shelf_columns,
 )
+from cellwright.config.layout import REFERENCE_FRAMES
 from cellwright.config.trial.trial import Camera, Sensor
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, add_shape, at, box, capsule, cylinder
@@ -98,7 +98,7 @@ def add_floor(spec: Any) -> None:
 def add_bins(spec: Any) -> None:
     """The eight bins; the open sides of each face world +x and -x."""
     for name in BIN_CENTRES:
-        frame = bin_frame(name)
+        frame = REFERENCE_FRAMES[f"{name}::link"]
         body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
         _fill_bin(body, spec.worldbody, frame)
 

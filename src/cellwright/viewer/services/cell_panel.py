@@ -99,7 +99,7 @@ class CellPanel:
             ],
             "belt": {
                 "power": cell.conveyor.power,
-                "population": None if cell.population is None else cell.population.enabled,
+                "population": None if cell.population is None else cell.population.running,
             },
             "gripper": None
             if cell.gripper is None

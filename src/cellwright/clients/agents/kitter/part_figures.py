@@ -116,6 +116,8 @@ class Catalogue:
         self._refused: dict[str, str] = {}
         self._turns: dict[str, Pose] = {}
         self._ordered: set[str] = set()
+        self.reach = max(kind.reach for kind in _PARTS.values())
+        """No part reaches further [m] from its origin."""
         for name in self._own:
             self._choose_top(name, 0)
 
@@ -126,11 +128,6 @@ class Catalogue:
     def types(self) -> list[str]:
         """The types that can be handled, by name."""
         return sorted(self._known)
-
-    @property
-    def reach(self) -> float:
-        """No part reaches further [m] from its origin."""
-        return max(kind.reach for kind in self._known.values())
 
     def figures(self, part_type: str) -> PartFigures:
         """What the agent knows of a type; an UnknownNameError if it knows nothing of it, or can't handle it."""
@@ -169,6 +166,7 @@ class Catalogue:
             self._refused[name] = found
         else:
             self._known[name] = found
+        self.reach = max(kind.reach for kind in self._known.values())
 
 
 def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
