@@ -77,7 +77,7 @@ def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -
     with stopped_by_signals(is_stopped.stop):
         page = sessions.open_page(address, wish, f"{name} · Cellwright", say)
         try:
-            while page.is_open and not is_stopped.has_come:
+            while page.is_running and not is_stopped.has_come:
                 time.sleep(_NAP)
         finally:
             page.close()

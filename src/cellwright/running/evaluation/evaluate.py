@@ -96,7 +96,7 @@ class Evaluation:
         try:
             worker.wait(_START + self._limits.wall)
         finally:
-            ending = worker.end()
+            ending = worker.stop()
         if worker.refused:
             return worker.refused
         if worker.result is None:
@@ -133,7 +133,7 @@ class Evaluation:
         finally:
             unfinished = bool(waiting or self._running)
             for worker in self._running:
-                worker.end()
+                worker.stop()
             self._running.clear()
         return not unfinished
 
@@ -169,7 +169,7 @@ class Evaluation:
         """Write down what came of a job whose worker is over, or has broken a limit."""
         job = self._running.pop(worker)
         far = self._how_far(worker, job)
-        ending = worker.end()
+        ending = worker.stop()
         if worker.result is not None and broken is None:
             result = self._told(job, worker.result)
         else:

@@ -388,7 +388,7 @@ class Session:
     def wait(self) -> bool:
         """Keep the page until it is closed, on request or until Ctrl-C; whether the run is to begin again instead."""
         try:
-            while self.page is not None and self.page.is_open and not (self.begins_again or self.stop.is_requested):
+            while self.page is not None and self.page.is_running and not (self.begins_again or self.stop.is_requested):
                 assert self.server is not None
                 self.server.wait(_NAP, until_asked=False)
         except KeyboardInterrupt:
