@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from cellwright.cli import arguments, options, output
+from cellwright.cli import arguments, options, output, summary
 from cellwright.cli.arguments import (
     END,
     LOOK,
@@ -40,9 +40,8 @@ from cellwright.cli.arguments import (
 from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.output import progress_bar
-from cellwright.cli.run import summary
-from cellwright.cli.run.summary import RunProgress
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.summary import RunProgress
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session

@@ -144,14 +144,14 @@ def view(
             target = PlaybackTarget(options.paths(what)[0], at_end=AtEnd.HOLD)
             play_recording(target, console, rate=RateControl(1.0, paused=True), serve=here, view=page)
         case TargetKind.ROBOT:
-            from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
+            from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
             from cellwright.robot.node import RobotNode
             from cellwright.running.run.robots import RobotTarget
 
-            progress = NodeProgress(console, until=None)
+            progress = robot_progress(console, until=None)
 
             def make() -> RobotNode:
-                return RobotNode(load_robot(what[0], output.warn), stamp=time.time_ns, report=progress.line)
+                return RobotNode(load_robot(what[0], output.warn), stamp=time.time_ns, report=progress.notice)
 
             shown = robot_session(RobotTarget(make), console, progress, speed=1.0, serve=here, view=page)
             raise typer.Exit(run_robot(shown, console))

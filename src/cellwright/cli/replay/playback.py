@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -12,8 +11,8 @@ from typing import Any
 from rich.console import Console
 
 from cellwright.cli import output
-from cellwright.cli.output import progress_bar
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.summary import RunProgress
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.recording.format.format import FRAME, PANEL
@@ -58,17 +57,9 @@ def play_recording(
         RecordingError: the file is damaged.
     """
 
-    @contextmanager
-    def progress(session: Session) -> Iterator[None]:
-        with progress_bar(console, session.node.name, None) as tell:
-
-            def poll() -> None:
-                if tell is not None:
-                    now, last = session.node.simulation.time, seconds(target.playing.last)
-                    tell(None, f"{now:.1f} of {last:.1f} s{', paused' if rate.is_paused else ''}")
-
-            session.on_poll.append(poll)
-            yield
+    def status(session: Session) -> str:
+        now, last = session.node.simulation.time, seconds(target.playing.last)
+        return f"{now:.1f} of {last:.1f} s{', paused' if rate.is_paused else ''}"
 
     session = Session(
         target,
@@ -76,7 +67,7 @@ def play_recording(
         serve=serve,
         view=view or False,
         ros1=ros1,
-        observers=[progress],
+        observers=[RunProgress(console, status=status)],
         on_ready=output.say_ready,
         **output.words_for(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
     )

@@ -38,8 +38,8 @@ from cellwright.cli.arguments import (
 )
 from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import exit_status_of
-from cellwright.cli.run.summary import RunProgress, show_files, show_result
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
+from cellwright.cli.summary import RunProgress, show_files, show_result
 from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.trial import Trial

@@ -28,7 +28,7 @@ from cellwright.cli.arguments import (
 )
 from cellwright.cli.declarations import flag, option
 from cellwright.cli.teleop.checks import refuse_what_runs, run_driver_check, tell_motion_report
-from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
+from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.ros1.host.ros1 import node_name
 from cellwright.robot.checks.motion import check_motion
@@ -266,7 +266,7 @@ def teleop(
         with closing(RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)) as checked:
             report = check_motion(checked)
         raise typer.Exit(tell_motion_report(report, as_json=as_json))
-    progress = NodeProgress(console, until=until)
+    progress = robot_progress(console, until=until)
 
     def make() -> RobotNode:
         config = load_robot(robot, output.warn)
@@ -279,7 +279,7 @@ def teleop(
             node=node_name(node),
             sim_time=sim_time or lockstep,
             stamp=time.time_ns,
-            report=progress.line,
+            report=progress.notice,
             driver=None if make_driver is None else make_driver(config),
         )
 

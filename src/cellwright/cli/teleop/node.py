@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -14,8 +12,9 @@ from rich.console import Console
 
 from cellwright.cli import arguments, output
 from cellwright.cli.main import DONE, NOT_DONE
-from cellwright.cli.output import ShowProgress, progress_bar
+from cellwright.cli.output import progress_bar
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.summary import RunProgress
 from cellwright.engine.rate_control import RateControl
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import Session, SessionResult, versions
@@ -23,48 +22,16 @@ from cellwright.running.run.robots import RobotTarget, RobotWindow
 from cellwright.util.errors import UsageError
 
 
-class NodeProgress:
-    """Tells on a console how a node goes: an observer of its session.
+def robot_progress(console: Console, *, until: float | None) -> RunProgress:
+    """What tells on a console how a robot's node goes; `until` is when it is to stop [s], if ever."""
 
-    Args:
-        console: where to.
-        until: the simulation time [s] at which it is to stop, if any.
-    """
-
-    def __init__(self, console: Console, *, until: float | None) -> None:
-        self._console, self._until = console, until
-        self._session: Session | None = None
-        self._bar: ShowProgress | None = None
-
-    @contextmanager
-    def __call__(self, session: Session) -> Iterator[None]:
-        """Tell of what happens in a run."""
-        self._session = session
-        session.on_poll.append(self.update)
-        try:
-            with progress_bar(self._console, session.node.name, self._until) as self._bar:
-                yield
-        finally:
-            self._bar = None
-            session.on_poll.remove(self.update)
-
-    def update(self) -> None:
-        """Show how far it is, where somebody sees it move."""
-        if self._bar is None or self._session is None:
-            return
-        node, loop = self._session.node, self._session.loop
+    def status(session: Session) -> str:
+        node, loop = session.node, session.loop
         pace = "" if loop.rate.speed is None else f"  {loop.pacer.factor:.2f} x real time"
         commands = f"  {node.commander.taken} commands taken, {node.refused} refused, {node.commander.ignored} ignored"
-        time = node.simulation.time
-        self._bar(time if self._until else None, f"{time:.1f} s{pace}{commands}")
+        return f"{node.simulation.time:.1f} s{pace}{commands}"
 
-    def line(self, text: str) -> None:
-        """A line that stays, with the simulation time; a warning before there is a run."""
-        if self._session is None:
-            output.warn(text)
-            return
-        time = self._session.node.simulation.time
-        self._console.print(f"{time:9.3f} s  {text}", markup=False, soft_wrap=True, style="yellow")
+    return RunProgress(console, until=until, status=status)
 
 
 def show_node_result(console: Console, node: RobotNode, ran: SessionResult, *, verbose: bool) -> None:
@@ -108,7 +75,7 @@ def node_document(node: RobotNode, ran: SessionResult, status: int) -> dict[str,
 def robot_session(
     target: RobotTarget,
     console: Console,
-    progress: NodeProgress,
+    progress: RunProgress,
     *,
     speed: float | None,
     window: RobotWindow | None = None,
@@ -120,7 +87,7 @@ def robot_session(
         rate=RateControl(speed),
         observers=[progress] if window is None else [window, progress],
         on_ready=output.say_ready,
-        **output.words_for(console, progress.line),
+        **output.words_for(console, progress.notice),
         **more,
     )
 

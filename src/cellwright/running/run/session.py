@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 import webbrowser
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from functools import partial
@@ -29,14 +30,13 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import SessionResult
-from cellwright.running.run.targets import CellTarget, Target, load_robot, load_trial
-from cellwright.running.run.work import Program, work_in_process
+from cellwright.running.run.result import Outcome, SessionResult
+from cellwright.running.run.targets import CellTarget, SessionState, Target, load_robot, load_trial
+from cellwright.running.run.work import work_in_process
 from cellwright.util.errors import CellwrightError, UsageError
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
-    from cellwright.middleware.server import Server
     from cellwright.robot.node import RobotNode
     from cellwright.viewer.web.start import WebPage
 
@@ -52,7 +52,15 @@ def _warn_of_name(old: str, new: str) -> None:
     warnings.warn(f"cellwright.{old} is cellwright.{new} now", DeprecationWarning, stacklevel=3)
 
 
-class Session:
+class Program(ABC):
+    """What works a session in place of an agent in this process, such as an agent in a process of its own."""
+
+    @abstractmethod
+    def work(self, session: Session) -> tuple[Outcome, str]:
+        """Let time pass until the run is over; how it ended, and what went wrong."""
+
+
+class Session(SessionState):
     """Runs a cell, a robot's node or a recording, and serves, shows, records, films and logs it.
 
     What it holds is open within a `with` block. A run of a cell begins at time 0, and there may be several.
@@ -141,18 +149,9 @@ class Session:
         self.log = None if log is None else Path(log)
         self.on_poll: list[Callable[[], object]] = []
         """Called about ten times a wall second while a run is paced or served."""
-        self.on_reset: list[Callable[[int], object]] = []
-        """Called with the time [ns] that it was when a run has begun again under way."""
-        self.hindrance = ""
-        """Why a run may not begin again, besides what its target says."""
-        self.begins_again = False
-        """Whether somebody has had the run begin again, which is to be run once more."""
-        self.node: Any = None
-        self.server: Server | None = None
+        self.on_reset = []
         self.page: WebPage | None = None
         self.ros: Ros1 | None = None
-        self.result: SessionResult | None = None
-        self.number = 0
         self._is_over = False
         self._run: ExitStack | None = None
         self._opened = ExitStack()
@@ -351,17 +350,6 @@ class Session:
         self.target.end(self, result)
         return result
 
-    def measured(self) -> dict[str, Any]:
-        """What every result says of the run so far, as a `SessionResult` takes it."""
-        simulation = self.node.simulation
-        return {
-            "simulated": simulation.time - self._first_tick * float(simulation.clock.timestep),
-            "wall": time.perf_counter() - self._begun,
-            "steps": simulation.clock.tick - self._first_tick,
-            "state_hash": simulation.state_hash(),
-            "pace": self.loop.pace,
-        }
-
     def result_by_now(self) -> SessionResult:
         """What has come of the run so far."""
         return self.target.result(self, self.target.outcome_by_now(), "")
@@ -380,10 +368,6 @@ class Session:
             self.stop.reset()
             for listener in self.on_reset:
                 listener(before)
-
-    def numbered(self, file: Path) -> Path:
-        """The file of this name for the newest run: run.mp4, run_2.mp4."""
-        return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
 
     def wait(self) -> bool:
         """Keep the page until it is closed, on request or until Ctrl-C; whether the run is to begin again instead."""

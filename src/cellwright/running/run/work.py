@@ -10,11 +10,9 @@ import os
 import signal
 import sys
 import traceback
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from threading import current_thread, main_thread
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,9 +22,6 @@ from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.running.run.result import Outcome, how_it_ended
 from cellwright.util.errors import RunEndedError, SimulationError, showable
-
-if TYPE_CHECKING:
-    from cellwright.running.run.session import Session
 
 _SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
@@ -84,14 +79,6 @@ def wait_for_kits(cell: Cell, client: Client) -> None:
 
 
 _LONGEST = 20_000  # characters of what is told of an error
-
-
-class Program(ABC):
-    """What works a session in place of an agent in this process, such as an agent in a process of its own."""
-
-    @abstractmethod
-    def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let time pass until the run is over; how it ended, and what went wrong."""
 
 
 def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:

@@ -45,7 +45,7 @@ from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
 from cellwright.cli.arguments import video_sentence
 from cellwright.cli.main import NOT_DONE
-from cellwright.cli.output import ShowProgress, note, note_files, progress_bar
+from cellwright.cli.output import ShowProgress, note, note_files, progress_bar, warn
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
 from cellwright.running.run.targets import cell_result, subscribe
@@ -60,13 +60,14 @@ _PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are rea
 
 
 class RunProgress:
-    """Tells on a console how a run goes.
+    """Tells on a console how a run goes: an observer of its session.
 
-    Each thing that the referee does is a line that stays, with its simulation time, and so is each line that is logged.
+    What the referee of a cell does, and what is logged, are lines that stay, with their simulation time.
 
     Args:
         console: where to.
         until: the simulation time [s] at which the run is to stop, if any.
+        status: says in a few words how far a robot or a recording is; None for a cell.
         verbose: whether to tell what is logged at level INFO, as agents do.
         is_served: whether time passes for clients; nothing moves then but what happens.
         clock: wall time [s]; to be replaced in tests.
@@ -77,13 +78,14 @@ class RunProgress:
         console: Console,
         *,
         until: float | None = None,
+        status: Callable[[Session], str] | None = None,
         verbose: bool = False,
         is_served: bool = False,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        self._until, self._total, self._is_served = until, until, is_served
+        self._until, self._status, self._is_served = until, status, is_served
         self._console = console
-        self._cell: Cell | None = None
+        self._node: Any = None
         self._level = logging.INFO if verbose else logging.WARNING
         self._clock = clock
         self._shown = clock()
@@ -93,8 +95,15 @@ class RunProgress:
     @contextmanager
     def __call__(self, session: Session) -> Iterator[None]:
         """Tell of what happens in a run."""
-        self._cell, self._since = session.node, None
-        with self.running(session.node), ExitStack() as run:
+        self._node, self._since, status = session.node, None, self._status
+        with ExitStack() as run:
+            if status is not None:
+                bar = run.enter_context(progress_bar(self._console, session.node.name, self._until))
+                if bar is not None:
+                    subscribe(session.on_poll, lambda: bar(session.node.simulation.time, status(session)), run)
+                yield
+                return
+            run.enter_context(self.running(session.node))
             subscribe(session.node.competition.on_effect, self._tell, run)
             if not self._is_served:
                 watch = session.node.simulation.watch("console", Fraction(1, 10), lambda _: self.update(session.node))
@@ -104,16 +113,15 @@ class RunProgress:
     @contextmanager
     def running(self, cell: Cell) -> Iterator[None]:
         """Tell of what happens to a cell inside."""
-        self._cell = cell
+        self._node = cell
         limit = cell.trial.time_limit if self._until is None else self._until
-        self._total = limit if limit > 0 else None
         log, handler = logging.getLogger(), _LogLines(self.line)
         level = log.level
         log.addHandler(handler)
         log.setLevel(self._level)
         self._shown = self._clock()
         try:
-            with progress_bar(self._console, "simulating", self._total) as self._bar:
+            with progress_bar(self._console, "simulating", limit if limit > 0 else None) as self._bar:
                 yield
         finally:
             self._bar = None
@@ -136,11 +144,18 @@ class RunProgress:
         if self._bar is None:
             self.line(f"{factor}, {state}")
         else:
-            self._bar(simulated if self._total else None, f"{simulated:.1f} s  {factor}  {state}")
+            self._bar(simulated, f"{simulated:.1f} s  {factor}  {state}")
+
+    def notice(self, text: str) -> None:
+        """A line that stays, in yellow; a warning before there is a run."""
+        if self._node is None:
+            warn(text)
+        else:
+            self.line(text, "yellow")
 
     def line(self, text: str, style: str | None = None) -> None:
         """A line that stays, with the simulation time once there is a run."""
-        time = "" if self._cell is None else f"{self._cell.simulation.time:9.3f} s  "
+        time = "" if self._node is None else f"{self._node.simulation.time:9.3f} s  "
         self._console.print(f"{time}{text}", markup=False, soft_wrap=True, style=style)
 
     def _tell(self, effect: Effect) -> None:
