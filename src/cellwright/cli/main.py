@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
 
 from cellwright._package import VERSION
-from cellwright.util.errors import CellwrightError
+from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.process import interrupts_end_the_process
 
 if TYPE_CHECKING:
@@ -68,29 +69,22 @@ class CommandsOnDemand(TyperGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        self.commands = cast("Any", _OnDemand())
+        self.commands = cast("Any", MappingProxyType(COMMANDS))  # for suggestions, which need the names alone
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
         """Their names; none of them is loaded."""
         return [*COMMANDS]
 
-
-class _OnDemand(Mapping[str, Any]):
-    """Loads what is looked up. It takes no other command, though the group's type is of one that grows."""
-
-    def __getitem__(self, name: str) -> Any:
-        return _loaded(name, COMMANDS[name])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
-
-    def __len__(self) -> int:
-        return len(COMMANDS)
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
+        """Load a command; None where there is none of this name."""
+        if cmd_name == "bench":
+            raise UsageError("bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright")
+        return _loaded(cmd_name) if cmd_name in COMMANDS else None
 
 
 @cache
-def _loaded(name: str, where: str) -> Any:
-    module, _, attribute = where.partition(":")
+def _loaded(name: str) -> Any:
+    module, _, attribute = COMMANDS[name].partition(":")
     with interrupts_end_the_process():
         found = getattr(import_module(f"{_ROOM}.{module}"), attribute)
     if isinstance(found, typer.Typer):

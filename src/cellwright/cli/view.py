@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Sequence
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,10 +15,12 @@ from rich.console import Console
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
+from cellwright.cli.declarations import argument
 from cellwright.cli.main import DONE
 from cellwright.cli.options import refuse
-from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.robot.robots import load_robot
+from cellwright.engine.loop import StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
@@ -68,16 +71,12 @@ def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -
     Raises:
         UsageError: nobody answers there, what does has nothing to show, or there can be no page.
     """
-    name = served_name(address)
-
-    def say(line: str) -> None:
-        console.print(line, markup=False, soft_wrap=True)
-
-    is_stopped = Stop()
-    with stopped_by_signals(is_stopped.stop):
-        page = sessions.open_page(address, wish, f"{name} · Cellwright", say)
+    title = f"{served_name(address)} · Cellwright"
+    stop = StopCondition()
+    with stopped_by_signals(stop.request):
+        page = sessions.open_page(address, wish, title, partial(output.say, console))
         try:
-            while page.is_running and not is_stopped.has_come:
+            while page.is_running and not stop.is_requested:
                 time.sleep(_NAP)
         finally:
             page.close()
@@ -101,10 +100,8 @@ def served_name(address: tuple[str, int]) -> str:
 def view(
     what: Annotated[
         list[str],
-        typer.Argument(
-            metavar="WHAT",
-            help="A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served.",
-            show_default=False,
+        argument(
+            "WHAT", "A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served."
         ),
     ],
     view_host: ViewHost = None,

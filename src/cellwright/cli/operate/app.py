@@ -30,13 +30,14 @@ from cellwright.cli.operate.link import (
 )
 from cellwright.cli.operate.signal import signal
 from cellwright.cli.output import say
-from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.operators import playback
 from cellwright.clients.operators.keyboard import Jog, Keyboard
 from cellwright.clients.operators.playback import Recorder, Targets, read_targets
 from cellwright.clients.operators.robot import JOINT_STATES, Ask, Now, OperatedRobot, ServiceCaller, service_request
 from cellwright.clients.operators.terminal import TerminatedError, panel
 from cellwright.clients.operators.terminal import keyboard as terminal_keyboard
+from cellwright.engine.loop import StopCondition
 from cellwright.util.errors import CellwrightError, RunEndedError
 
 _HEARD = 2.0  # [s] that a stop may take to be told of
@@ -165,13 +166,13 @@ def record(
     link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
     failures: list[str] = []
     with link.robot() as robot:
-        session, wish = robot.session, Stop()
+        session, wish = robot.session, StopCondition()
         recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
         wanted = float("inf") if duration is None else duration
         end = session.time + wanted + _MAX_SILENCE
-        with stopped_by_signals(wish.stop):
+        with stopped_by_signals(wish.request):
             try:
-                while not wish.has_come and recorder.is_writing and recorder.time < wanted and session.time < end:
+                while not wish.is_requested and recorder.is_writing and recorder.time < wanted and session.time < end:
                     session.sleep(min(_LOOK, max(_SHORTEST, wanted - recorder.time)))
                 recorder.close()
             except RunEndedError as error:
@@ -236,8 +237,8 @@ def play(
         limits = link.limits(there)
         playback.check(there, targets, limits)
         warn_of_unknown(limits)
-        wish = Stop()
-        with stopped_by_signals(wish.stop):
+        wish = StopCondition()
+        with stopped_by_signals(wish.request):
             try:
                 while loop or rounds == 0:
                     _play_once(there, targets, speed, approach, console, wish)
@@ -247,7 +248,7 @@ def play(
             except _StopRequestedError:
                 pass
     status = NOT_DONE if failure else DONE
-    outcome = "failed" if failure else "stopped" if wish.has_come else "done"
+    outcome = "failed" if failure else "stopped" if wish.is_requested else "done"
     if failure:
         typer.echo(f"error: {failure}", err=True)
     if as_json:
@@ -279,7 +280,7 @@ def _read_any_targets(file: Path, topic: str | None) -> Targets:
 
 
 def _play_once(
-    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: Stop
+    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: StopCondition
 ) -> None:
     """Play once."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
@@ -287,7 +288,7 @@ def _play_once(
         task = progress.add_task("to the first targets", total=None)
 
         def beat(time: float) -> None:
-            if wish.has_come:
+            if wish.is_requested:
                 raise _StopRequestedError
             progress.update(task, completed=time)
 

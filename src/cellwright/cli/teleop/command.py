@@ -26,7 +26,7 @@ from cellwright.cli.arguments import (
     ViewPort,
     page_options,
 )
-from cellwright.cli.declarations import flag, option
+from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.teleop.checks import refuse_what_runs, run_driver_check, tell_motion_report
 from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
 from cellwright.config.robot.robots import load_robot
@@ -46,11 +46,10 @@ SAFETY = "Safety"
 
 Robot = Annotated[
     str,
-    typer.Argument(
-        metavar="ROBOT",
-        help="A robot that comes with Cellwright, such as `qinglong`; a robot configuration (`vr_configs.yml`) or its "
+    argument(
+        "ROBOT",
+        "A robot that comes with Cellwright, such as `qinglong`; a robot configuration (`vr_configs.yml`) or its "
         "folder; or a URDF.",
-        show_default=False,
     ),
 ]
 MotionLaw = Annotated[Motion, option("LAW", "`servo`: with the URDF's speeds and efforts; `teleport`: at once.", WORK)]

@@ -226,11 +226,6 @@ class Result:
         return self.points / self.reachable if self.reachable > 0 else 1.0
 
     @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds a wall second."""
-        return self.simulated / self.wall if self.wall > 0 else 0.0
-
-    @property
     def ending(self) -> str:
         """How it ended, in words."""
         return OUTCOMES.get(self.outcome, "lost: " + self.outcome.replace("_", " "))

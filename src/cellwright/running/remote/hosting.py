@@ -61,8 +61,7 @@ class AgentProcess(ChildProcess):
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
         self._was_ended = False
-        self._said: AgentExit | None = None
-        self._refusal = ""
+        self._said: AgentExit | str = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.running.remote.program"]
         if sys.platform == "linux":  # elsewhere it ends with its connection
@@ -87,11 +86,7 @@ class AgentProcess(ChildProcess):
             self._process.terminate()
             self._ends_within(_LEAVING)
         super().end(_LEAVING)  # where there is a guard, it kills whatever the agent has started as well
-        report = read_report(self._report)
-        if isinstance(report, AgentExit):
-            self._said = report
-        elif report:
-            self._refusal = report
+        self._said = read_report(self._report)
         self._folder.cleanup()
 
     def worked(self, *, was_there: bool) -> AgentExit:
@@ -103,10 +98,10 @@ class AgentProcess(ChildProcess):
         Raises:
             AgentError: there is no such agent, or it could not be made.
         """
-        if self._refusal and not was_there:
-            raise AgentError(self._refusal)
-        if self._said is not None:
+        if isinstance(self._said, AgentExit):
             return self._said
+        if self._said and not was_there:
+            raise AgentError(self._said)
         if self._was_ended:  # it did not take note that its run is over
             return AgentExit(Parting.RUN_ENDED)
         return AgentExit(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")

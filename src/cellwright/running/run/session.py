@@ -20,6 +20,7 @@ from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import bundled as bundled_robots
 from cellwright.config.robot.robots import find_robot, is_robot_file
+from cellwright.config.trial import gear2017
 from cellwright.config.trial.catalogue import bundled as bundled_trials
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
@@ -30,8 +31,16 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import Outcome, SessionResult
-from cellwright.running.run.targets import CellTarget, SessionState, Target, load_robot, load_trial
+from cellwright.running.run.result import Outcome, RunResult, SessionResult
+from cellwright.running.run.targets import (
+    CellTarget,
+    SessionState,
+    Target,
+    cell_result,
+    load_robot,
+    load_trial,
+    warn_of,
+)
 from cellwright.running.run.work import work_in_process
 from cellwright.util.errors import CellwrightError, UsageError
 
@@ -456,3 +465,64 @@ def is_robot(word: str | Path) -> bool:
     with suppress(CellwrightError, OSError, ValueError):  # what it lacks is said when it is loaded
         return Path(word).is_dir() or is_robot_file(find_robot(word))
     return False
+
+
+def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
+    """Run a cell from the start until it is over; without an agent, until the time asked for.
+
+    Raises:
+        UsageError: neither an agent nor a time to stop at.
+        UnknownNameError: a topic to listen to that does not exist.
+        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+    """
+    with Session(cell, options=options) as session:
+        return cell_result(session.run(agent))
+
+
+def run_trial(
+    trial: Trial | str | Path,
+    agent: Agent | type[Agent] | str | None = "kitter",
+    *,
+    seed: int | None = None,
+    record: str | Path | None = None,
+    options: RunOptions | None = None,
+) -> RunResult:
+    """Run a trial headless, as fast as it goes, until it is over.
+
+    Args:
+        trial: the trial, its name, or the path of its file.
+        agent: who works the cell: an object with a method `run(client)` or its class, the name of an agent that comes
+            along, `"path.py:Class"`, or None for nobody; `options` then say until when.
+        seed: root of all chance; None takes the trial's own.
+        record: a file to record the run to, such as `run.mcap`. Of a trial that is named here it holds the files as
+            well, and can be run again from that alone.
+        options: what the run may be told besides.
+
+    Raises:
+        UnknownNameError: there is no such trial.
+        DescriptionError: the trial's file cannot be used.
+        AgentError: there is no such agent, or it cannot be made. What it raises at work is in the result.
+        UsageError: neither an agent nor a time to stop at.
+    """
+    path = None if isinstance(trial, Trial) else find_trial(trial)
+    lines: list[object] = []
+
+    def make() -> Cell:
+        if isinstance(trial, Trial):
+            return Cell(trial, seed=seed)
+        loaded = gear2017.load_trial([find_trial(trial)])
+        lines.extend(loaded.warnings)
+        return Cell(loaded.trial, seed=seed)
+
+    recorded = None if record is None else RecordOptions([Path(record)], {"agent": _name_of(agent)}, report=_warn)
+    target = CellTarget(make, lambda: [] if path is None else [path])
+    with Session(target, record=recorded, options=options) as session:
+        warn_of(lines, 3)
+        return cell_result(session.run(agent))
+
+
+def _name_of(agent: Agent | type[Agent] | str | None) -> str:
+    """An agent as a recording names it."""
+    if agent is None or isinstance(agent, str):
+        return agent or "none"
+    return agent.__qualname__ if isinstance(agent, type) else type(agent).__qualname__

@@ -12,7 +12,6 @@ import argparse
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,33 +41,12 @@ COMPETITION = "ARIAC_COMPETITION"
 _REMAPPING = ":="
 
 
-@dataclass(frozen=True, slots=True)
-class Arguments:
-    """What the launcher was asked for.
-
-    Attributes:
-        config: the configuration itself, as YAML; empty if there is none.
-        files: files that are read as one configuration.
-        dry_run: show what would be started, and start nothing.
-        verbose: say more.
-        output: where the files go that say what is started.
-        competition: whether what a competition refuses is refused.
-    """
-
-    config: str = ""
-    files: tuple[str, ...] = ()
-    dry_run: bool = False
-    verbose: bool = False
-    output: Path = OUTPUT
-    competition: bool = True
-
-
 def without_remappings(arguments: Sequence[str]) -> list[str]:
     """The arguments that are the program's own: `roslaunch` adds remappings, such as `__name:=ariac_node`."""
     return [argument for argument in arguments if _REMAPPING not in argument]
 
 
-def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> Arguments:
+def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> argparse.Namespace:
     """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used.
 
     Args:
@@ -76,14 +54,9 @@ def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> Arguments:
         variables: those of its environment.
     """
     parsed = _parser().parse_args(without_remappings(arguments))
-    return Arguments(
-        config=parsed.config,
-        files=tuple(parsed.file or ()),
-        dry_run=parsed.dry_run,
-        verbose=parsed.verbose,
-        output=parsed.output,
-        competition=not parsed.development_mode or COMPETITION in variables,
-    )
+    parsed.file = parsed.file or []
+    parsed.competition = not parsed.development_mode or COMPETITION in variables
+    return parsed
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -202,7 +175,7 @@ def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) ->
         return _FAILED
 
 
-def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
+def _launch(wanted: argparse.Namespace, variables: Mapping[str, str]) -> int:
     speed = default_speed(variables)
     text, loaded = _load(wanted)
     for warning in loaded.warnings:
@@ -222,15 +195,15 @@ def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
     return _serve(loaded, wanted, variables, speed)
 
 
-def _load(wanted: Arguments) -> tuple[str, Loaded]:
+def _load(wanted: argparse.Namespace) -> tuple[str, Loaded]:
     """The configuration as it was given, and what it says. Nothing at all is a cell without arm and sensors."""
-    if not wanted.files:
+    if not wanted.file:
         return wanted.config, load_trial(text=wanted.config)
-    paths = [Path(file) for file in wanted.files]
+    paths = [Path(file) for file in wanted.file]
     return read_texts(paths).content, load_trial(paths)
 
 
-def _serve(loaded: Loaded, wanted: Arguments, variables: Mapping[str, str], speed: float | None) -> int:
+def _serve(loaded: Loaded, wanted: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:
     log = PerformanceLog(log_path(Path.home()), _warn)
     console = Console(highlight=False)
     cell: list[Cell] = []
