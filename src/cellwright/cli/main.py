@@ -51,7 +51,7 @@ COMMANDS = {
     "check": "check:check",
     "eval": "eval:evaluate",
     "serve": "serve:serve",
-    "teleop": "teleop.command:teleop",
+    "teleop": "teleop:teleop",
     "view": "view:view",
     "replay": "replay.command:replay",
     "plot": "plot:plot",
@@ -59,7 +59,7 @@ COMMANDS = {
     "robot": "robot:robot",
     "ros1-env": "ros1:ros1_env",
     "ros1-workspace": "ros1:ros1_workspace",
-    "operate": "operate.app:app",
+    "operate": "operate:app",
 }
 """Where each is, below this room, in the order in which help lists them: a function, or an app of several commands."""
 

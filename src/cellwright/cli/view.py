@@ -141,7 +141,7 @@ def view(
             target = PlaybackTarget(options.paths(what)[0], at_end=AtEnd.HOLD)
             play_recording(target, console, rate=RateControl(1.0, paused=True), serve=here, view=page)
         case TargetKind.ROBOT:
-            from cellwright.cli.teleop.node import robot_progress, robot_session, run_robot
+            from cellwright.cli.teleop import robot_progress, robot_session, run_robot
             from cellwright.robot.node import RobotNode
             from cellwright.running.run.robots import RobotTarget
 
