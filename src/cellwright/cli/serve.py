@@ -14,29 +14,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cli import arguments, options, output, summary
-from cellwright.cli.arguments import (
-    END,
-    LOOK,
-    OUTPUT,
-    REACH,
-    WORK,
-    Development,
-    Files,
-    Host,
-    Log,
-    OpenPage,
-    Port,
-    Record,
-    Seed,
-    Servo,
-    Until,
-    Vary,
-    View,
-    ViewHost,
-    ViewPort,
-    page_options,
-    refuse_camera_name,
-)
+from cellwright.cli.arguments import END, LOOK, OUTPUT, REACH, WORK
 from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.output import progress_bar
@@ -143,7 +121,7 @@ def run_served(
 
 
 def serve(
-    files: Files,
+    files: arguments.Files,
     speed: Annotated[
         str | None,
         option(
@@ -153,25 +131,25 @@ def serve(
         ),
     ] = None,
     lockstep: Annotated[bool, flag("--lockstep", "Let time pass only when a guest asks.", WORK)] = False,
-    servo: Servo = None,
-    seed: Seed = None,
-    vary: Vary = False,
-    development: Development = False,
-    until: Until = None,
+    servo: arguments.Servo = None,
+    seed: arguments.Seed = None,
+    vary: arguments.Vary = False,
+    development: arguments.Development = False,
+    until: arguments.Until = None,
     exit_on_completion: Annotated[
         bool,
         flag("--exit-on-completion", f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.", END),
     ] = False,
-    host: Host = LOOPBACK,
-    port: Port = None,
+    host: arguments.Host = LOOPBACK,
+    port: arguments.Port = None,
     ros1: Annotated[
         bool, flag("--ros1", "Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.", REACH)
     ] = False,
     as_json: Annotated[
         bool, flag("--json", "Print the result as JSON at the end, and nothing else on stdout.", OUTPUT)
     ] = False,
-    log: Log = None,
-    record: Record = None,
+    log: arguments.Log = None,
+    record: arguments.Record = None,
     picture: Annotated[
         Path | None,
         option(
@@ -183,10 +161,10 @@ def serve(
     camera: Annotated[
         str, option("NAME", "Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", LOOK)
     ] = "overview",
-    view: View = False,
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
+    view: arguments.View = False,
+    view_host: arguments.ViewHost = None,
+    view_port: arguments.ViewPort = None,
+    open_page: arguments.OpenPage = False,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
@@ -216,7 +194,7 @@ def serve(
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or a file that was asked
     for is not whole; 2 bad input, and nothing was started.
     """
-    refuse_camera_name(files, view=view)
+    arguments.refuse_camera_name(files, view=view)
     kept = arguments.record_options(record, agent="served")
     rate, root, place = _rate_of(speed, lockstep=lockstep), options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
@@ -228,7 +206,7 @@ def serve(
         until=options.until(until),
         lockstep=lockstep,
         serve=ServerOptions(host, port),
-        view=page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
+        view=arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
         ros1=ros1,
         record=kept and replace(kept, is_varied=vary),
         video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),

@@ -23,14 +23,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.kitting.effects import (
-    Effect,
-    KitSubmitted,
-    OrderAnnounced,
-    OrderCompleted,
-    StateChanged,
-    TrialEnded,
-)
+from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.evidence import (
     NOT_ANNOUNCED,
     NOT_SUBMITTED,
@@ -158,7 +151,7 @@ class RunProgress:
         time = "" if self._node is None else f"{self._node.simulation.time:9.3f} s  "
         self._console.print(f"{time}{text}", markup=False, soft_wrap=True, style=style)
 
-    def _tell(self, effect: Effect) -> None:
+    def _tell(self, effect: effects.Effect) -> None:
         text = effect_sentence(effect)
         if text:
             self.line(text)
@@ -176,25 +169,25 @@ class _LogLines(logging.Handler):
             self._say(line)
 
 
-def effect_sentence(effect: Effect) -> str:
+def effect_sentence(effect: effects.Effect) -> str:
     """What the referee did, in one sentence; empty for what goes without saying."""
     match effect:
-        case StateChanged(state):
+        case effects.StateChanged(state):
             return f"competition: {state}"
-        case OrderAnnounced(order, reason, interrupts):
+        case effects.OrderAnnounced(order, reason, interrupts):
             kits = ", ".join(kit.kit_type for kit in order.kits)
             tail = f"; {interrupts} waits" if interrupts else ""
             return f"announcing {order.order_id} ({reason}): {kits}{tail}"
-        case KitSubmitted(tray, kit_type, score, repeated):
+        case effects.KitSubmitted(tray, kit_type, score, repeated):
             name = tray.rpartition("::")[0].rpartition("::")[2]
             if score.refusal is not None:
                 return f"{name} submitted as {kit_type}: {score.refusal.sentence()}"
             again = " (submitted before: the first score counts)" if repeated else ""
             return f"{name} submitted as {kit_type}: {score.total:g} of {score.maximum:g} points{again}"
-        case OrderCompleted(score, resumes):
+        case effects.OrderCompleted(score, resumes):
             tail = f"; {resumes} goes on" if resumes else ""
             return f"{score.order_id} is complete: {score.total:g} points in {score.time_taken / 1e9:.1f} s{tail}"
-        case TrialEnded(reason, score, _):
+        case effects.TrialEnded(reason, score, _):
             return f"the trial is over ({reason}): {score.total:g} points"
         case _:
             return ""

@@ -19,20 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import (
-    OUTPUT,
-    REACH,
-    WORK,
-    Host,
-    OpenPage,
-    Port,
-    Record,
-    Until,
-    View,
-    ViewHost,
-    ViewPort,
-    page_options,
-)
+from cellwright.cli.arguments import OUTPUT, REACH, WORK
 from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE, NOT_DONE
 from cellwright.cli.output import progress_bar
@@ -397,19 +384,19 @@ def teleop(
     clutch: Clutch = False,
     driver: OwnDriver = None,
     check_driver: CheckDriver = False,
-    until: Until = None,
-    host: Host = LOOPBACK,
-    port: Port = None,
+    until: arguments.Until = None,
+    host: arguments.Host = LOOPBACK,
+    port: arguments.Port = None,
     gui: Gui = False,
     init_debug: InitDebug = False,
     snapshot: Snapshot = None,
     ros1: InRos1 = False,
     node: NodeName = NODE,
-    view: View = False,
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
-    record: Record = None,
+    view: arguments.View = False,
+    view_host: arguments.ViewHost = None,
+    view_port: arguments.ViewPort = None,
+    open_page: arguments.OpenPage = False,
+    record: arguments.Record = None,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
@@ -479,7 +466,7 @@ def teleop(
         raise typer.Exit(run_driver_check(driver, partial(load_robot, robot)))
     timestep, console = 1 / options.physics_rate(rate), Console(stderr=as_json, highlight=False)
     make_driver = None if driver is None else find_driver(driver)
-    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
+    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
     window = RobotWindow(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png"))
     until = options.until(until)
     kept = arguments.record_options(record)

@@ -16,15 +16,9 @@ from cellwright.cli.output import note, progress_bar
 from cellwright.engine.clock import seconds
 from cellwright.recording.format.format import COMMAND, STATE_HASH
 from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay import verify
 from cellwright.recording.replay.rebuild import rebuild
-from cellwright.recording.replay.verify import (
-    Answer,
-    Moment,
-    Verdict,
-    Verification,
-    recorded_steps,
-    versions_that_differ,
-)
+from cellwright.recording.replay.verify import Answer, Moment, Verdict
 from cellwright.running.run import versions
 
 _WIDEST = 1000  # columns
@@ -162,8 +156,8 @@ def verify_recording(recording: Recording, console: Console, *, as_json: bool) -
             if tell is not None:
                 tell(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
 
-        verdict = Verification(rebuilt, progress).run(recorded_steps(recording))
-    others = versions_that_differ(_versions(recording), versions())
+        verdict = verify.Verification(rebuilt, progress).run(verify.recorded_steps(recording))
+    others = verify.versions_that_differ(_versions(recording), versions())
     if as_json:
         typer.echo(json.dumps(verdict_document(verdict, others) | {"complete": recording.is_complete}, indent=2))
     else:

@@ -17,25 +17,7 @@ from rich.console import Console
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, GameScore, TrialScore, trial_score
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import (
-    END,
-    LOOK,
-    OUTPUT,
-    TRIAL,
-    WORK,
-    Development,
-    Log,
-    OpenPage,
-    Record,
-    Seed,
-    Servo,
-    Until,
-    Vary,
-    ViewHost,
-    ViewPort,
-    page_options,
-    refuse_camera_name,
-)
+from cellwright.cli.arguments import END, LOOK, OUTPUT, WORK
 from cellwright.cli.declarations import flag, option
 from cellwright.cli.main import exit_status_of
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
@@ -155,25 +137,25 @@ _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture
 
 def run(
     context: typer.Context,
-    files: Annotated[list[str] | None, TRIAL] = None,
+    files: Annotated[list[str] | None, arguments.TRIAL] = None,
     agent: AgentName = "kitter",
-    servo: Servo = None,
-    seed: Seed = None,
-    vary: Vary = False,
+    servo: arguments.Servo = None,
+    seed: arguments.Seed = None,
+    vary: arguments.Vary = False,
     speed: Speed = None,
     over: Over = None,
     lockstep: Lockstep = False,
     connect: Connect = None,
-    development: Development = False,
-    until: Until = None,
+    development: arguments.Development = False,
+    until: arguments.Until = None,
     min_score: MinScore = None,
     snapshot: Snapshots = None,
     picture: WithPicture = True,
     camera: TakenFrom = "overview",
     view: View = False,
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
+    view_host: arguments.ViewHost = None,
+    view_port: arguments.ViewPort = None,
+    open_page: arguments.OpenPage = False,
     quality: HowDrawn = Quality.FINE,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
@@ -184,8 +166,8 @@ def run(
     resume: Resume = None,
     listen: Listen = None,
     as_json: AsJson = False,
-    log: Log = None,
-    record: Record = None,
+    log: arguments.Log = None,
+    record: arguments.Record = None,
     averages: TeamAverages = None,
     verbose: Verbose = False,
 ) -> None:
@@ -229,10 +211,10 @@ def run(
         run_connected(agent, connect, as_json=as_json, min_score=least)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
-    refuse_camera_name(files, view=view)
+    arguments.refuse_camera_name(files, view=view)
     if quality is Quality.FAST:
         requested_backend()
-    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
+    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
     way = agent_transport(over, lockstep=lockstep)
     rate = options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1"))
     wanted = RunOptions(

@@ -8,14 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from cellwright.cell.kitting.effects import (
-    Effect,
-    KitSubmitted,
-    OrderAnnounced,
-    OrderCompleted,
-    StateChanged,
-    TrialEnded,
-)
+from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.kit_score import KitScore
 from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.engine.clock import seconds
@@ -49,11 +42,11 @@ class PerformanceLog:
         except OSError as error:
             report(f"{path}: there will be no score log: {error.strerror or error}")
 
-    def effect(self, effect: Effect, now: int) -> None:
+    def effect(self, effect: effects.Effect, now: int) -> None:
         """Note what the referee did at the time `now` [ns]."""
         for line in _lines(effect):
             self._write(f"[{seconds(now):.3f}] {line}")
-        if isinstance(effect, TrialEnded):
+        if isinstance(effect, effects.TrialEnded):
             self.score(effect.score, effect.process_time)
 
     def score(self, score: GameScore, process_time: int) -> None:
@@ -77,19 +70,19 @@ class PerformanceLog:
             self._file.write(text)
 
 
-def _lines(effect: Effect) -> Iterator[str]:
+def _lines(effect: effects.Effect) -> Iterator[str]:
     match effect:
-        case StateChanged(state):
+        case effects.StateChanged(state):
             yield f"State: {state}"
-        case OrderAnnounced(order, reason, _):
+        case effects.OrderAnnounced(order, reason, _):
             yield f"Announcing order: {order.order_id} ({reason})"
-        case KitSubmitted(tray_id, kit_type, score, _):
+        case effects.KitSubmitted(tray_id, kit_type, score, _):
             yield f"Submitted tray: {tray_id} as {kit_type}: [{score.total:g}]"
             if score.refusal is not None:
                 yield score.refusal.sentence()
-        case OrderCompleted(score, _):
+        case effects.OrderCompleted(score, _):
             yield f"Order complete: {score.order_id}: [{score.total:g}]"
-        case TrialEnded(reason, _, _):
+        case effects.TrialEnded(reason, _, _):
             yield f"Trial over: {reason}"
 
 
