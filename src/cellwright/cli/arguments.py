@@ -213,11 +213,7 @@ def _video_size(text: str) -> tuple[int, int]:
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
-    """How a run is to be recorded; None where it is not.
-
-    Args:
-        paths: files that were asked for.
-        about: what is known of the run besides.
+    """How a run is to be recorded, with what is known of it besides; None where it is not.
 
     Raises:
         UsageError: a file cannot be written, or is of no kind of recording.

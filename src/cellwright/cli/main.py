@@ -29,13 +29,7 @@ BAD_INPUT = 2
 
 
 def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:
-    """The exit status of a run.
-
-    Args:
-        result: what came of it.
-        has_agent: without one, a run is done when it has reached the time that was asked for.
-        min_score: the score that was asked for, if any.
-    """
+    """The exit status of a run; one without an agent is done when it has reached the time that was asked for."""
     from cellwright.running.run import Outcome  # it takes long to load, and other commands need the figures above alone
 
     if min_score is not None and result.score.total < min_score:
@@ -141,12 +135,7 @@ def _global_options(
 
 
 def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
-    """Run the command line; errors in the input are one line each on stderr.
-
-    Args:
-        arguments: what follows the command's name; None takes those of the process.
-        command_line: the commands.
-        name: name of the program in its help.
+    """Run the command line, that of the process for None; errors in the input are one line each on stderr.
 
     Returns:
         The exit status.

@@ -58,11 +58,7 @@ PARAMETER = "robot_description"
 
 
 def described_limits(environment: Mapping[str, str]) -> JointLimits:
-    """The limits of the robot that is described at the master; none if there is none that can be read.
-
-    Args:
-        environment: of a program of ROS, which names the master.
-    """
+    """The limits of the robot at the master that an environment names; none if there is none that can be read."""
     try:
         text = Master(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
         if not isinstance(text, str):
@@ -106,12 +102,6 @@ Robot = Annotated[
 class NodeConnection:
     """A way to a node, checked; nothing is connected yet.
 
-    Args:
-        connect: host and port, as given.
-        ros1: whether it is ROS 1.
-        node: name of the operator's node.
-        robot: the robot's description, as given.
-
     Raises:
         UsageError: this cannot be meant.
         DescriptionError: the robot's description cannot be used.
@@ -126,10 +116,7 @@ class NodeConnection:
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> NodeClient:
-        """A connection of its own.
-
-        Args:
-            suffix: behind the name of the node; in ROS no two may be called the same.
+        """A connection of its own, with a suffix to its name: in ROS no two may be called the same.
 
         Raises:
             UsageError: no node answers there.

@@ -55,10 +55,7 @@ def refuse(message: str) -> NoReturn:
 
 @contextmanager
 def errors_of(option: str) -> Iterator[None]:
-    """Have errors in the input say from which option they come.
-
-    Args:
-        option: what the message begins with, such as `--camera`.
+    """Have errors in the input begin with the option that they come from, such as `--camera`.
 
     Raises:
         UsageError: in place of the error inside.
@@ -80,16 +77,7 @@ def one_of(option: str, kind: str, name: str, known: Sequence[S]) -> S:
 
 
 def in_range(option: str, value: N, low: float, high: float, remedy: str, text: str | None = None) -> N:
-    """A number within bounds, which are both allowed; None for None.
-
-    Args:
-        option: where it comes from.
-        value: the number.
-        low: the least.
-        high: the greatest.
-        remedy: what to give instead, for the error.
-        text: the number as it was given, where it was given as text.
-    """
+    """A number within bounds, both allowed; None for None. The error has a remedy, and the number as in `text`."""
     if value is not None and not low <= value <= high:
         shown = text if text is not None else value if isinstance(value, int) else f"{value:g}"
         refuse(f"{option} {shown}: give {remedy}")
@@ -136,12 +124,7 @@ def load(files: Sequence[str]) -> Trial:
 
 
 def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
-    """The trial in these files, varied where that is asked for; warnings are printed on stderr.
-
-    Args:
-        files: names of trials, or files.
-        root: of all chance; None: the trial's own.
-        is_varied: whether to vary it by that.
+    """The trial in these files, varied by a root of chance where that is asked for; warnings are printed on stderr.
 
     Raises:
         DescriptionError: the files cannot be used.
@@ -161,17 +144,7 @@ def cell_of(
     competition: bool = True,
     **about: str,
 ) -> CellTarget:
-    """The cell of the trial in these files, made when its session opens; what it refuses is said on a console.
-
-    Args:
-        files: names of trials, or files.
-        console: where people read.
-        seed: root of all chance; None: the trial's own.
-        servo: servo profile of the arm; None: the trial's own.
-        is_varied: whether to vary the trial by its seed.
-        competition: whether what a competition refuses is refused.
-        about: what a page says of the run besides.
-    """
+    """The cell of the trial in these files, made when its session opens; what it refuses is said on a console."""
 
     def make() -> Cell:
         found = trial(files, seed, is_varied=is_varied)  # a seed that is none is refused here

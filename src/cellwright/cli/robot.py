@@ -107,12 +107,7 @@ def show_robot(config: RobotConfig) -> None:
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
-    """A row for each joint, in the order of their indices.
-
-    Args:
-        config: the robot.
-        is_narrow: whether to leave out what one asks for least, so that names stay in one piece.
-    """
+    """A row for each joint, in the order of their indices; a narrow table leaves out what one asks for least."""
     columns = {"#": RIGHT, "joint": FOLD, "type": WHOLE, "link": FOLD, "on": RIGHT, "lower": RIGHT, "upper": RIGHT}
     columns |= {} if is_narrow else {"effort": RIGHT, "speed": RIGHT}
     columns |= {"group": FOLD, "home": RIGHT}

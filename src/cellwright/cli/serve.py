@@ -84,14 +84,6 @@ def run_served(
 ) -> int:
     """Serve a cell until it is over or a signal ends it, and print what came of it.
 
-    Args:
-        session: made by `served_session`.
-        console: where people read.
-        as_json: print the result as JSON, and nothing else on stdout.
-        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
-        camera: where that is taken from.
-        verbose: say also how time kept to the wall clock.
-
     Returns:
         The exit status.
     """

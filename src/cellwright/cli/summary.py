@@ -58,7 +58,6 @@ class RunProgress:
     What the referee of a cell does, and what is logged, are lines that stay, with their simulation time.
 
     Args:
-        console: where to.
         until: the simulation time [s] at which the run is to stop, if any.
         status: says in a few words how far a robot or a recording is; None for a cell.
         verbose: whether to tell what is logged at level INFO, as agents do.
@@ -196,16 +195,7 @@ def effect_sentence(effect: effects.Effect) -> str:
 def result_document(
     cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str], final: TrialScore | None = None
 ) -> dict[str, Any]:
-    """A run's result; times in s.
-
-    Args:
-        cell: the cell that ran.
-        agent: the name of what worked it.
-        result: what came of it.
-        status: exit status of the command.
-        pictures: files of pictures that were written.
-        final: the score of the trial as in the finals, if averages are known.
-    """
+    """A run's result; times in s. The `final` score is that of the trial as in the finals, if averages are known."""
     return {
         "trial": cell.trial.name,
         "agent": agent,
@@ -254,18 +244,7 @@ def show_files(
     more: Mapping[str, Any] | None = None,
     out: TextIO | None = None,
 ) -> int:
-    """Draw the cell as it stands, then print the files that were written.
-
-    Args:
-        console: where to print.
-        session: of a cell whose run is over.
-        agent: the name of what worked it.
-        status: exit status so far.
-        pictures: those of the run.
-        picture: file for one of the cell as it stands; None for none.
-        final: the score of the trial as in the finals, if averages are known.
-        more: what the result has besides as JSON.
-        out: takes the result as JSON, in place of lines on the console; None: lines.
+    """Draw the cell as it stands to `picture`, then print what files were written, or the result as JSON to `out`.
 
     Returns:
         The exit status: that of a file that is not whole where it was 0.
@@ -293,13 +272,7 @@ _TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave t
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
-    """Print what came of a run: the score, how it ended, and what it takes to get the same again.
-
-    Args:
-        console: where to print.
-        result: what came of it.
-        final: the score of the trial as in the finals, if averages are known.
-    """
+    """Print what came of a run: the score, how it ended, and what it takes to get the same again."""
     found, could = result.evidence, result.evidence.reach
     for order in found.orders:
         for kit in order.kits:

@@ -47,10 +47,6 @@ from cellwright.viewer.web.start import LOOPBACK
 def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
     """Try a driver out, and print what was found, a line each.
 
-    Args:
-        driver: where its class stands.
-        load: gives the robot; takes what is told of warnings.
-
     Returns:
         The exit status.
 
@@ -75,10 +71,7 @@ _PERCENT = (
 
 
 def refuse_what_runs(given: Mapping[str, bool]) -> None:
-    """Refuse what is meant for a node that goes on running.
-
-    Args:
-        given: for each option whether it is given.
+    """Refuse options that are given, and meant for a node that goes on running.
 
     Raises:
         UsageError: one is.
@@ -231,13 +224,6 @@ def run_robot(
     verbose: bool = False,
 ) -> int:
     """Run a robot's node until a signal ends it or its time is over, and print what came of it.
-
-    Args:
-        session: made by `robot_session`.
-        console: where people read.
-        window: what somebody wants to see of it.
-        as_json: print the summary as JSON, and nothing else on stdout.
-        verbose: say more in the summary.
 
     Returns:
         The exit status.

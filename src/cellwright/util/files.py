@@ -1,11 +1,6 @@
 """Files that are written whole or not at all, and files of lines that keep what was written whatever happens.
 
-What fails half-way, or is killed, leaves no half file behind.
-
-Every line is handed to the operating system whole and at once: SIGKILL takes away at most the end of the line that is
-being written at that moment.
-
-It outlives whatever ends the program, as any `LineFile`; `read_json_lines` leaves out a line that was cut short.
+Every line is handed to the operating system at once: SIGKILL takes away at most the end of the one being written.
 """
 
 from __future__ import annotations
@@ -104,7 +99,7 @@ def in_its_place(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file, whole or not at all; see `whole_file`. Text is written as UTF-8, its line ends as they are.
+    """Write a file, whole or not at all; see `atomic_file`. Text is written as UTF-8, its line ends as they are.
 
     Raises:
         OSError: it cannot be written.

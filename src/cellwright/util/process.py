@@ -47,12 +47,7 @@ def interrupts_end_the_process() -> Iterator[None]:
 
 
 def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
-    """End this process if threads go on that it would wait for, after `PATIENCE`; say so. Else return.
-
-    Args:
-        before: threads that are not ours.
-        status: exit status.
-    """
+    """End this process with a status if other threads than those `before` go on after `PATIENCE`, and say so."""
     own = {*before, threading.current_thread()}
     left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]
     end = time.monotonic() + PATIENCE
@@ -84,11 +79,7 @@ _NAP = 0.01  # [s]
 
 
 class TolerantStream(io.RawIOBase):
-    """Passes bytes on to a file, until that takes no more; then they go nowhere.
-
-    Args:
-        raw: where to.
-    """
+    """Passes bytes on to a file, until that takes no more; then they go nowhere."""
 
     def __init__(self, raw: io.RawIOBase) -> None:
         super().__init__()
@@ -147,11 +138,7 @@ class StandardStreams:
         self._keep("stderr")
 
     def status(self, status: int) -> int:
-        """Say the last, and tell on stderr if stdout did not take all.
-
-        Args:
-            status: the exit status, if it did.
-        """
+        """Say the last; the exit status, which is `NOT_SAID` in place of 0 where stdout did not take all."""
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         failure = None if self._stdout is None else self._stdout.failure

@@ -44,14 +44,6 @@ def play_recording(
 ) -> None:
     """Play a recording until it is over, or a signal comes.
 
-    Args:
-        target: what is played, and of it.
-        console: where people read.
-        rate: how its time passes.
-        serve: where clients are served.
-        view: a page on it; None for none.
-        ros1: be a node of ROS 1 too.
-
     Raises:
         UsageError: the address cannot be listened at, or there is no ROS 1.
         RecordingError: the file is damaged.
@@ -86,15 +78,7 @@ def film_recording(
     warn: Callable[[str], None],
     tell: Callable[[float], None] | None,
 ) -> Made:
-    """Make a video of a recording.
-
-    Args:
-        recording: of a cell or of a robot.
-        wish: what the video is to be.
-        start: simulation time [s] from which on; None: from the begin.
-        until: up to which; None: to the end.
-        warn: takes a line about what goes wrong.
-        tell: told how far it is, 0..1; None for nobody.
+    """Make a video of a recording between two times [s]; `tell` is told how far it is, 0..1.
 
     Raises:
         UsageError: there is nothing to be seen in it at these times.

@@ -75,12 +75,7 @@ def show_contents(console: Console, told: dict[str, Any]) -> None:
 
 
 def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
-    """A row for each topic on which something was said.
-
-    Args:
-        told: what `document` tells.
-        is_narrow: whether to leave out the packages of types, so that names stay in one piece.
-    """
+    """A row for each topic on which something was said; a narrow table leaves out the packages of types."""
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
     found.add_column("topic", overflow="fold")
     found.add_column("", no_wrap=True)

@@ -50,9 +50,6 @@ class Evaluation:
 
     Args:
         store: takes the results, and knows those from before.
-        limits: what each run may use.
-        workers: how many processes at a time.
-        records: whether each run is recorded.
         on_result: called for each new result.
         on_look: called now and then with what is being worked.
     """

@@ -86,13 +86,9 @@ class JobOrder:
     """What a worker process has to do; it reaches the process as JSON.
 
     Attributes:
-        agent: who works the cell, as for `find_agent`.
         wall: time that it may take on the wall clock [s].
         memory: memory that it may have [bytes]; 0: not limited.
         files: those of the trial; none: the agent is only made, and nothing is run.
-        seed: root of all chance.
-        vary: whether the cell is varied, by the seed.
-        run_log: file for what happens.
         record: file for a recording; empty for none.
     """
 
@@ -110,7 +106,6 @@ class WorkerProcess(ChildProcess):
     """A process of `cellwright.running.evaluation.worker`.
 
     Args:
-        order: what it has to do.
         log: file that takes what it prints.
         wakes: takes this object whenever there is something new to look at.
     """

@@ -144,11 +144,6 @@ class Result:
     """What came of a job.
 
     Attributes:
-        key: the job's key.
-        trial: name of the trial.
-        agent: who worked it.
-        seed: its seed.
-        vary: whether the cell was varied.
         outcome: a name of `Outcome` in small letters, or a value of `Lost`.
         points: what it earned; 0 when its process could not say so any more.
         reachable: the most points that anybody can earn in the trial.
@@ -156,10 +151,7 @@ class Result:
         wall: time it took on the wall clock [s].
         simulated: simulation time that passed [s].
         reason: why it was not done, in a line; empty when it was.
-        limits: what it was allowed to use.
         state_hash: SHA-256 of the whole last state.
-        score: the score with its evidence.
-        timeline: what happened when.
         log: the last lines of its log, when it was not done.
         command: the command that does the same run alone.
     """
@@ -185,13 +177,7 @@ class Result:
 
     @classmethod
     def of(cls, job: Job, limits: Limits, **content: Any) -> Result:
-        """The result of a job that was worked within these limits.
-
-        Args:
-            job: says what was run.
-            limits: what it was allowed to use.
-            content: the fields that neither of them says.
-        """
+        """The result of a job that was worked within these limits; `content` are the fields that neither says."""
         return cls(
             key=job.key,
             trial=job.trial.name,

@@ -87,16 +87,10 @@ class TrialSummary:
     """What the runs of one trial come to.
 
     Attributes:
-        trial: its name.
-        runs: how many runs.
         reachable: the most points that anybody can earn in it.
         best: what its orders would earn if nothing were out of reach.
         mean: mean of the points; a run that has told nothing counts as 0.
-        least: the least points of a run.
-        most: the most points of a run.
         share: mean over reachable.
-        outcomes: how many runs ended how.
-        real_time_factor: all simulated seconds over all wall seconds.
     """
 
     trial: str

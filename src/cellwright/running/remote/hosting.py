@@ -39,9 +39,6 @@ class AgentProcess(ChildProcess):
     """Runs an agent in a process of its own, which ends when this one does, or its connection to the cell.
 
     Args:
-        agent: the agent's name.
-        address: host and port of the cell.
-        node: the agent's node name.
         way: how it comes to the cell, `socket` or `ros1`.
         level: what the agent logs from this level on is passed on.
         say: takes each line that the process prints; called from another thread.

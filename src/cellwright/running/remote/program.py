@@ -47,13 +47,7 @@ class AgentExit:
 def run_agent(
     agent: Agent, transport: Transport, afterwards: Callable[[Client], None] = lambda _client: None
 ) -> AgentExit:
-    """Let an agent work a cell; nothing that it raises comes out.
-
-    Args:
-        agent: what works.
-        transport: its way to the cell; closed in the end.
-        afterwards: what is still to be done once the agent has returned.
-    """
+    """Let an agent work a cell, and close its way there; nothing that it raises comes out."""
     parting, error = Parting.RETURNED, ""
     try:
         client = Client(transport)

@@ -122,10 +122,8 @@ class Pictures:
     """Pictures of a cell: an observer that takes them at their times, and knows which were taken.
 
     Args:
-        camera: where they are taken from.
         wanted: simulation times [s] and files.
         say: takes a line about a picture that could not be written or was never taken.
-        quality: how they are drawn.
     """
 
     def __init__(

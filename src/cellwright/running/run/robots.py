@@ -38,8 +38,6 @@ class RobotTarget(Target):
     """A robot's node.
 
     Args:
-        make: makes it.
-        node: its name in ROS.
         sim_time: whether messages carry simulation time.
 
     Raises:
@@ -142,7 +140,6 @@ class RobotWindow:
     """MuJoCo's window on a robot: an observer that has it open while a session runs.
 
     Attributes:
-        is_shown: whether there is a window.
         sliders: with a slider for each joint in it.
         snapshot: file for a picture of how the robot stands at the end.
     """

@@ -392,14 +392,7 @@ class Session(SessionState):
 def open_page(
     address: tuple[str, int], options: PageOptions, title: str, say: Callable[[str], None], *, key: str = ""
 ) -> WebPage:
-    """Open a page on what is served at an address.
-
-    Args:
-        address: host and port.
-        options: where the page is.
-        title: what stands above it.
-        say: takes a line with the page's address.
-        key: of the server there, where it tells things to its own page alone.
+    """Open a page on what is served at an address; a server tells some things to the page with its key alone.
 
     Raises:
         UsageError: there can be none.

@@ -297,7 +297,6 @@ class CellTarget(Target):
     """A cell, run from the start.
 
     Args:
-        make: makes the cell.
         files: gives the files of its trial, as they were named.
         about: what a panel says of the run besides, such as the agent's name.
     """

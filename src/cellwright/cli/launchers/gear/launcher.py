@@ -47,12 +47,7 @@ def without_remappings(arguments: Sequence[str]) -> list[str]:
 
 
 def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> argparse.Namespace:
-    """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used.
-
-    Args:
-        arguments: those of the process, without the program's name.
-        variables: those of its environment.
-    """
+    """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used."""
     parsed = _parser().parse_args(without_remappings(arguments))
     parsed.file = parsed.file or []
     parsed.competition = not parsed.development_mode or COMPETITION in variables
@@ -105,14 +100,7 @@ _LAUNCH = """\
 
 
 def launch_files(loaded: Loaded, text: str, *, competition: bool, verbose: bool = False) -> dict[str, str]:
-    """The content of each file, by its name.
-
-    Args:
-        loaded: the configuration.
-        text: the configuration as it was given.
-        competition: whether the cell is in competition mode.
-        verbose: whether the launcher was asked to say more.
-    """
+    """The content of each file, by its name."""
     options = ("" if competition else "--development-mode ") + ("--verbose " if verbose else "")
     return {
         CONFIG: text,
@@ -158,10 +146,6 @@ _FAILED = 1
 
 def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) -> int:
     """Start the cell, and stay until it ends.
-
-    Args:
-        arguments: those of the process, without the program's name.
-        variables: those of its environment.
 
     Returns:
         The exit status: 1 for whatever is wrong with the configuration, or could not be started.

@@ -50,12 +50,7 @@ class PerformanceLog:
             self.score(effect.score, effect.process_time)
 
     def score(self, score: GameScore, process_time: int) -> None:
-        """Write the score, unless it has been written.
-
-        Args:
-            score: of the whole game.
-            process_time: how long the game took [ns].
-        """
+        """Write the score, and how long the game took [ns], unless that has been done."""
         if not self._has_score:
             self._has_score = True
             self._write("\n".join(score_lines(score, process_time)))
@@ -87,12 +82,7 @@ def _lines(effect: effects.Effect) -> Iterator[str]:
 
 
 def score_lines(score: GameScore, process_time: int) -> Iterator[str]:
-    """The block of the score: the game, its orders, their kits.
-
-    Args:
-        score: of the whole game.
-        process_time: how long the game took [ns].
-    """
+    """The block of the score: the game, which took so long [ns], its orders, their kits."""
     yield "<game_score>"
     yield f"Total game score: [{score.total:g}]"
     yield f"Total process time: [{seconds(process_time):.3f}]"
