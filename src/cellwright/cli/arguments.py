@@ -40,22 +40,17 @@ Servo = Annotated[
         WORK,
     ),
 ]
-
 Seed = Annotated[int | None, option("N", "Root of all chance; the file's own, else 0.", WORK)]
-
 Vary = Annotated[
     bool,
     flag(
         "--vary", "Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.", WORK
     ),
 ]
-
 Development = Annotated[
     bool, flag("--development-mode -d", "Allow what a competition refuses, such as setting the belt's power.", WORK)
 ]
-
 Until = Annotated[float | None, option("T", "Stop at this simulation time [s].", END)]
-
 Record = Annotated[
     list[Path] | None,
     option(
@@ -64,18 +59,14 @@ Record = Annotated[
         OUTPUT,
     ),
 ]
-
 Recorded = Annotated[Path, argument("FILE.mcap", "What `--record` wrote, whole or cut short.")]
-
 Host = Annotated[str, option("HOST", "Address to listen at.", REACH)]
-
 Port = Annotated[
     int | None,
     option(
         "N", "Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.", REACH
     ),
 ]
-
 Log = Annotated[
     Path | None,
     option(
@@ -144,7 +135,6 @@ def _is_local(host: str) -> bool:
 
 
 VIDEO = "Video"
-
 VideoFile = Annotated[
     Path | None,
     option(
@@ -154,7 +144,6 @@ VideoFile = Annotated[
         name="--video",
     ),
 ]
-
 VideoCamera = Annotated[
     str | None,
     option(
@@ -164,14 +153,11 @@ VideoCamera = Annotated[
         name="--video-camera",
     ),
 ]
-
 VideoSpeed = Annotated[
     float,
     option("FACTOR", "Simulated seconds a second of video: 10 makes 10 minutes one.", VIDEO, name="--video-speed"),
 ]
-
 VideoSize = Annotated[str, option("WxH", "In pixels, such as 1920x1080.", VIDEO, name="--video-size")]
-
 VideoFine = Annotated[bool, flag("--video-fine", "Smoother edges; without a GPU that takes half as long again.", VIDEO)]
 
 DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import typer
 from rich import box
@@ -103,11 +103,8 @@ def pace_text(pace: Pace) -> str:
     return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"
 
 
-class ShowProgress(Protocol):
-    """Takes how much is done, None where no end is known, and a few words."""
-
-    def __call__(self, done: float | None, status: str = "") -> None:
-        """Show it."""
+ShowProgress: TypeAlias = Callable[..., None]
+"""Takes how much is done, None where no end is known, and a few words."""
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -107,7 +107,7 @@ def run_served(
         "served",
         NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE,
         pictures,
-        more={"pace": summary.pace_document(result.pace)},
+        more={"pace": None if result.pace is None else asdict(result.pace)},
         out=sys.stdout if as_json else None,
     )
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rich import box
 from rich.console import Console
 from rich.measure import Measurement
 from rich.segment import Segments
@@ -38,13 +37,12 @@ from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
 from cellwright.cli.arguments import video_sentence
 from cellwright.cli.main import NOT_DONE
-from cellwright.cli.output import ShowProgress, note, note_files, progress_bar, warn
+from cellwright.cli.output import WHOLE, ShowProgress, note, note_files, progress_bar, table, warn
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
 from cellwright.running.run.targets import cell_result, subscribe
 
 if TYPE_CHECKING:
-    from cellwright.engine.loop import Pace
     from cellwright.running.run import Session
     from cellwright.running.run.observers import Pictures
 
@@ -212,7 +210,8 @@ def result_document(
         "real_time_factor": result.real_time_factor,
         "steps": result.steps,
         "state_hash": result.state_hash,
-        "score": score_document(result.evidence, final),
+        "score": evidence_to_json(result.evidence)
+        | {"trial_score": None if final is None else trial_score_to_json(final)},
         "collisions": [asdict(collision) for collision in result.collisions],
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
@@ -220,16 +219,6 @@ def result_document(
         "recordings": [str(path) for path in result.recordings],
         "versions": versions(),
     }
-
-
-def pace_document(pace: Pace | None) -> dict[str, float] | None:
-    """How time kept to the wall clock; lateness in s."""
-    return None if pace is None else asdict(pace)
-
-
-def score_document(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:
-    """A run's score with its evidence, and the score of the trial as in the finals if averages are known."""
-    return evidence_to_json(found) | {"trial_score": None if final is None else trial_score_to_json(final)}
 
 
 def show_files(
@@ -304,17 +293,12 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
 
 def kit_table(kit: KitEvidence) -> Table:
     """A row for each ordered part, with what was found for it and its points."""
-    result = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
-    result.add_column("part", no_wrap=True)
-    result.add_column("found", no_wrap=True)
+    columns: dict[str, dict[str, Any]] = {"part": {**WHOLE}, "found": {**WHOLE}}
     rows = [_part_cells(part) for part in kit.parts]
     for place, heading in enumerate(("off mm", "turn mrad", "there", "pose"), 2):
         words = [*heading.split(), *(str(row[place]) for row in rows)]
-        result.add_column(heading, justify="right", min_width=max(map(len, words)))  # only the heading is broken
-    result.add_column("lost", no_wrap=True)
-    for row in rows:
-        result.add_row(*row)
-    return result
+        columns[heading] = {"justify": "right", "min_width": max(map(len, words))}  # only the heading is broken
+    return table({**columns, "lost": WHOLE}, rows, collapse_padding=True)
 
 
 def show_kit_table(console: Console, kit: KitEvidence) -> None:

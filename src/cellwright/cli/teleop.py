@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -22,7 +21,7 @@ from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import OUTPUT, REACH, WORK
 from cellwright.cli.declarations import argument, flag, option
 from cellwright.cli.main import DONE, NOT_DONE
-from cellwright.cli.output import progress_bar
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, progress_bar, table
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.config.robot.config import RobotConfig
@@ -45,14 +44,7 @@ from cellwright.viewer.web.start import LOOPBACK
 
 
 def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
-    """Try a driver out, and print what was found, a line each.
-
-    Returns:
-        The exit status.
-
-    Raises:
-        UsageError: there is no driver to try.
-    """
+    """Try a driver out, and print what was found, a line each; the exit status."""
     if driver is None:
         options.refuse("--check-driver: name the driver: --driver my_driver.py:MyDriver")
     make = find_driver(driver)
@@ -71,14 +63,10 @@ _PERCENT = (
 
 
 def refuse_what_runs(given: Mapping[str, bool]) -> None:
-    """Refuse options that are given, and meant for a node that goes on running.
-
-    Raises:
-        UsageError: one is.
-    """
+    """Refuse options that are given, and meant for a node that goes on running."""
     for name, is_given in given.items():
         if is_given:
-            raise UsageError(f"--check: leave out {name}, meant for a node that goes on running")
+            options.refuse(f"--check: leave out {name}, meant for a node that goes on running")
 
 
 def tell_motion_report(report: MotionReport, *, as_json: bool) -> int:
@@ -92,21 +80,18 @@ def tell_motion_report(report: MotionReport, *, as_json: bool) -> int:
 
 def show_motion_report(console: Console, report: MotionReport) -> None:
     """Print a row for each finding, and what they come to."""
-    against = (
-        f"against its recorded motion, {Path(report.reference).name}"
-        if report.reference
-        else "joint by joint: it has no recorded motion"
-    )
-    console.print(f"{report.robot} in its node, {against}", markup=False, soft_wrap=True)
+    recorded = f"against its recorded motion, {Path(report.reference).name}"
+    against = recorded if report.reference else "joint by joint: it has no recorded motion"
+    output.say(console, f"{report.robot} in its node, {against}")
     console.print()
     console.print(findings_table(report))
     if report.reference:
         console.print(_PERCENT, markup=False)
     for finding in report.findings:
         if finding.note and finding.passed:
-            console.print(f"  {finding.what}: {finding.note}", markup=False, soft_wrap=True)
+            output.say(console, f"  {finding.what}: {finding.note}")
         if finding.remedy:
-            console.print(f"  {finding.what}: {finding.remedy}", markup=False, soft_wrap=True)
+            output.say(console, f"  {finding.what}: {finding.remedy}")
     good = sum(finding.passed for finding in report.findings)
     console.print()
     console.print(f"passed      {good} of {len(report.findings)}", markup=False)
@@ -114,16 +99,12 @@ def show_motion_report(console: Console, report: MotionReport) -> None:
 
 def findings_table(report: MotionReport) -> Table:
     """A row for each finding."""
-    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    found.add_column("looked at", overflow="fold")
-    for heading in ("worst", "limit"):
-        found.add_column(heading, justify="right", no_wrap=True)
-    found.add_column("where", overflow="fold")
-    found.add_column("", no_wrap=True)
+    rows = []
     for finding in report.findings:
         verdict = Text("ok", style="green") if finding.passed else Text("FAILS", style="bold red")
-        found.add_row(Text(finding.what), _figure(finding), _limit(finding), Text(finding.where), verdict)
-    return found
+        limit = f"{finding.limit:.3g} {finding.unit}"
+        rows.append((Text(finding.what), _figure(finding), limit, Text(finding.where), verdict))
+    return table({"looked at": FOLD, "worst": RIGHT, "limit": RIGHT, "where": FOLD, "": WHOLE}, rows)
 
 
 def motion_document(report: MotionReport) -> dict[str, Any]:
@@ -139,10 +120,6 @@ def _figure(finding: Finding) -> str:
     if not math.isfinite(finding.worst):
         return "-"
     return f"{finding.worst:.0f}" if finding.unit == "differ" else f"{finding.worst:.2f}"
-
-
-def _limit(finding: Finding) -> str:
-    return f"{finding.limit:.3g} {finding.unit}"
 
 
 def robot_progress(console: Console, *, until: float | None) -> RunProgress:

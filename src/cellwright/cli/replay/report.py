@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
-from cellwright.cli.output import note, progress_bar
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, note, progress_bar, say, table
 from cellwright.engine.clock import seconds
 from cellwright.recording.format.format import COMMAND, STATE_HASH
 from cellwright.recording.format.reader import Recording
@@ -61,7 +61,7 @@ def contents_document(recording: Recording) -> dict[str, Any]:
 
 def show_contents(console: Console, told: dict[str, Any]) -> None:
     """Print what `document` tells."""
-    console.print(f"{told['kind']} {told['name']}, recorded in {told['file']}", markup=False, soft_wrap=True)
+    say(console, f"{told['kind']} {told['name']}, recorded in {told['file']}")
     console.print()
     whole = _topics(told)
     needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
@@ -76,29 +76,21 @@ def show_contents(console: Console, told: dict[str, Any]) -> None:
 
 def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
     """A row for each topic on which something was said; a narrow table leaves out the packages of types."""
-    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
-    found.add_column("topic", overflow="fold")
-    found.add_column("", no_wrap=True)
-    found.add_column("messages", justify="right", no_wrap=True)
-    found.add_column("Hz", justify="right", no_wrap=True)
-    found.add_column("type", overflow="fold")
+    rows: list[list[str | Text]] = []
     for topic in told["topics"]:
         if topic["own"] or not topic["messages"]:
             continue
         often = topic["measured"] if topic["rate"] not in ("", "on event") else None
-        found.add_row(
-            Text(topic["name"]),
-            topic["direction"],
-            str(topic["messages"]),
-            "" if often is None else f"{often:.3g}",
-            Text(topic["type"].rpartition("/")[2] if is_narrow else topic["type"]),
-        )
-    return found
+        figures = [str(topic["messages"]), "" if often is None else f"{often:.3g}"]
+        kind = topic["type"].rpartition("/")[2] if is_narrow else topic["type"]
+        rows.append([Text(topic["name"]), topic["direction"], *figures, Text(kind)])
+    columns = {"topic": FOLD, "": WHOLE, "messages": RIGHT, "Hz": RIGHT, "type": FOLD}
+    return table(columns, rows, padding=(0, 1, 0, 0), collapse_padding=True)
 
 
 def _notes(told: dict[str, Any]) -> list[tuple[str, str]]:
     header, result = told["header"], told["result"] or {}
-    versions = header.get("versions")
+    known = _versions(header)
     silent = sum(not topic["messages"] and not topic["own"] for topic in told["topics"])
     return [
         ("silent", f"{silent} topics" if silent else ""),
@@ -108,7 +100,7 @@ def _notes(told: dict[str, Any]) -> list[tuple[str, str]]:
         ("commands", f"{told['commands']} came from outside"),
         ("verify", f"{told['state_hashes']} state hashes to compare with" if told["state_hashes"] else "no state hash"),
         *((name, _fact(header[name])) for name in ("agent", "seed", "servo") if name in header),
-        ("versions", ", ".join(f"{name} {each}" for name, each in versions.items()) if _is_table(versions) else ""),
+        ("versions", ", ".join(f"{name} {each}" for name, each in known.items())),
         ("size", f"{told['bytes'] / 1e6:.1f} MB"),
     ]
 
@@ -131,10 +123,6 @@ def _fact(value: Any) -> str:
     return text[:_MOST_FACTS]
 
 
-def _is_table(value: Any) -> bool:
-    return isinstance(value, dict)
-
-
 _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
 
 
@@ -152,7 +140,7 @@ def verify_recording(recording: Recording, console: Console, *, as_json: bool) -
                 tell(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
 
         verdict = verify.Verification(rebuilt, progress).run(verify.recorded_steps(recording))
-    others = verify.versions_that_differ(_versions(recording), versions())
+    others = verify.versions_that_differ(_versions(recording.header.facts), versions())
     if as_json:
         typer.echo(json.dumps(verdict_document(verdict, others) | {"complete": recording.is_complete}, indent=2))
     else:
@@ -203,18 +191,15 @@ def _lines(verdict: Verdict) -> list[tuple[str, str]]:
                 lines.append(("elsewhere", ", ".join(verdict.bodies)))
             if verdict.fault:
                 lines.append(("error", verdict.fault))
-    lines.append(("ran", f"{_length(verdict):.1f} s in {verdict.wall:.1f} s: {verdict.factor:.1f} x real time"))
+    length = seconds(verdict.reached.time - verdict.begun.time)
+    lines.append(("ran", f"{length:.1f} s in {verdict.wall:.1f} s: {verdict.factor:.1f} x real time"))
     return lines
-
-
-def _length(verdict: Verdict) -> float:
-    return seconds(verdict.reached.time - verdict.begun.time)
 
 
 def _moment(moment: Moment | None) -> dict[str, Any] | None:
     return None if moment is None else {"tick": moment.tick, "time": seconds(moment.time)}
 
 
-def _versions(recording: Recording) -> dict[str, str]:
-    found = recording.header.facts.get("versions")
+def _versions(facts: Mapping[str, Any]) -> dict[str, str]:
+    found = facts.get("versions")
     return {str(name): str(each) for name, each in found.items()} if isinstance(found, dict) else {}

@@ -89,7 +89,7 @@ class Evaluation:
         Raises:
             OSError: there can be no such process, or no log of it.
         """
-        worker = WorkerProcess(self._order(agent), self._log("check.log"))
+        worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
         try:
             worker.wait(_START + self._limits.wall)
         finally:
@@ -135,7 +135,7 @@ class Evaluation:
         return not unfinished
 
     def _begin(self, job: Job) -> None:
-        log = self._log(job.log_name)
+        log = self._beside(LOGS, job.log_name)
         record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else ""
         order = replace(
             self._order(job.agent),
@@ -149,9 +149,6 @@ class Evaluation:
 
     def _order(self, agent: str) -> JobOrder:
         return JobOrder(agent, self._limits.wall, self._limits.memory if MEMORY_IS_LIMITED else 0)
-
-    def _log(self, name: str) -> Path:
-        return self._beside(LOGS, name)
 
     def _beside(self, kind: str, name: str) -> Path:
         folder = self._store.path.parent / kind

@@ -3,8 +3,8 @@
 from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
 from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended, versions
 from cellwright.running.run.session import Program, Session, run_cell, run_trial
-from cellwright.running.run.targets import CellTarget, DescriptionWarning, Target, load_robot, load_trial
-from cellwright.running.run.work import DRIVE, agent_traceback, call_agent, wait_for_kits, work_in_process
+from cellwright.running.run.targets import CellTarget, DescriptionWarning, load_robot, load_trial
+from cellwright.running.run.work import DRIVE, agent_traceback, call_agent, wait_for_kits
 
 __all__ = [
     "DRIVE",
@@ -20,7 +20,6 @@ __all__ = [
     "ServerOptions",
     "Session",
     "SessionResult",
-    "Target",
     "agent_traceback",
     "call_agent",
     "how_it_ended",
@@ -30,5 +29,4 @@ __all__ = [
     "run_trial",
     "versions",
     "wait_for_kits",
-    "work_in_process",
 ]
