@@ -101,11 +101,7 @@ OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's brows
 
 
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
-    """The page that somebody wants; None for none.
-
-    Raises:
-        UsageError: something is said of a page that nobody wants, or it cannot be there.
-    """
+    """The page that somebody wants; None for none."""
     if not view:
         said = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
         if given := [option for option, is_given in said.items() if is_given]:
@@ -117,11 +113,7 @@ def page_options(*, view: bool, host: str | None, port: int | None, opens: bool)
 
 
 def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
-    """Refuse the name of a place of pictures behind `--view`, which once took one.
-
-    Raises:
-        UsageError: there is one among the words that stand for files.
-    """
+    """Refuse the name of a place of pictures behind `--view`, which once took one."""
     for word in words if view else ():
         if word in VIEWS and not Path(word).exists():
             refuse(f"--view {word}: --view opens a page now, and takes no name; for pictures say --camera {word}")
@@ -164,11 +156,7 @@ DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
 
 def video_options(file: Path | None, view: str | None, speed: float, size: str, *, fine: bool) -> VideoOptions | None:
-    """What was asked for; None for no video.
-
-    Raises:
-        UsageError: something that cannot be, or that goes with --video and stands without it.
-    """
+    """What was asked for; None for no video."""
     checked = options.output_file("--video", file, ".mp4")
     with options.errors_of("--video-camera"):
         camera = None if view is None else camera_of(view)
@@ -199,11 +187,7 @@ def _video_size(text: str) -> tuple[int, int]:
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
-    """How a run is to be recorded, with what is known of it besides; None where it is not.
-
-    Raises:
-        UsageError: a file cannot be written, or is of no kind of recording.
-    """
+    """How a run is to be recorded, with what is known of it besides; None where it is not."""
     if not paths:
         return None
     for path in paths:

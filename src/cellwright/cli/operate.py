@@ -100,12 +100,7 @@ Robot = Annotated[
 
 
 class NodeConnection:
-    """A way to a node, checked; nothing is connected yet.
-
-    Raises:
-        UsageError: this cannot be meant.
-        DescriptionError: the robot's description cannot be used.
-    """
+    """A way to a node, checked; nothing is connected yet."""
 
     def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE, robot: str | None = None) -> None:
         if ros1 and connect is not None:
@@ -116,11 +111,7 @@ class NodeConnection:
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> NodeClient:
-        """A connection of its own, with a suffix to its name: in ROS no two may be called the same.
-
-        Raises:
-            UsageError: no node answers there.
-        """
+        """A connection of its own, with a suffix to its name: in ROS no two may be called the same."""
         name = self.node + suffix
         if self._ros1 is None:
             return NodeClient(self._over_socket(name))
@@ -130,11 +121,7 @@ class NodeConnection:
 
     @contextmanager
     def robot(self) -> Iterator[OperatedRobot]:
-        """The robot; the connection is closed in the end.
-
-        Raises:
-            UsageError: the node is gone.
-        """
+        """The robot; the connection is closed in the end."""
         session = self.session()
         try:
             try:
@@ -152,11 +139,7 @@ class NodeConnection:
         return str(welcome.get("trial") or "robot")
 
     def limits(self, robot: OperatedRobot) -> JointLimits:
-        """The limits of the robot's joints, as far as anybody knows them.
-
-        Raises:
-            UsageError: it is not the robot that was named.
-        """
+        """The limits of the robot's joints, as far as anybody knows them."""
         if self._limits is not None:
             missing = [name for name in self._limits.joints if name not in robot.joints]
             if missing:

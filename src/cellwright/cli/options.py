@@ -1,4 +1,7 @@
-"""What is given on the command line, read and refused before anything starts."""
+"""What is given on the command line, read and refused before anything starts.
+
+What cannot be used is a UsageError, or another CellwrightError of what reads it, here and in all commands.
+"""
 
 from __future__ import annotations
 
@@ -45,21 +48,13 @@ S = TypeVar("S", bound=str)
 
 
 def refuse(message: str) -> NoReturn:
-    """Say why the input cannot be used, and stop.
-
-    Raises:
-        UsageError: always.
-    """
+    """Say why the input cannot be used, and stop."""
     raise UsageError(message)
 
 
 @contextmanager
 def errors_of(option: str) -> Iterator[None]:
-    """Have errors in the input begin with the option that they come from, such as `--camera`.
-
-    Raises:
-        UsageError: in place of the error inside.
-    """
+    """Have errors in the input begin with the option that they come from, such as `--camera`."""
     try:
         yield
     except UnknownNameError as error:
@@ -85,11 +80,7 @@ def in_range(option: str, value: N, low: float, high: float, remedy: str, text: 
 
 
 def paths(files: Sequence[str]) -> list[Path]:
-    """The paths of a trial's files; names of bundled trials are looked up.
-
-    Raises:
-        UsageError: there is no such file or trial.
-    """
+    """The paths of a trial's files; names of bundled trials are looked up."""
     return [_path(file) for file in files]
 
 
@@ -111,12 +102,7 @@ def _path(file: str) -> Path:
 
 
 def load(files: Sequence[str]) -> Trial:
-    """The trial in these files; warnings are printed on stderr.
-
-    Raises:
-        DescriptionError: the files cannot be used.
-        UsageError: there is no such file or trial.
-    """
+    """The trial in these files; warnings are printed on stderr."""
     loaded = load_trial(paths(files))
     for warning in loaded.warnings:
         output.warn(warning)
@@ -124,12 +110,7 @@ def load(files: Sequence[str]) -> Trial:
 
 
 def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
-    """The trial in these files, varied by a root of chance where that is asked for; warnings are printed on stderr.
-
-    Raises:
-        DescriptionError: the files cannot be used.
-        UsageError: there is no such file or trial, or the root is none.
-    """
+    """The trial in these files, varied by a root of chance where that is asked for; warnings are printed on stderr."""
     found, given = load(files), seed(root)
     return vary(found, found.settings.seed if given is None else given) if is_varied else found
 
@@ -249,11 +230,7 @@ def min_score(value: float | None) -> float | None:
 
 
 def averages(text: str | None, trial: Trial) -> Averages | None:
-    """What all teams spent on this trial on average, `COST,TIME` with a time for each order.
-
-    Raises:
-        UsageError: the text says something else, or such a trial has no score.
-    """
+    """What all teams spent on this trial on average, `COST,TIME` with a time for each order."""
     if text is None:
         return None
     cost, *times = map(_number, text.split(","))

@@ -32,11 +32,7 @@ _MAX_POSITION = 1e6  # [rad; m]; what lies beyond is a slip, and turns lose thei
 
 
 def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
-    """The positions of joints by name [rad; m].
-
-    Raises:
-        UsageError: it is no posture of this robot.
-    """
+    """The positions of joints by name [rad; m]."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -60,11 +56,7 @@ def _position(name: str, value: Any, robot: RobotModel) -> float:
 
 
 def write_skeleton(config: RobotConfig, file: Path) -> None:
-    """Write the beginning of a configuration for a robot, and say what is in it.
-
-    Raises:
-        UsageError: there is such a file already, or it cannot be written.
-    """
+    """Write the beginning of a configuration for a robot, and say what is in it."""
     if not file.parent.is_dir():
         refuse(f"--init {file}: there is no folder {file.parent}")
     text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve())

@@ -41,11 +41,7 @@ class TargetKind(Enum):
 
 
 def kind_of(words: Sequence[str]) -> TargetKind:
-    """What these words of a command line stand for; what is none of the others is taken for a trial.
-
-    Raises:
-        UsageError: several things at once, which only the files of a trial can be.
-    """
+    """What these words of a command line stand for; what is none of the others is taken for a trial."""
     kinds = [_kind_of_word(word) for word in words]
     if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
         other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
@@ -66,11 +62,7 @@ _NAP = 0.1  # [s]
 
 
 def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -> None:
-    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile.
-
-    Raises:
-        UsageError: nobody answers there, what does has nothing to show, or there can be no page.
-    """
+    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile."""
     title = f"{served_name(address)} · Cellwright"
     stop = StopCondition()
     with stopped_by_signals(stop.request):
@@ -83,11 +75,7 @@ def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -
 
 
 def served_name(address: tuple[str, int]) -> str:
-    """The name of what is served at an address, and can be seen.
-
-    Raises:
-        UsageError: nobody answers there, or what does has nothing to show.
-    """
+    """The name of what is served at an address, and can be seen."""
     link = Link(address, node=f"{PAGE}asks")
     try:
         return str(link.ask(PANEL)["name"])

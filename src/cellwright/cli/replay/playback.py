@@ -42,12 +42,7 @@ def play_recording(
     view: PageOptions | None = None,
     ros1: bool = False,
 ) -> None:
-    """Play a recording until it is over, or a signal comes.
-
-    Raises:
-        UsageError: the address cannot be listened at, or there is no ROS 1.
-        RecordingError: the file is damaged.
-    """
+    """Play a recording until it is over, or a signal comes."""
 
     def status(session: Session) -> str:
         now, last = session.node.simulation.time, seconds(target.playing.last)
@@ -78,13 +73,7 @@ def film_recording(
     warn: Callable[[str], None],
     tell: Callable[[float], None] | None,
 ) -> Made:
-    """Make a video of a recording between two times [s]; `tell` is told how far it is, 0..1.
-
-    Raises:
-        UsageError: there is nothing to be seen in it at these times.
-        RenderingError: it cannot be drawn or written.
-        RecordingError: the file is damaged.
-    """
+    """Make a video of a recording between two times [s]; `tell` is told how far it is, 0..1."""
     begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
     end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
     scene = _scene(recording)

@@ -127,11 +127,7 @@ _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_I
 
 
 def verify_recording(recording: Recording, console: Console, *, as_json: bool) -> int:
-    """Run it again, and print what came of it; the exit status.
-
-    Raises:
-        RecordingError: it cannot be run again; the text says why.
-    """
+    """Run it again, and print what came of it; the exit status."""
     recording.check_bytes()
     with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as tell:
 

@@ -128,11 +128,7 @@ def _sensor(sensor: Sensor) -> dict[str, Any]:
 
 
 def write_launch_files(files: dict[str, str], folder: Path) -> None:
-    """Write the files.
-
-    Raises:
-        UsageError: the folder cannot be written.
-    """
+    """Write the files."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
