@@ -405,7 +405,9 @@ def teleop(
     if driver is not None and (sim_time or lockstep):
         options.refuse("--driver: a real robot keeps real time: leave out --sim-time and --lockstep")
     if driver is not None and not check_driver:
-        _refuse_what_is_simulated(motion, self_collision=self_collision)
+        given = {"--motion teleport": motion is not Motion.SERVO, "--self-collision": self_collision}
+        if said := [option for option, is_given in given.items() if is_given]:
+            options.refuse(f"--driver: a robot of your own moves as it does: leave out {' and '.join(said)}")
     if guard is not Guard.REFUSE and start_guard is None:
         options.refuse(f"--start-guard-then {guard}: say how far away a first target has to be: add --start-guard 0.8")
     safety = SafetySettings(
@@ -486,10 +488,3 @@ def teleop(
         video=filmed,
     )
     raise typer.Exit(run_robot(session, console, window=window, as_json=as_json, verbose=verbose))
-
-
-def _refuse_what_is_simulated(motion: Motion, *, self_collision: bool) -> None:
-    """Refuse what says how a robot is simulated, where none is."""
-    given = [("--motion teleport", motion is not Motion.SERVO), ("--self-collision", self_collision)]
-    if said := [option for option, is_given in given if is_given]:
-        options.refuse(f"--driver: a robot of your own moves as it does: leave out {' and '.join(said)}")

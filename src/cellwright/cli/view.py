@@ -122,7 +122,7 @@ def view(
             view_served(options.address("view", what[0]), page, console)
         case TargetKind.RECORDING:
             # it takes a moment to load, which the other commands are spared
-            from cellwright.cli.replay.playback import play_recording
+            from cellwright.cli.replay.actions import play_recording
             from cellwright.recording.replay.playback import AtEnd
             from cellwright.running.run.playback import PlaybackTarget
 

@@ -65,7 +65,8 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
         file = temporary.open("xb")
     except OSError:
         if not is_there:
-            _tell_of(path)
+            path.open("xb").close()  # it fails for the name that somebody gave, and not for another
+            path.unlink()
             raise
         with path.open("wb") as file:
             yield file
@@ -106,12 +107,6 @@ def write_whole(path: Path, content: str | bytes) -> None:
     """
     with atomic_file(path) as file:
         file.write(content.encode() if isinstance(content, str) else content)
-
-
-def _tell_of(path: Path) -> None:
-    """Fail as opening `path` itself fails, where it does: for the name that somebody gave, and not for another."""
-    path.open("xb").close()
-    path.unlink()
 
 
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
