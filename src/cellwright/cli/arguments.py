@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cellwright.cli import options, output
-from cellwright.cli.declarations import argument, flag, option
+from cellwright.cli.main import argument, flag, option
 from cellwright.cli.options import in_range, refuse
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend

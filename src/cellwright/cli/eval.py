@@ -17,8 +17,7 @@ from rich.text import Text
 from cellwright.cell.kitting.reach import reach
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT, WORK, Vary
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.options import N
 from cellwright.cli.output import FOLD, RIGHT, note, say, table, write_result
 from cellwright.cli.signals import stopped_by_signals

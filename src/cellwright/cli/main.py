@@ -1,4 +1,4 @@
-"""Command `cellwright`: its subcommands, loaded on demand, its exit statuses, and errors as one line each."""
+"""Command `cellwright`: its subcommands, loaded on demand, their options, exit statuses, and errors."""
 
 from __future__ import annotations
 
@@ -26,6 +26,21 @@ NOT_DONE = 1
 interrupted."""
 BAD_INPUT = 2
 """The input cannot be used; nothing has been started."""
+
+
+def argument(metavar: str, text: str) -> Any:
+    """A positional argument."""
+    return typer.Argument(metavar=metavar, help=text, show_default=False)
+
+
+def option(metavar: str, text: str, panel: str | None = None, name: str | None = None) -> Any:
+    """An option that takes a value; without a `name`, such as `--video`, it has that of the parameter."""
+    return typer.Option(*([name] if name else []), metavar=metavar, help=text, rich_help_panel=panel)
+
+
+def flag(names: str, text: str, panel: str | None = None) -> Any:
+    """An option without a value; names are separated by spaces, such as `--development-mode -d`."""
+    return typer.Option(*names.split(), metavar="", help=text, rich_help_panel=panel)
 
 
 def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:

@@ -21,8 +21,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from cellwright.cli import options, output
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import RIGHT, WHOLE, say, table, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.client.ros1_transport import Ros1Transport

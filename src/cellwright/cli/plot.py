@@ -9,8 +9,7 @@ import typer
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import Recorded
-from cellwright.cli.declarations import option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, option
 
 
 def plot(

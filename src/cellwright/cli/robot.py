@@ -15,8 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import output
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
 from cellwright.config.robot.config import RobotConfig

@@ -15,8 +15,7 @@ from rich.console import Console
 
 from cellwright.cli import arguments, options, output, summary
 from cellwright.cli.arguments import END, LOOK, OUTPUT, REACH, WORK
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, flag, option
 from cellwright.cli.output import progress_bar
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress

@@ -19,8 +19,7 @@ from rich.text import Text
 
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import OUTPUT, REACH, WORK
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, progress_bar, table
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
@@ -67,15 +66,6 @@ def refuse_what_runs(given: Mapping[str, bool]) -> None:
     for name, is_given in given.items():
         if is_given:
             options.refuse(f"--check: leave out {name}, meant for a node that goes on running")
-
-
-def tell_motion_report(report: MotionReport, *, as_json: bool) -> int:
-    """Print how a robot moves; the exit status: 0 when all is well, else 1."""
-    if as_json:
-        typer.echo(json.dumps(motion_document(report), indent=2))
-    else:
-        show_motion_report(Console(highlight=False), report)
-    return DONE if report.passed else NOT_DONE
 
 
 def show_motion_report(console: Console, report: MotionReport) -> None:
@@ -455,7 +445,11 @@ def teleop(
         config = load_robot(robot, output.warn)
         with closing(RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)) as checked:
             report = check_motion(checked)
-        raise typer.Exit(tell_motion_report(report, as_json=as_json))
+        if as_json:
+            typer.echo(json.dumps(motion_document(report), indent=2))
+        else:
+            show_motion_report(console, report)
+        raise typer.Exit(DONE if report.passed else NOT_DONE)
     progress = robot_progress(console, until=until)
 
     def make() -> RobotNode:

@@ -14,7 +14,7 @@ from rich.console import Console
 from cellwright.cell.kitting.reach import reach
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
-from cellwright.cli.declarations import flag
+from cellwright.cli.main import flag
 from cellwright.cli.output import RIGHT, WHOLE
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.config.trial.difficulty import demands

@@ -15,8 +15,7 @@ from rich.console import Console
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
-from cellwright.cli.declarations import argument
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, argument
 from cellwright.cli.options import refuse
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.robot.robots import load_robot

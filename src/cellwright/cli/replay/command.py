@@ -11,8 +11,7 @@ from rich.console import Console
 
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import OUTPUT, Host, OpenPage, Port, Recorded, View, ViewHost, ViewPort, page_options
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, flag, option
 from cellwright.cli.output import progress_bar
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
@@ -128,11 +127,13 @@ def replay(
         if is_given and not is_played:
             others = "" if name in played else ", or --bag, --mcap or --video for a file"
             options.refuse(f"{name}: say to whom it is to be played: add --view, --serve or --ros1{others}")
-    rate, begin, end = options.speed(speed), _time("--start", start), _time("--until", until)
-    part = {"start": _nanoseconds(begin), "until": _nanoseconds(end)}
+    rate = options.speed(speed)
+    for name, time in (("--start", start), ("--until", until)):
+        options.in_range(name, time, 0.0, options.LATEST, f"a time from 0 s to {options.LATEST:g} s")
+    part = {"start": _nanoseconds(start), "until": _nanoseconds(until)}
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:
-        _check_times(recording, begin, end)
+        _check_times(recording, start, until)
         if not recording.is_complete:
             output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
@@ -161,7 +162,7 @@ def replay(
         if filmed is not None:
             with progress_bar(console, f"drawing {filmed.file}", 1.0) as tell:
                 told["videos"] = [
-                    actions.film_recording(recording, filmed, start=begin, until=end, warn=output.warn, tell=tell)
+                    actions.film_recording(recording, filmed, start=start, until=until, warn=output.warn, tell=tell)
                 ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
@@ -183,12 +184,6 @@ def _check_times(recording: Recording, start: float | None, until: float | None)
         options.refuse(f"--until {until:g}: {recording.path} begins at {begin:.3f} s")
     if start is not None and until is not None and until < start:
         options.refuse(f"--until {until:g}: that is before --start {start:g}")
-
-
-def _time(option: str, value: float | None) -> float | None:
-    if value is not None and not 0.0 <= value <= options.LATEST:
-        options.refuse(f"{option} {value:g}: give a time from 0 s to {options.LATEST:g} s")
-    return value
 
 
 def _nanoseconds(time: float | None) -> int | None:

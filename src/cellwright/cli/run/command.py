@@ -18,8 +18,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, GameScore, TrialScore, trial_score
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import END, LOOK, OUTPUT, WORK
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.main import exit_status_of
+from cellwright.cli.main import exit_status_of, flag, option
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
 from cellwright.cli.summary import RunProgress, show_files, show_result
 from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent

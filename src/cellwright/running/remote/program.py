@@ -74,7 +74,11 @@ def main(arguments: Sequence[str]) -> None:
     way, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()
-        transport = _over_ros1(node) if way == "ros1" else SocketTransport((host, int(port)), node=node)
+        if way == "ros1":
+            found = installation.find()
+            transport: SocketTransport = Ros1Transport(found.python, node=node, environment=found.environment)
+        else:
+            transport = SocketTransport((host, int(port)), node=node)
     except RunEndedError:  # it was a short one
         said = {"parting": Parting.RUN_ENDED, "error": ""}
     except CellwrightError as error:
@@ -88,11 +92,6 @@ def main(arguments: Sequence[str]) -> None:
     sys.stdout.flush()
     Path(report).write_text(json.dumps(said), encoding="utf-8")
     end_despite_threads(before, 0)
-
-
-def _over_ros1(node: str) -> Ros1Transport:
-    found = installation.find()
-    return Ros1Transport(found.python, node=node, environment=found.environment)
 
 
 class _LogLines(logging.Handler):

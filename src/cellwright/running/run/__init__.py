@@ -2,9 +2,17 @@
 
 from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
 from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended, versions
-from cellwright.running.run.session import Program, Session, run_cell, run_trial
+from cellwright.running.run.session import (
+    DRIVE,
+    Program,
+    Session,
+    agent_traceback,
+    call_agent,
+    run_cell,
+    run_trial,
+    wait_for_kits,
+)
 from cellwright.running.run.targets import CellTarget, DescriptionWarning, load_robot, load_trial
-from cellwright.running.run.work import DRIVE, agent_traceback, call_agent, wait_for_kits
 
 __all__ = [
     "DRIVE",

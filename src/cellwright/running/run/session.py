@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import locale
+import os
+import signal
+import sys
 import time
+import traceback
 import warnings
 import webbrowser
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Self, cast
+
+import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, find_agent, maker_of
@@ -31,7 +39,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import Outcome, RunResult, SessionResult
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended
 from cellwright.running.run.targets import (
     CellTarget,
     SessionState,
@@ -41,13 +49,13 @@ from cellwright.running.run.targets import (
     load_trial,
     warn_of,
 )
-from cellwright.running.run.work import work_in_process
-from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UsageError, showable
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
     from cellwright.robot.node import RobotNode
     from cellwright.viewer.web.start import WebPage
+
 
 _NAP = 0.1  # [s]
 _LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
@@ -519,3 +527,102 @@ def _name_of(agent: Agent | type[Agent] | str | None) -> str:
     if agent is None or isinstance(agent, str):
         return agent or "none"
     return agent.__qualname__ if isinstance(agent, type) else type(agent).__qualname__
+
+
+_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
+)
+
+
+@contextmanager
+def restored_environment() -> Iterator[None]:
+    """Put back the working folder, what numpy does about errors, signal handlers, locale, streams and other switches.
+
+    What cannot be put back is left: a folder that is gone, a handler that was not set in Python.
+    """
+    folder, errors, language = _folder(), np.geterr(), locale.setlocale(locale.LC_ALL)
+    streams, depth = (sys.stdin, sys.stdout, sys.stderr), sys.getrecursionlimit()
+    # only the main thread may set handlers; a program in another one has not changed any either
+    handlers = {each: signal.getsignal(each) for each in _SIGNALS} if current_thread() is main_thread() else {}
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            if folder and folder != _folder():
+                os.chdir(folder)
+        np.seterr(**errors)
+        with suppress(locale.Error):
+            locale.setlocale(locale.LC_ALL, language)
+        sys.stdin, sys.stdout, sys.stderr = streams
+        with suppress(RecursionError):
+            sys.setrecursionlimit(depth)
+        for number, handler in handlers.items():
+            if handler is not None and signal.getsignal(number) is not handler:
+                signal.signal(number, handler)
+
+
+def _folder() -> str:
+    """The working folder; empty if it is gone."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+DRIVE = 30.0
+"""Simulation time [s] for which a kit that is on its way is waited for after the agent has returned."""
+
+
+def wait_for_kits(cell: Cell, client: Client) -> None:
+    """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
+    competition, agvs = cell.competition, tuple(cell.agvs.values())
+
+    def nothing_to_come() -> bool:
+        return competition.state == "done" or all(agv.state != "preparing_to_deliver" for agv in agvs)
+
+    client.wait_until(nothing_to_come, DRIVE)
+    client.wait_until(lambda: competition.state == "done", 0.1)
+
+
+_LONGEST = 20_000  # characters of what is told of an error
+
+
+def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:
+    """Let an agent work a run in this process. How it ended, and what went wrong."""
+    client = Client(transport)
+    try:
+        with restored_environment():
+            call_agent(agent, client)
+        wait_for_kits(cell, client)
+    except RunEndedError:
+        pass  # the ordinary end of a program that works until it is stopped
+    except KeyboardInterrupt:
+        return Outcome.INTERRUPTED, ""
+    except SimulationError as error:
+        return Outcome.UNSTABLE, f"{error}\n"
+    except BaseException as raised:  # whatever somebody's program raises is reported, and the run still has its score
+        return Outcome.CRASHED, agent_traceback(raised)
+    finally:
+        client.close()
+    stopped = cell.simulation.now >= transport.stop.deadline
+    return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+
+
+def call_agent(agent: Agent, client: Client) -> None:
+    """Let an agent work. A program may end itself, and says with its status whether it came to its end."""
+    try:
+        agent.run(client)
+    except SystemExit as stop:
+        if stop.code not in (None, 0):
+            raise
+
+
+def agent_traceback(error: BaseException, *files: str) -> str:
+    """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
+    if isinstance(error, SystemExit):
+        code = error.code if isinstance(error.code, int | str) else type(error.code)
+        return showable(f"the agent exited with {code!r}", _LONGEST) + "\n"
+    inner = error.__traceback__
+    while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
+        inner = inner.tb_next
+    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _LONGEST)
