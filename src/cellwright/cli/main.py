@@ -150,11 +150,7 @@ def _global_options(
 
 
 def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
-    """Run the command line, that of the process for None; errors in the input are one line each on stderr.
-
-    Returns:
-        The exit status.
-    """
+    """Run the command line, None for that of the process; the exit status. An error in the input is told in a line."""
     try:
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:

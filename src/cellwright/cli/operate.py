@@ -112,9 +112,14 @@ class NodeConnection:
     def session(self, suffix: str = "") -> NodeClient:
         """A connection of its own, with a suffix to its name: in ROS no two may be called the same."""
         name = self.node + suffix
-        if self._ros1 is None:
-            return NodeClient(self._over_socket(name))
         ros = self._ros1
+        if ros is None:
+            host, port = self._address
+            try:
+                return NodeClient(SocketTransport((host, port), node=name))
+            except UsageError as error:
+                more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
+                raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
         transport = Ros1Transport(ros.python, node=name, environment=ros.environment, patience=_WAIT, sign=JOINT_STATES)
         return NodeClient(transport)
 
@@ -154,16 +159,6 @@ class NodeConnection:
         else:
             return JointLimits()
         return limits if set(limits.joints) <= set(robot.joints) else JointLimits()
-
-    def _over_socket(self, name: str) -> SocketTransport:
-        try:
-            return SocketTransport(self._address, node=name)
-        except UsageError as error:
-            host, port = self._address
-            raise UsageError(
-                f"{error}; start one with: cellwright teleop ROBOT"
-                + (f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else "")
-            ) from None
 
 
 def warn_of_unknown(limits: JointLimits) -> None:

@@ -81,11 +81,7 @@ def run_served(
     camera: Camera = VIEWS["overview"],
     verbose: bool = False,
 ) -> int:
-    """Serve a cell until it is over or a signal ends it, and print what came of it.
-
-    Returns:
-        The exit status.
-    """
+    """Serve a cell until it is over or a signal ends it, and print what came of it; the exit status."""
     with stopped_by_signals(session.stop.request), session:
         offer_result(session)
         result = cell_result(session.run())
@@ -187,7 +183,9 @@ def serve(
     """
     arguments.refuse_camera_name(files, view=view)
     kept = arguments.record_options(record, agent="served")
-    rate, root, place = _rate_of(speed, lockstep=lockstep), options.seed(seed), options.camera(camera)
+    is_default = speed is None and not lockstep
+    rate = options.default_speed(os.environ) if is_default else options.speed("max" if speed is None else speed)
+    root, place = options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
     target = options.cell_of(files, console, seed=root, servo=servo, is_varied=vary, competition=not development)
     session = served_session(
@@ -206,9 +204,3 @@ def serve(
     )
     file = options.output_file("--picture", picture, ".png")
     raise typer.Exit(run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose))
-
-
-def _rate_of(text: str | None, *, lockstep: bool) -> float | None:
-    if text is None and not lockstep:
-        return options.default_speed(os.environ)
-    return options.speed("max" if text is None else text)

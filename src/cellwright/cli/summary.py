@@ -235,8 +235,7 @@ def show_files(
 ) -> int:
     """Draw the cell as it stands to `picture`, then print what files were written, or the result as JSON to `out`.
 
-    Returns:
-        The exit status: that of a file that is not whole where it was 0.
+    The exit status comes back, which for a file that is not whole is no longer 0.
     """
     result = cell_result(session.result)
     cell: Cell = session.node

@@ -190,11 +190,7 @@ def run_robot(
     as_json: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a robot's node until a signal ends it or its time is over, and print what came of it.
-
-    Returns:
-        The exit status.
-    """
+    """Run a robot's node until a signal ends it or its time is over, and print what came of it; the exit status."""
     with stopped_by_signals(session.stop.request), session:
         ran = session.run()
     node, snapshot = session.node, None if window is None else window.snapshot

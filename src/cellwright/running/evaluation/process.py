@@ -120,7 +120,11 @@ class WorkerProcess(ChildProcess):
         self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
         with log.open("wb") as stderr:
             command = own_program("cellwright.running.evaluation.worker")
-            super().__init__(command, environment=_environment(), stderr=stderr, read=self._listen)
+            # the same order of sets in every process, one thread each for arithmetic, a log that is read as UTF-8
+            given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
+            given |= dict.fromkeys(_ONE_THREAD, "1")
+            environment = {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}
+            super().__init__(command, environment=environment, stderr=stderr, read=self._listen)
         self.send(json.dumps(asdict(order)))
 
     @property
@@ -187,12 +191,6 @@ class WorkerProcess(ChildProcess):
             self.result = told.get("result", self.result)
             self._wakes.put(self)
         self._wakes.put(self)
-
-
-def _environment() -> dict[str, str]:
-    """The environment of a worker: the same order of sets in every process, and one thread each for arithmetic."""
-    given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1", **dict.fromkeys(_ONE_THREAD, "1")}
-    return {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}  # the log is read as that
 
 
 def _ending(status: int) -> str:

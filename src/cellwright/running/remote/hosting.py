@@ -105,11 +105,7 @@ class AgentProcess(ChildProcess):
 
 
 def read_report(path: Path) -> AgentExit | str:
-    """Read what an agent's process says of how it ended. The agent may have written it: nonsense is left out.
-
-    Returns:
-        How the agent left its cell, or why it could not be made; empty where the file says neither.
-    """
+    """How the agent left its cell, or why it could not be made; empty for nonsense, which it may have written."""
     with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return ""

@@ -250,11 +250,7 @@ _FAILED = 1
 
 
 def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) -> int:
-    """Start the cell, and stay until it ends.
-
-    Returns:
-        The exit status: 1 for whatever is wrong with the configuration, or could not be started.
-    """
+    """Start the cell, and stay until it ends; the exit status, 1 for whatever is wrong or could not be started."""
     wanted = parse(arguments, variables)
     try:
         return _launch(wanted, variables)
