@@ -315,18 +315,13 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
         if cause in found:
             yield f"{cause}: {REASONS[cause]}"
             if cause == Verdict.MISSING:
-                yield from fate_lines(kit)
+                known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
+                for (kind, sentence), count in known.items():  # what became of them; indented, below the reason
+                    yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
     if summary := kit.reach.summary():
         yield f"out of reach: {summary}"
-
-
-def fate_lines(kit: KitEvidence) -> Iterator[str]:
-    """What became of the missing parts, where that is known; indented, below the reason."""
-    known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
-    for (kind, sentence), count in known.items():
-        yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
 
 
 def kit_lines(kit: KitEvidence) -> Iterator[str]:
