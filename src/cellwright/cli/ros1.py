@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
 from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages import workspace

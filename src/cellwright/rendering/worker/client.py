@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import tempfile
 import threading
 from collections.abc import Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +19,12 @@ from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import RenderingError, showable
+from cellwright.util.process import ChildProcess
 
 _CLOSE_TIMEOUT = 20.0  # [s], for what was asked for last
 
 
-class RenderWorker:
+class RenderWorker(ChildProcess):
     """A process that draws one scene.
 
     It ends when it is closed, and when the process that holds it ends, however that happens; it then finishes first
@@ -45,21 +45,12 @@ class RenderWorker:
         requested_backend()  # refused here, where somebody hears of it
         self.error = ""
         self._most = most
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
-        self._process = subprocess.Popen(  # noqa: S603 (this program, with an argument of ours)
-            wire.command(),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            env=_environment(os.environ),
-            start_new_session=True,  # a Ctrl-C on the terminal is for the one who asked
-        )
         self._waiting: dict[int, Future[Any]] = {}
         self._changed = threading.Condition()
         self._number = 0
         self._is_closing = False
-        self._reader = threading.Thread(target=self._read, name="pictures", daemon=True)
-        self._reader.start()
+        log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
+        super().__init__(wire.command(), environment=_environment(os.environ), stderr=log, read=self._read)
         self.ready: Future[str] = self.ask("scene", scene)
         """What it draws with, in words, once that is known."""
 
@@ -103,17 +94,7 @@ class RenderWorker:
         """Have it finish what it was asked for, within a time [s], and end."""
         with self._changed:
             self._is_closing = True
-        with suppress(OSError):
-            self._stdin.close()
-        try:
-            self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._reader.join()
-        assert self._process.stdout is not None
-        self._process.stdout.close()
-        self._log.close()
+        self.end(timeout)
 
     def __enter__(self) -> RenderWorker:
         return self
@@ -123,12 +104,7 @@ class RenderWorker:
     ) -> None:
         self.close()
 
-    @property
-    def _stdin(self) -> Any:
-        return self._process.stdin
-
-    def _read(self) -> None:
-        stdout: Any = self._process.stdout
+    def _read(self, stdout: IO[bytes]) -> None:
         with suppress(OSError):
             while (answer := wire.read(stdout)) is not None:
                 self._take(*answer)
@@ -146,21 +122,13 @@ class RenderWorker:
     def _over(self) -> None:
         with self._changed:
             if not self._is_closing or self._waiting:
-                self.error = f"the process that draws has ended{self._last_words()}"
+                words = showable(self.last_words(), 300)
+                self.error = f"the process that draws has ended{f': {words}' if words else ''}"
             left = [*self._waiting.values()]
             self._waiting.clear()
             self._changed.notify_all()
         for future in left:
             future.set_exception(RenderingError(self.error))
-
-    def _last_words(self) -> str:
-        try:
-            self._log.seek(0)
-            lines = self._log.read()[-2000:].decode(errors="replace").split("\n")
-        except (OSError, ValueError):
-            return ""
-        said = [line.strip() for line in lines if line.strip()]
-        return f": {showable(said[-1], 300)}" if said else ""
 
 
 def _environment(own: Mapping[str, str]) -> dict[str, str]:

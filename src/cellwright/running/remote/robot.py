@@ -43,19 +43,14 @@ def main() -> int:
         return 1
     RobotServices(node).offer(server)
     if order["window"]:
-        _open_window(node, server, sliders=bool(order["sliders"]))
+        try:
+            Window(node.world.model, server.address, sliders=bool(order["sliders"]))
+        except WindowError as error:  # the robot moves all the same
+            _report(str(error))
     host, port = server.address
     _say({"host": host, "port": port})
     _run(node, server, int(order["parent"]))
     return 0
-
-
-def _open_window(node: RobotNode, server: Server, *, sliders: bool) -> None:
-    """Open a window; without one the robot moves all the same."""
-    try:
-        Window(node.world.model, server.address, sliders=sliders)
-    except WindowError as error:
-        _report(str(error))
 
 
 def _run(node: RobotNode, server: Server, parent: int) -> None:

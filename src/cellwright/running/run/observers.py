@@ -13,7 +13,6 @@ from enum import StrEnum
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cellwright.cell.cell import Cell
 from cellwright.rendering.camera import Camera
@@ -21,15 +20,12 @@ from cellwright.rendering.picture import PictureRequest, Progress, render, save_
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
 from cellwright.running.run.options import RecordOptions
-from cellwright.running.run.targets import CellTarget, at, cell_result, outcome_word
+from cellwright.running.run.targets import CellTarget, SessionState, at, cell_result, outcome_word
 from cellwright.util.errors import RenderingError, UsageError
-
-if TYPE_CHECKING:
-    from cellwright.running.run.session import Session
 
 
 @contextmanager
-def keep_log(session: Session) -> Iterator[None]:
+def keep_log(session: SessionState) -> Iterator[None]:
     """Write what happens in a run of a cell to the session's log, as it happens."""
     from cellwright.recording.format.run_log import RunLog
 
@@ -55,7 +51,7 @@ def keep_log(session: Session) -> Iterator[None]:
 
 
 @contextmanager
-def record_run(session: Session, record: RecordOptions) -> Iterator[None]:
+def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
     """Record a run until it is over, or broken off.
 
     Raises:
@@ -95,7 +91,7 @@ def record_run(session: Session, record: RecordOptions) -> Iterator[None]:
 
 
 @contextmanager
-def take_video(session: Session, options: VideoOptions) -> Iterator[None]:
+def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
     """Take a video of a run; time waits for it, unless it keeps to the wall clock.
 
     Raises:
@@ -127,10 +123,8 @@ class Pictures:
     """Pictures of a cell: an observer that takes them at their times, and knows which were taken.
 
     Args:
-        camera: where they are taken from.
         wanted: simulation times [s] and files.
         say: takes a line about a picture that could not be written or was never taken.
-        quality: how they are drawn.
     """
 
     def __init__(
@@ -150,7 +144,7 @@ class Pictures:
         """The files that were asked for and not written."""
 
     @contextmanager
-    def __call__(self, session: Session) -> Iterator[None]:
+    def __call__(self, session: SessionState) -> Iterator[None]:
         """Take the pictures of one run."""
         cell = session.node
         self.written, self.missed = [], []

@@ -74,7 +74,6 @@ class CollisionWatch:
     """Watches the contacts of a cell's arm. The run stays as it is.
 
     Args:
-        cell: the cell, with an arm.
         on_collision: called with each collision that is over.
     """
 
