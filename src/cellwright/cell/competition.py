@@ -14,16 +14,7 @@ from cellwright.cell.devices.conveyor import Conveyor, Population
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
-from cellwright.cell.kitting.effects import (
-    CompetitionState,
-    ConveyorPower,
-    Effect,
-    EndReason,
-    KitSubmitted,
-    OrderAnnounced,
-    PopulationRestart,
-    StateChanged,
-)
+from cellwright.cell.kitting import effects as game_effects
 from cellwright.cell.kitting.evidence import Evidence, evidence
 from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow
 from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, trimmed_name
@@ -63,7 +54,7 @@ class Competition(Device):
         self._faulty = frozenset(trial.faulty_parts)
         self.drops = DropZones(trial.drop_regions)
         self.announced: list[Order] = []
-        self.on_effect: list[Callable[[Effect], None]] = []
+        self.on_effect: list[Callable[[game_effects.Effect], None]] = []
         self._handling = HandlingRecord()
         self._dropped_at: Vector3 | None = None
         self._parts = parts
@@ -81,14 +72,14 @@ class Competition(Device):
             gripper.drop_target = self._drop_target
 
     @property
-    def state(self) -> CompetitionState:
+    def state(self) -> game_effects.CompetitionState:
         """The state of the competition."""
         return self.referee.state
 
     @property
     def is_timed_out(self) -> bool:
         """Whether the time limit ended the game."""
-        return self.referee.end_reason is EndReason.TIME_LIMIT
+        return self.referee.end_reason is game_effects.EndReason.TIME_LIMIT
 
     def score(self) -> GameScore:
         """The score at this moment."""
@@ -121,7 +112,7 @@ class Competition(Device):
         """End the competition."""
         self._carry_out(self.referee.end(self.simulation.now))
 
-    def submit(self, tray_id: str, kit_type: str) -> KitSubmitted:
+    def submit(self, tray_id: str, kit_type: str) -> game_effects.KitSubmitted:
         """Have a tray judged as a kit; see `Referee.submit`."""
         submitted = self.referee.submit(tray_id, kit_type, self.simulation.now)
         submitted = replace(submitted, fates=self._fates_of(submitted))
@@ -163,15 +154,15 @@ class Competition(Device):
         """Take over what `get_record` returned."""
         self._handling.set_record(record)
 
-    def _carry_out(self, effects: tuple[Effect, ...]) -> None:
+    def _carry_out(self, effects: tuple[game_effects.Effect, ...]) -> None:
         for effect in effects:
             match effect:
-                case ConveyorPower(power):
+                case game_effects.ConveyorPower(power):
                     self._conveyor.set_power(power)
-                case PopulationRestart():
+                case game_effects.PopulationRestart():
                     if self._population is not None:
                         self._population.control("restart")
-                case OrderAnnounced(order):
+                case game_effects.OrderAnnounced(order):
                     self.announced.append(order)
                 case _:
                     pass
@@ -208,7 +199,7 @@ class Competition(Device):
         if gripper.part is not None and held != gripper.part:
             self._handling.take(gripper.part, now)
 
-    def _fates_of(self, submitted: KitSubmitted) -> tuple[Fate | None, ...]:
+    def _fates_of(self, submitted: game_effects.KitSubmitted) -> tuple[Fate | None, ...]:
         """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
         score = submitted.score
         if submitted.is_repeated or not score.is_submitted:
@@ -238,6 +229,6 @@ class Competition(Device):
         return None if region is None else region.destination
 
 
-def is_done(effect: Effect) -> bool:
+def is_done(effect: game_effects.Effect) -> bool:
     """Whether this is the end: the competition is done."""
-    return isinstance(effect, StateChanged) and effect.state is CompetitionState.DONE
+    return isinstance(effect, game_effects.StateChanged) and effect.state is game_effects.CompetitionState.DONE

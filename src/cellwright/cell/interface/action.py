@@ -17,13 +17,7 @@ from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
-from cellwright.middleware.messages.control_msgs import (
-    FollowJointTrajectoryActionFeedback,
-    FollowJointTrajectoryActionGoal,
-    FollowJointTrajectoryActionResult,
-    FollowJointTrajectoryFeedback,
-    FollowJointTrajectoryResult,
-)
+from cellwright.middleware.messages import control_msgs
 from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
@@ -75,7 +69,7 @@ class TrajectoryAction(Device):
             for name, given, code, text, ended in state["goals"]
         }
 
-    def take_goal(self, _row: Row, message: FollowJointTrajectoryActionGoal, node: str) -> None:
+    def take_goal(self, _row: Row, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, or reject it with a result."""
         now = self.simulation.now
         if len(message.goal_id.id) > LONGEST_ID:
@@ -135,17 +129,23 @@ class TrajectoryAction(Device):
         now = self.simulation.now
         status = self._statuses[name][0]
         self._result.publish(
-            FollowJointTrajectoryActionResult(header("", now), status, FollowJointTrajectoryResult(code, reason))
+            control_msgs.FollowJointTrajectoryActionResult(
+                header("", now), status, control_msgs.FollowJointTrajectoryResult(code, reason)
+            )
         )
 
-    def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
+    def _progress(self) -> control_msgs.FollowJointTrajectoryActionFeedback | None:
         goal = self._current()
         if goal is None:
             return None
         now = self.simulation.now
         points = (trajectory_point(*each) for each in self._arm.following())
-        content = FollowJointTrajectoryFeedback(header("", now), list(self._arm.controller.joint_names), *points)
-        return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
+        content = control_msgs.FollowJointTrajectoryFeedback(
+            header("", now), list(self._arm.controller.joint_names), *points
+        )
+        return control_msgs.FollowJointTrajectoryActionFeedback(
+            header("", now), self._statuses[goal.goal_id][0], content
+        )
 
     def _current(self) -> TrajectoryGoal | None:
         """The goal that is being followed, if it came on the topic."""

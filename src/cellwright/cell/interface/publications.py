@@ -30,7 +30,7 @@ from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Order
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock
-from cellwright.middleware.messages import Message
+from cellwright.middleware.messages import Message, osrf_gear
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.conversions import (
     header,
@@ -40,17 +40,6 @@ from cellwright.middleware.messages.conversions import (
     singles,
     trajectory_point,
     transform_stamped,
-)
-from cellwright.middleware.messages.osrf_gear import (
-    DetectedObject,
-    Kit,
-    KitObject,
-    LogicalCameraImage,
-    Model,
-    PopulationState,
-    Proximity,
-    TrayContents,
-    VacuumGripperState,
 )
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
 from cellwright.middleware.messages.standard import Float32, LaserScan, Range, String, TFMessage
@@ -83,22 +72,25 @@ def order_message(order: Order) -> OrderMessage:
     return OrderMessage(
         order.order_id,
         [
-            Kit(kit.kit_type, [KitObject(each.type, pose_message(each.pose)) for each in kit.objects])
+            osrf_gear.Kit(
+                kit.kit_type, [osrf_gear.KitObject(each.type, pose_message(each.pose)) for each in kit.objects]
+            )
             for kit in order.kits
         ],
     )
 
 
-def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> TrayContents:
+def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> osrf_gear.TrayContents:
     """What a tray holds."""
-    return TrayContents(
-        tray_id, [DetectedObject(each.type, each.is_faulty, pose_message(each.tray_T_object)) for each in objects]
+    return osrf_gear.TrayContents(
+        tray_id,
+        [osrf_gear.DetectedObject(each.type, each.is_faulty, pose_message(each.tray_T_object)) for each in objects],
     )
 
 
-def beam_message(reading: BeamReading, beam: BreakBeam) -> Proximity:
+def beam_message(reading: BeamReading, beam: BreakBeam) -> osrf_gear.Proximity:
     """A break beam's reading. The ranges are those of the ray, seen from the sensor's pose."""
-    return Proximity(header(beam.frame, reading.time_ns), reading.detected, *_BEAM_RANGES)
+    return osrf_gear.Proximity(header(beam.frame, reading.time_ns), reading.detected, *_BEAM_RANGES)
 
 
 def range_message(reading: ProximityReading, sensor: ProximitySensor) -> Range:
@@ -111,10 +103,10 @@ def scan_message(reading: ProfileReading, profiler: LaserProfiler) -> LaserScan:
     return LaserScan(header(profiler.frame, reading.time_ns), *_FAN, singles(reading.ranges), _INTENSITIES)
 
 
-def image_message(reading: CameraReading) -> LogicalCameraImage:
+def image_message(reading: CameraReading) -> osrf_gear.LogicalCameraImage:
     """A logical camera's picture: model poses in the camera frame, the camera's own in the world frame."""
-    return LogicalCameraImage(
-        [Model(each.type, pose_message(each.camera_T_model)) for each in reading.detections],
+    return osrf_gear.LogicalCameraImage(
+        [osrf_gear.Model(each.type, pose_message(each.camera_T_model)) for each in reading.detections],
         pose_message(reading.world_T_camera),
     )
 
@@ -240,7 +232,7 @@ class Publications(Device):
     def gripper_state(self, output: Output) -> None:
         """Whether the suction is on, and holds something."""
         gripper = present(self._cell.gripper)
-        make = cache(VacuumGripperState)
+        make = cache(osrf_gear.VacuumGripperState)
         output.sample(lambda: make(gripper.enabled, gripper.attached))
 
     def agv_state(self, output: Output) -> None:
@@ -252,7 +244,7 @@ class Publications(Device):
     def population_state(self, output: Output) -> None:
         """Whether parts come onto the belt."""
         population = present(self._cell.population)
-        make = cache(PopulationState)
+        make = cache(osrf_gear.PopulationState)
         output.sample(lambda: make(population.running))
 
     def _sensor(self, output: Output) -> Any:

@@ -12,13 +12,8 @@ from typing import Any
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.session import Latest, NodeClient
 from cellwright.config import layout
+from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
-from cellwright.middleware.messages.osrf_gear import (
-    AGVControlRequest,
-    GetMaterialLocationsRequest,
-    Order,
-    VacuumGripperControlRequest,
-)
 from cellwright.middleware.messages.standard import JointTrajectory, String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
@@ -51,7 +46,7 @@ class Client(NodeClient):
 
     def __init__(self, transport: Transport) -> None:
         super().__init__(transport)
-        self.orders: list[Order] = []
+        self.orders: list[osrf_gear.Order] = []
         """Every order announced so far (osrf_gear/Order), in order of announcement."""
         self._state = self.latest("/ariac/competition_state")
         self._score = self.latest("/ariac/current_score")
@@ -79,14 +74,14 @@ class Client(NodeClient):
         """End the competition now, with the score as it stands."""
         return self._trigger("/ariac/end_competition")
 
-    def wait_for_order(self, timeout: float | None = None) -> Order | None:
+    def wait_for_order(self, timeout: float | None = None) -> osrf_gear.Order | None:
         """The next order to be announced (osrf_gear/Order); None if none comes in time [s]."""
         known = len(self.orders)
         return self.orders[known] if self.wait_until(lambda: len(self.orders) > known, timeout) else None
 
     def material_locations(self, material: str) -> tuple[str, ...]:
         """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
-        request = GetMaterialLocationsRequest(material_type=material)
+        request = osrf_gear.GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
 
     def part_types(self) -> Mapping[str, Mapping[str, Any]]:
@@ -226,12 +221,12 @@ class Client(NodeClient):
 
     def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
         """Switch the vacuum on or off."""
-        request = VacuumGripperControlRequest(enable=enable)
+        request = osrf_gear.VacuumGripperControlRequest(enable=enable)
         return bool(self.call("/ariac/gripper/control", request).success)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
         """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
-        request = AGVControlRequest(kit_type=kit_type)
+        request = osrf_gear.AGVControlRequest(kit_type=kit_type)
         return bool(self.call(f"/ariac/agv{number}", request).success)
 
     def sensor(self, name: str) -> Latest:

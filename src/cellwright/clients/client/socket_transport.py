@@ -17,17 +17,7 @@ from contextlib import suppress
 from typing import Any
 
 from cellwright.clients.client.in_process import Callback, deliver_all
-from cellwright.middleware.messages import (
-    Message,
-    checked,
-    from_cdr,
-    from_ros1,
-    message_type,
-    service_type,
-    to_cdr,
-    to_ros1,
-    type_of,
-)
+from cellwright.middleware import messages
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (
     LONGEST_SAID,
@@ -253,7 +243,9 @@ class SocketTransport:
 
     def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
         self.node = node
-        self._read, self._write = (from_ros1, to_ros1) if encoding == "ros1" else (from_cdr, to_cdr)
+        self._read, self._write = (
+            (messages.from_ros1, messages.to_ros1) if encoding == "ros1" else (messages.from_cdr, messages.to_cdr)
+        )
         self._deliveries: dict[int, Callback] = {}
         self._mail: deque[tuple[Callback, bytes]] = deque()
         self._connection = Connection(address, node=node, encoding=encoding, on_frame=self._take)
@@ -298,13 +290,13 @@ class SocketTransport:
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Have a topic's messages delivered while time passes."""
         number = self._connection.number()
-        message_class: type[Message] | None = None
+        message_class: type[messages.Message] | None = None
         wanted = True
 
         def deliver(data: bytes) -> None:
             nonlocal message_class
             if wanted:
-                message_class = message_class or message_type(self._types[topic])
+                message_class = message_class or messages.message_type(self._types[topic])
                 callback(self._read(data, message_class))
 
         def leave() -> None:
@@ -324,21 +316,25 @@ class SocketTransport:
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; the cell acts on it where time stands."""
-        message = checked(message)
+        message = messages.checked(message)
         frame = Frame(
-            Kind.PUBLISH, self._connection.number(), topic, type_of(type(message)), payload=self._write(message)
+            Kind.PUBLISH,
+            self._connection.number(),
+            topic,
+            messages.type_of(type(message)),
+            payload=self._write(message),
         )
         self._connection.ask(frame)
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
-        request = checked(request)
-        name = type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
+        request = messages.checked(request)
+        name = messages.type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
         frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
         answer = self._connection.ask(frame)
         if answer.kind is Kind.DONE:
             answer = self._wait_for(frame.number)
-        return self._read(answer.payload, service_type(self._services[service]).response)
+        return self._read(answer.payload, messages.service_type(self._services[service]).response)
 
     def ask_server(self, service: str) -> dict[str, Any]:
         """Call a service of the server itself, which answers with a JSON object."""
@@ -382,5 +378,5 @@ class SocketTransport:
         if deliver is not None:
             self._mail.append((deliver, frame.payload))
         elif frame.number == self._clock:
-            stamp = self._read(frame.payload, message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
+            stamp = self._read(frame.payload, messages.message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
             self._now = nanoseconds(stamp)

@@ -11,15 +11,7 @@ from typing import Any, TypeAlias
 
 from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.model import Limits, RobotModel
-from cellwright.middleware.messages import message_type
-from cellwright.middleware.messages.conversions import (
-    floats,
-    header,
-    joint_state,
-    nanoseconds,
-    pose_from_message,
-    pose_message,
-)
+from cellwright.middleware.messages import conversions, message_type
 from cellwright.middleware.messages.standard import Bool, PoseArray
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
@@ -126,15 +118,17 @@ def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now
     """The topic that an order goes to, and its message, stamped with `time` [ns] of the node's clock."""
     match order:
         case MoveJoints():
-            return order.topic, joint_state(list(order.targets), list(order.targets.values()), time=time)
+            return order.topic, conversions.joint_state(list(order.targets), list(order.targets.values()), time=time)
         case MoveTips():
-            return TIP_COMMAND, PoseArray(header(time=time), [pose_message(tip) for tip in order.tips])
+            return TIP_COMMAND, PoseArray(
+                conversions.header(time=time), [conversions.pose_message(tip) for tip in order.tips]
+            )
         case MoveGrippers():
             names = [f"gripper_{number}" for number in range(len(order.closed))]
-            return GRIPPER_COMMAND, joint_state(names, list(order.closed), time=time)
+            return GRIPPER_COMMAND, conversions.joint_state(names, list(order.closed), time=time)
         case MoveBase():
             array, layout = (message_type(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
-            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=floats(order.numbers))  # type: ignore[call-arg]
+            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=conversions.floats(order.numbers))  # type: ignore[call-arg]
         case Now():
             return EMERGENCY_STOP, Bool(True)
 
@@ -205,7 +199,7 @@ class OperatedRobot:
     def tips(self) -> tuple[Pose, ...]:
         """Where the tip of each arm is: base_T_tip, as last heard; empty where the node does not say."""
         message = self._tips.message
-        return () if message is None else tuple(map(pose_from_message, message.poses))
+        return () if message is None else tuple(map(conversions.pose_from_message, message.poses))
 
     @property
     def status(self) -> Any:
@@ -246,7 +240,7 @@ class OperatedRobot:
         """The time by the node's clock [ns], as its joint states tell it: a command's age may be looked at."""
         now = self.session.transport.now()
         if self._states.count != self._told[0]:
-            stamp = nanoseconds(self._states.message.header.stamp)
+            stamp = conversions.nanoseconds(self._states.message.header.stamp)
             self._told = (self._states.count, (stamp or now) - now)
         self._stamp = max(self._stamp, now + self._told[1])
         return self._stamp

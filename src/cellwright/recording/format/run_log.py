@@ -17,16 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from cellwright.cell.kitting.effects import (
-    ConveyorPower,
-    Effect,
-    KitSubmitted,
-    OrderAnnounced,
-    OrderCompleted,
-    PopulationRestart,
-    StateChanged,
-    TrialEnded,
-)
+from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.evidence import Evidence, evidence_to_json, kit_evidence, kit_to_json
 from cellwright.cell.kitting.reach import TrialReach, reach
 from cellwright.cell.kitting.scorer import system_cost
@@ -63,7 +54,7 @@ class RunEvents:
         }
         self._write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
 
-    def effect(self, effect: Effect, now: int) -> None:
+    def effect(self, effect: effects.Effect, now: int) -> None:
         """Tell what the referee did at the time `now` [ns]."""
         kind, values = _values(effect, self._reach)
         self._write({"kind": kind, "time": seconds(now), **values})
@@ -101,31 +92,31 @@ class RunLog(RunEvents):
         self.lines.write_value({"kind": "reset", "time": seconds(now)})
 
 
-def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
+def _values(effect: effects.Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
     match effect:
-        case StateChanged(state):
+        case effects.StateChanged(state):
             return "state", {"state": str(state)}
-        case ConveyorPower(power):
+        case effects.ConveyorPower(power):
             return "conveyor", {"power": power}
-        case PopulationRestart():
+        case effects.PopulationRestart():
             return "population", {"action": "restart"}
-        case OrderAnnounced(order, reason, interrupts):
+        case effects.OrderAnnounced(order, reason, interrupts):
             kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
             return "order", {"order_id": order.order_id, "reason": str(reason), "interrupts": interrupts, "kits": kits}
-        case KitSubmitted():
+        case effects.KitSubmitted():
             return "kit", _submission(effect, could)
-        case OrderCompleted(score, resumes):
+        case effects.OrderCompleted(score, resumes):
             return "order complete", {
                 "order_id": score.order_id,
                 "total": score.total,
                 "time_taken": seconds(score.time_taken),
                 "resumes": resumes,
             }
-        case TrialEnded(reason, game, process_time):
+        case effects.TrialEnded(reason, game, process_time):
             return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
 
 
-def _submission(effect: KitSubmitted, could: TrialReach) -> dict[str, Any]:
+def _submission(effect: effects.KitSubmitted, could: TrialReach) -> dict[str, Any]:
     score = effect.score
     told = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
     if score.refusal is not None:

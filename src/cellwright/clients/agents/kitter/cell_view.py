@@ -7,25 +7,8 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
+from cellwright.clients.agents.kitter import perception
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import (
-    BELT,
-    BIN_SURFACE,
-    IMAGES,
-    TRAY_HALF_X,
-    TRAY_HALF_Y,
-    TRAY_SURFACE,
-    Area,
-    BeltWatch,
-    Camera,
-    Images,
-    Sighting,
-    distance,
-    is_in_bin,
-    is_well_in_view,
-    resting_parts,
-    take_fresh,
-)
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_from_transform
@@ -91,21 +74,23 @@ class CellView:
     def __init__(self, client: Client, catalogue: Catalogue, belt_types: Iterable[str]) -> None:
         belt_types = tuple(belt_types)
         cameras, beams = find_sensors(client)
-        self.belt = BeltWatch(client, beams, belt_types, catalogue)
+        self.belt = perception.BeltWatch(client, beams, belt_types, catalogue)
         self._client = client
         self._catalogue = catalogue
         self.not_upright: set[str] = set()
         """The types of which parts were seen with another side up, or not on the floor of their bin."""
-        self._cameras: list[Camera] = []
+        self._cameras: list[perception.Camera] = []
         self._watching: set[str] = set()
         for name, world_T_camera in cameras.items():
-            camera = Camera(client, name, world_T_camera, catalogue)
-            if belt_types and BELT.meets(camera.view):
+            camera = perception.Camera(client, name, world_T_camera, catalogue)
+            if belt_types and perception.BELT.meets(camera.view):
                 camera.on_image = self.belt.take_image
                 camera.listen()
                 self._watching.add(name)
             self._cameras.append(camera)
-        self._faults = {number: Images(client, f"quality_control_sensor_{number}", catalogue) for number in STATIONS}
+        self._faults = {
+            number: perception.Images(client, f"quality_control_sensor_{number}", catalogue) for number in STATIONS
+        }
         self._agvs = {number: client.latest(f"/ariac/agv{number}/state") for number in STATIONS}
 
     def watch_agvs(self, on: bool) -> None:  # noqa: FBT001
@@ -118,12 +103,12 @@ class CellView:
         message = self._agvs[number].message
         return message is not None and message.data == "ready_to_deliver"
 
-    def look(self, *areas: Area) -> None:
+    def look(self, *areas: perception.Area) -> None:
         """Let the cameras that see something of these areas take fresh images; what others saw is forgotten."""
         for camera in self._cameras:
             camera.newest.clear()
         looking = [camera for camera in self._cameras if any(area.meets(camera.view) for area in areas)]
-        take_fresh(self._client, looking, IMAGES)
+        perception.take_fresh(self._client, looking, perception.IMAGES)
         for camera in looking:
             if camera.name not in self._watching:
                 camera.rest()
@@ -131,27 +116,30 @@ class CellView:
     def faulty_on_tray(self, number: int) -> tuple[Pose, ...]:
         """Where faulty parts lie on the tray of an AGV, in the world frame: takes fresh images."""
         sensor = self._faults[number]
-        take_fresh(self._client, [sensor], FAULT_IMAGES)
+        perception.take_fresh(self._client, [sensor], FAULT_IMAGES)
         sensor.rest()
         return tuple(part.world_T_part for part in sensor.newest[-1].parts) if sensor.newest else ()
 
-    def parts_in_bins(self) -> list[Sighting]:
+    def parts_in_bins(self) -> list[perception.Sighting]:
         """The parts that lay flat in the bins at the last look, as far as cameras saw them."""
-        return self._lying(BIN_SURFACE, is_in_bin)
+        return self._lying(perception.BIN_SURFACE, perception.is_in_bin)
 
-    def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
+    def parts_on_tray(self, world_T_tray: Pose) -> list[perception.Sighting]:
         """The parts that lay on a tray at the last look, as far as cameras saw them."""
         x0, y0, _ = world_T_tray.position
-        return self._lying(TRAY_SURFACE, lambda x, y: abs(x - x0) < TRAY_HALF_X and abs(y - y0) < TRAY_HALF_Y)
+        return self._lying(
+            perception.TRAY_SURFACE,
+            lambda x, y: abs(x - x0) < perception.TRAY_HALF_X and abs(y - y0) < perception.TRAY_HALF_Y,
+        )
 
     def sees(self, pose: Pose) -> bool:
         """Whether a place is well inside the view of a camera."""
-        return any(is_well_in_view(camera.world_T_camera, pose.position) for camera in self._cameras)
+        return any(perception.is_well_in_view(camera.world_T_camera, pose.position) for camera in self._cameras)
 
-    def _lying(self, surface: float, is_inside: Callable[[float, float], bool]) -> list[Sighting]:
-        found: list[Sighting] = []
+    def _lying(self, surface: float, is_inside: Callable[[float, float], bool]) -> list[perception.Sighting]:
+        found: list[perception.Sighting] = []
         for camera in self._cameras:
-            for part in resting_parts(tuple(camera.newest)):
+            for part in perception.resting_parts(tuple(camera.newest)):
                 if part.type not in self._catalogue:  # its order came after the image
                     continue
                 x, y, z = part.world_T_part.position
@@ -162,7 +150,8 @@ class CellView:
                     self.not_upright.add(part.type)
                     continue
                 if not any(
-                    each.type == part.type and distance(each.world_T_part, part.world_T_part) < SAME_PART_DISTANCE
+                    each.type == part.type
+                    and perception.distance(each.world_T_part, part.world_T_part) < SAME_PART_DISTANCE
                     for each in found
                 ):
                     found.append(part)

@@ -22,13 +22,7 @@ from subprocess import PIPE
 
 from cellwright._package import VERSION
 from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
-from cellwright.middleware.ros1.packages.contents import (
-    MESSAGE_PACKAGES,
-    package_files,
-    provided_packages,
-    write_package,
-    write_programs,
-)
+from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 
 SHELLS = ("sh", "fish")  # whose language the lines are in; bash and zsh understand `sh` as well
@@ -69,13 +63,13 @@ def ensure_tree(ros: RosSystem, folder: Path) -> Path:
 
 def _make(ros: RosSystem, new: Path, tree: Path) -> None:
     share, modules = new / "share", new / "python"
-    ours = provided_packages(ros)
+    ours = contents.provided_packages(ros)
     for name in ours:
-        write_package(name, share / name, tree / "bin")
+        contents.write_package(name, share / name, tree / "bin")
     write_stubs(ros.share, share)
-    generate_modules(ros, share, [name for name in MESSAGE_PACKAGES if name in ours], modules)
+    generate_modules(ros, share, [name for name in contents.MESSAGE_PACKAGES if name in ours], modules)
     shutil.copytree(share / "ariac_example" / "src" / "ariac_example", modules / "ariac_example")
-    write_programs(new / "bin", ros.python)
+    contents.write_programs(new / "bin", ros.python)
 
 
 def _digest(ros: RosSystem) -> str:
@@ -83,9 +77,9 @@ def _digest(ros: RosSystem) -> str:
     digest = hashlib.sha256()
     for item in (ros.prefix, ros.python, ros.python.resolve(), *packages_without_manifest(ros.share)):
         digest.update(f"{item}\0".encode())
-    for package in provided_packages(ros):
+    for package in contents.provided_packages(ros):
         digest.update(f"{package}\0".encode())
-        for path, content in package_files(package, Path("bin")).items():
+        for path, content in contents.package_files(package, Path("bin")).items():
             digest.update(f"{path} {len(content)}\0".encode() + content)
     return digest.hexdigest()[:12]
 
