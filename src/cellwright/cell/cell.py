@@ -1,7 +1,5 @@
 """Kit-building cell: trial, model, simulation, devices, kitting and interface in one object."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction

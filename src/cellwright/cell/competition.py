@@ -3,8 +3,6 @@
 It joins the kitting logic, which knows no physics, with the devices, which know no orders.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any

@@ -13,8 +13,6 @@ The sensors' noise follows the cell's own seed and needs no variation. The same 
 in any process; a trial that is not varied is not touched.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """`cellwright check`: is a file of a trial or a robot sound?"""
 
-from __future__ import annotations
-
 import json
 from contextlib import suppress
 from dataclasses import replace

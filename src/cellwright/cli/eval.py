@@ -1,7 +1,5 @@
 """Command `cellwright eval`: a program in many runs, its progress, and a table of the results."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Sequence

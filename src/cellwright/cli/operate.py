@@ -1,7 +1,5 @@
 """Commands of `cellwright operate`: a robot driven without a headset, by the topics that everybody uses."""
 
-from __future__ import annotations
-
 import fnmatch
 import json
 import math

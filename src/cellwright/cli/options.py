@@ -3,8 +3,6 @@
 What cannot be used is a UsageError, or another CellwrightError of what reads it, here and in all commands.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import stat

@@ -1,7 +1,5 @@
 """Command `cellwright plot`: a figure of a recording."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Command `cellwright robot`: the joints of a robot as a table or as JSON, and the start of a configuration."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -1,7 +1,5 @@
 """Commands `cellwright ros1-env` and `cellwright ros1-workspace`: ROS 1 packages of the cell."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Annotated

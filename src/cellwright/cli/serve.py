@@ -1,7 +1,5 @@
 """Command `cellwright serve`: a cell for programs in other processes, and the service for its result."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys

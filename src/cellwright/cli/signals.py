@@ -1,7 +1,5 @@
 """Ctrl-C, and a service's wish that a command end: taken note of, and followed between two steps."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading

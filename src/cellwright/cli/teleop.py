@@ -1,7 +1,5 @@
 """Command `cellwright teleop`: a robot's controller node, or checks of a robot's motion and of a driver."""
 
-from __future__ import annotations
-
 import json
 import math
 import time

@@ -1,7 +1,5 @@
 """`cellwright trials`: what comes along to be tried."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """Command `cellwright view`: a trial, a robot, a recording or something that is served, on a page."""
 
-from __future__ import annotations
-
 import re
 import time
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Time is whole ticks, read as whole nanoseconds, never accumulated. A watch is no
 listens, is neither in the state hash nor in a snapshot, and exists only while somebody wants it.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections import deque
 from collections.abc import Callable

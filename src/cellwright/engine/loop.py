@@ -1,7 +1,5 @@
 """The loop that steps a simulation: by the wall clock, as fast as it goes, or in lockstep when a client asks."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Rate control: pause, single steps and speed of a simulation, and its pace against the wall clock."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What every sensor has in common: a period, a latency, noise, a switch, and listeners."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections import deque

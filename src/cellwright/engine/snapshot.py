@@ -6,8 +6,6 @@ bit for bit alike. Because that touches the run, checkpoints are taken at declar
 state: a run with the same checkpoints has the same state hash, whether its files were kept, lost or never written.
 """
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Meeting a part on the belt: where and when, and the motion that comes down on it while moving along with it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ the left or the right shoulder), the wrist from the Y-Z-Y Euler angles of the ha
 triangle of upper arm and forearm (two ways, by the elbow).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """Tool paths: the joints that carry the gripper along poses in the world, without a jump to another posture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

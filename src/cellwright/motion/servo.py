@@ -5,8 +5,6 @@ What the joint needs is known from the wanted motion: dry and viscous friction, 
 speeds up the arm. The lead x is the answer of the first-order filter 1 / (p + d s) to that force.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

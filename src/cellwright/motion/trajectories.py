@@ -3,8 +3,6 @@
 The profiles are Ruckig's (Berscheid and Kroeger 2021). It is deterministic: the same request gives the same bits.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Rendering backend: choice by environment and system, and an OpenGL context without a display."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import sys

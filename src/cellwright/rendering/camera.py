@@ -5,8 +5,6 @@ corner of the picture: the centre of the first pixel is (0.5, 0.5). The optical 
 forward.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Engine renderer: scenes drawn by MuJoCo's own renderer through OpenGL, in the look of the ray renderer."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

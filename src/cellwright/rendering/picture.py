@@ -7,8 +7,6 @@ One ray through the middle of every pixel, light by `lamps` and `shading`, and t
 which surfaces or colours meet, so that edges are smooth.
 """
 
-from __future__ import annotations
-
 import os
 import struct
 import zlib

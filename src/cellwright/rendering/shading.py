@@ -7,8 +7,6 @@ the same surface (interleaved sampling: Keller and Heidrich, 2001).
 Amounts of light are linear until the very end; `to_screen` turns them into sRGB.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A video of a scene, drawn and written by a process of its own."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future

@@ -1,7 +1,5 @@
 """Video options: file, camera, speed and size, checked before anything is drawn."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from fractions import Fraction

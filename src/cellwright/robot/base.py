@@ -1,7 +1,5 @@
 """The base of a robot that is not fastened to the world: it goes where it is told, at once, as in the original."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

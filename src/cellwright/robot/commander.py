@@ -1,7 +1,5 @@
 """Commander: the targets of all joints, emergency stop, enabling, the watchdog of silent topics, and homing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Command topics and services of the robot's node: messages checked and made into targets."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

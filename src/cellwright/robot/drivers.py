@@ -1,7 +1,5 @@
 """Drivers: the protocol, the thread that calls a user's driver, the model that mirrors it, and plugin look-up."""
 
-from __future__ import annotations
-
 import contextlib
 import threading
 import time

@@ -1,7 +1,5 @@
 """End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Grippers and hands: positions for a status from 0 (open) to 1 (closed), and the joints of each hand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

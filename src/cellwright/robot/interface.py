@@ -6,8 +6,6 @@ Handlers are methods of the objects that `RobotNode` hands to `bind`. Targets ar
 subscription that asks for more hears nothing from the adopters that publish so.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import replace

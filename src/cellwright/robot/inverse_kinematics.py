@@ -11,8 +11,6 @@ damping grows with the step that is left: far from the target, or at one that is
 from overshooting where the arm is stretched out; close to a target it is next to nothing.
 """
 
-from __future__ import annotations
-
 import math
 
 import daqp

@@ -5,8 +5,6 @@ node did: a link without mass weighs 1 kg, and the links that a gripper drives 0
 motion of the QingLong is met, without them its wrists are four times too quick).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

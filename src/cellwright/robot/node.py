@@ -1,7 +1,5 @@
 """The robot controller node: the one place where robot, world, simulation, servos, safety and contract are joined."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Pictures of robots: the camera stands where the whole robot is seen, and the light comes from behind it."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Published topics of the robot's node: clock, joint states, gripper states, status, and camera images."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Safety of commands: settings, the gate that admits or refuses, rate-limited notices, and the limiter of targets."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """A robot past its topics: services of the server with JSON in and out, for windows and for assembled robots."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, Protocol

@@ -7,8 +7,6 @@ contacts at once. In MuJoCo it is the dry friction of a joint, whose reference i
 wanted; `drive` does so between the two halves of a step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from enum import StrEnum

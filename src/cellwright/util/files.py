@@ -3,8 +3,6 @@
 Every line is handed to the operating system at once: SIGKILL takes away at most the end of the one being written.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os

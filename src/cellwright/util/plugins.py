@@ -3,8 +3,6 @@
 Nothing is imported before it is asked for by its name, so a package that is broken costs only who names it.
 """
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import os

@@ -4,8 +4,6 @@ A run of ten minutes is worth more than what listens to it: `cellwright run … 
 its pictures and its exit status, though nobody reads on. A terminal that was closed ends no cell that is served.
 """
 
-from __future__ import annotations
-
 import atexit
 import errno
 import io

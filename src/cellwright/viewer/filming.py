@@ -1,7 +1,5 @@
 """A video of whatever is served or runs: frames at exact simulation times, and nothing that a run would notice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from cellwright.engine.clock import Watch

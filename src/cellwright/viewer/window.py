@@ -1,7 +1,5 @@
 """A window on a robot, MuJoCo's own: a process that asks the robot's node how it is, and that no step waits for."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import sys

@@ -9,8 +9,6 @@ is reached when the original reaches it; between them the two differ by less tha
 the way back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import pairwise

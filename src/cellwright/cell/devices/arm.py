@@ -1,7 +1,5 @@
 """The arm on its rail: joint servos in the engine, driven by a joint trajectory controller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 

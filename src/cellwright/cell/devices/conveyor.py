@@ -1,7 +1,5 @@
 """Conveyor belt: its drive, the parts that come on it by a schedule, and the deletion wall at its end."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Kit trays: what lies on the plate of each, reported once a second, and the demonstration tray."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

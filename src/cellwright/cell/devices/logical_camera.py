@@ -1,7 +1,5 @@
 """Logical cameras: the scene of models with their boxes, the view frustum, detections, and quality control sensors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field

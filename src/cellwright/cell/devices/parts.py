@@ -7,8 +7,6 @@ pressed deeper is pushed back, friction holds, and no energy comes out of the ov
 rests and costs nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

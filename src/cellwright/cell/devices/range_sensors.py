@@ -1,7 +1,5 @@
 """Range sensors: rays from one point, and the break beam, proximity sensor and laser profiler that cast them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ It is sampled with `positions(time)` and `velocities(time)`, lists in the order 
 seven joints; from `end` on they stay as they are until the next command.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

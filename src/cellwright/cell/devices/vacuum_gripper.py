@@ -6,8 +6,6 @@ by one (not below zero) at a look without. A part is taken hold of at a look whe
 cup stands square enough on the part. Switching does not reset the counter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum

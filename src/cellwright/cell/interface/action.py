@@ -4,8 +4,6 @@ A goal that cannot be followed is rejected at once with the reason in its result
 times a second, and ends succeeded, aborted (outside its tolerances) or preempted (cancelled, or something else came).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from cellwright.cell.devices.arm import Arm

@@ -1,7 +1,5 @@
 """Command topics and services of the kit-building cell: handlers of the 2017 interface."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Devices that the interface of the kit-building cell is bound to, and the intention that the agent states."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """The tree of frames of the kit-building cell, as its topics /tf and /tf_static carry it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise

@@ -5,8 +5,6 @@ figures are those of the simulated arm. What an XML reader would refuse cannot c
 two with one name the later one holds, as in the tree of frames itself.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction

@@ -5,8 +5,6 @@ a class whose constructor takes these does as well. The device lives as long as 
 the cell's own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Published topics of the kit-building cell: messages made of readings, pictures of cameras, and when each is sent."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import cache, partial, partialmethod

@@ -5,8 +5,6 @@ original's; "each step" means the simulation's own step. Two things count as che
 so: seeing what lies on the trays, and steering belt, parts and scoring.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction

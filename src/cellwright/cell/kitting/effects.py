@@ -1,7 +1,5 @@
 """What the referee wants done or known: plain values, for the cell to carry out, publish and log."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeAlias

@@ -4,8 +4,6 @@ Where the `GameScore` has what was judged, this goes through the whole trial: al
 and the orders that were never announced, with what could have been had there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

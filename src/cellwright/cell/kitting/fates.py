@@ -4,8 +4,6 @@ The record explains the score and never changes it. It is an observation and no 
 beside the state.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass

@@ -4,8 +4,6 @@ A model in the cell is called `bin7|piston_rod_part_3` or `populate_conveyor|gea
 type, and a number. Faults and camera frames go by the name without its origin, kits by the type alone.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A `KitScore` holds what was found for each ordered part and for each object that
 from these findings, so a score can never disagree with its explanation.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ Only what is certain is held against a point, so what is left is an upper bound:
 - A cell without AGVs has no tray, and an order that comes after the time limit is never announced.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping

@@ -9,8 +9,6 @@ steps never happen at the same time. Between inputs nothing is to be done before
 every tick.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping

@@ -9,8 +9,6 @@ and AT the averages of cost and times over all teams:
 An order that a trial does not have, or that was never announced, earns nothing: its CS is 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ d6 .0922 m, in the frames of its public robot description, on a rail along world
 cylinder, as in that description.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

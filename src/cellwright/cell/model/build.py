@@ -1,7 +1,5 @@
 """Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

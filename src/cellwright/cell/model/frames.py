@@ -3,8 +3,6 @@
 Figures: the world template and models of the 2017 competition.
 """
 
-from __future__ import annotations
-
 import math
 
 from cellwright.config.layout import BIN_CENTRES as BIN_CENTRES  # of one family with those below

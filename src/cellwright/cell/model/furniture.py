@@ -3,8 +3,6 @@
 What parts lie on is a thick solid: a part that falls from a metre moves 9 mm in a step of 2 ms.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

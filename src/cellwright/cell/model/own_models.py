@@ -1,7 +1,5 @@
 """User-defined part types and furniture, read from descriptions and MJCF files and made ready for the engine."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ The part stands as it was modelled, or with another side up. Its touched shapes 
 mesh counts as its convex hull, as it is touched.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ the original wrote a height into the wrong field (part1: yaw, part4: roll), so d
 there.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

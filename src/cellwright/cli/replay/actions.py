@@ -1,7 +1,5 @@
 """What is done with a recording: it is told of, run again, played, and filmed."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Command `cellwright run`: a cell from its file to its score."""
 
-from __future__ import annotations
-
 import logging
 import sys
 from collections.abc import Callable

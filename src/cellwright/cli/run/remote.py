@@ -1,7 +1,5 @@
 """An agent at a cell that is served already: `cellwright run --connect`."""
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import NoReturn

@@ -1,7 +1,5 @@
 """What an agent is, and where one is found."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable

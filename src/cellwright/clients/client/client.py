@@ -1,7 +1,5 @@
 """A client of the kit-building cell: its orders, arm, gripper, AGVs and sensors by name."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import logging

@@ -1,7 +1,5 @@
 """Transport protocol, and the in-process transport in which the client owns the clock."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol

@@ -5,8 +5,6 @@ is that of a run in one process. What differs from other ways: that a message wa
 it, as ever in ROS; the cell says it, and goes on.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 from collections.abc import Mapping

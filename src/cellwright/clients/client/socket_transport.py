@@ -5,8 +5,6 @@ own process. Otherwise time passes by itself, and is known from `/clock`; where 
 in real time, it is this machine's own.
 """
 
-from __future__ import annotations
-
 import itertools
 import select
 import socket

@@ -1,7 +1,5 @@
 """Targets from recordings of ROS: a ROS 1 bag, or the folder of a ROS 2 bag (SQLite or MCAP)."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ else has moved it; those that follow go on from the target before. A target neve
 up.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

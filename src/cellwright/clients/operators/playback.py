@@ -6,8 +6,6 @@ rad or m. The names `gripper_right` and `gripper_left` are how far each gripper 
 `bags.py`.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -4,8 +4,6 @@ The terminal is put back as it was however this ends: by a return, an exception,
 closed.
 """
 
-from __future__ import annotations
-
 import codecs
 import math
 import os

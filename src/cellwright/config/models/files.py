@@ -3,8 +3,6 @@
 The engine allocates and computes whatever a file asks for: one line can ask for all the memory there is, or an hour.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Reads meshes: STL (binary or text) and the triangles of Wavefront OBJ."""
 
-from __future__ import annotations
-
 import stat
 from collections.abc import Callable
 from functools import lru_cache

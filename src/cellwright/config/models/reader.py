@@ -1,7 +1,5 @@
 """Reader of a trial's own part types and furniture, from YAML shapes or model files."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

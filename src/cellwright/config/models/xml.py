@@ -4,8 +4,6 @@ A model is one rigid body here: links are taken together as they stand, and join
 inertias the mass alone is taken. Shapes are boxes, cylinders, capsules, spheres and meshes.
 """
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Mapping

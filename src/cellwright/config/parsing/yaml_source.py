@@ -4,8 +4,6 @@ The rules are PyYAML's (YAML 1.1), for the original read its files with it: `yes
 ninety, `1e3` is text, the last of two equal keys counts. What could carry code or grow without limit is refused.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 from typing import Any
 

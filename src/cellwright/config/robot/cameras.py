@@ -4,8 +4,6 @@ The stack's own reader of these entries is not public. Names and figures are its
 they leave it open, is said in the documentation.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any, TypeVar, cast

@@ -1,7 +1,5 @@
 """A robot configuration (`vr_configs.yml`) as checked values: joints and links by name, groups in the order given."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Reader of the joint groups of a robot configuration, and of the joints and links that it names."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

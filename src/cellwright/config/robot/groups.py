@@ -1,7 +1,5 @@
 """Joint groups of a robot configuration: sides, consistency checks, and the robot as JSON values."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ Robots are passed on in folders, with meshes beside the URDF or in what was once
 text alone, such as rviz, find neither.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from html import escape, unescape

@@ -5,8 +5,6 @@ order in which their `<joint>` elements stand in the file; fixed joints count. A
 it, and the root link has -1. (Measured: PyBullet counts so, and robot configuration files are written with its counts.)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ What the file's own node read is read; what is known and belongs to the headset'
 unknown is a warning. A file that means nothing, or the wrong joint, is refused with everything that is wrong at once.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ its hand. A run that forks into two such runs is a trunk, and they are the arms.
 from left; where they say nothing, the side follows from y.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re

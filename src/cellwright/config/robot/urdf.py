@@ -1,7 +1,5 @@
 """URDF reader: a robot as the tree of its joints, numbered as PyBullet numbers them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace

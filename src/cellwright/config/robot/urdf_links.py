@@ -1,7 +1,5 @@
 """Links of a URDF: mass, shapes and colours, and simple shapes in place of missing meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace

@@ -8,8 +8,6 @@ A xacro file is a program. It runs apart, with bounds of memory and time, so tha
 limit takes nothing along.
 """
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import io

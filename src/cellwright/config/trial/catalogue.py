@@ -1,7 +1,5 @@
 """The trials that come with Cellwright, and the files with an arm and sensors for those that have none, by name."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from importlib.resources import files

@@ -3,8 +3,6 @@
 Figures: the cell's published models and the UR10's kinematic constants (m, world frame).
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator

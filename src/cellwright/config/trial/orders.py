@@ -1,7 +1,5 @@
 """The section `orders`: which kits are asked for, and when the order is announced."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

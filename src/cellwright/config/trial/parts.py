@@ -1,7 +1,5 @@
 """Parts of a trial: options and aliases, parts over bins and in frames, belt parts, drop regions and faulty parts."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields

@@ -1,7 +1,5 @@
 """Arm, sensors, cameras and plugin devices of a trial."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Sequence
 from typing import get_args

@@ -1,7 +1,5 @@
 """Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every slip is an error."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 from typing import Any, get_args

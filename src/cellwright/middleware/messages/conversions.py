@@ -4,8 +4,6 @@ Inside, time is whole nanoseconds and a quaternion is (w, x, y, z); in messages 
 (x, y, z, w).
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ tests, and what reads. A recording and every guest at the socket pay for each me
 numbers is one call, and texts, which are nearly always names that have been written before, are looked up.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """Validation of messages from outside: each field against its type."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """Clients of the server: connections with send buffer and heartbeat, and the registry of those that are there."""
 
-from __future__ import annotations
-
 import socket
 import time
 from collections import Counter

@@ -1,7 +1,5 @@
 """Requests of clients: greeting, message encodings, and execution on the bus."""
 
-from __future__ import annotations
-
 import hmac
 import json
 import logging

@@ -4,8 +4,6 @@ One thread does everything. The loop that steps the cell calls `wait` between tw
 carried out at that border. Time is looked at after every frame, so that a flood of them eats idle time and no more.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import secrets

@@ -1,7 +1,5 @@
 """A ROS 1 bag of a recording: all that was said on the bus, in the ROS 1 form, for the tools of ROS 1."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

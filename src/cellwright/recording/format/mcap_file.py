@@ -4,8 +4,6 @@ Who records hands in bytes and goes on; a thread puts them together, compresses 
 lock) and gives them to the operating system, some times a second. SIGKILL takes away what came since then.
 """
 
-from __future__ import annotations
-
 import os
 import struct
 import time

@@ -1,7 +1,5 @@
 """Recording reader: topics, messages, commands and frames, also of files that were cut short."""
 
-from __future__ import annotations
-
 import json
 from bisect import bisect_left
 from collections import Counter

@@ -1,7 +1,5 @@
 """Records a run: everything that is said on its bus, what came from outside, and what replaying needs besides."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from fractions import Fraction

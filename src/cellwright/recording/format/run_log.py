@@ -10,8 +10,6 @@ Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time
 - `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path

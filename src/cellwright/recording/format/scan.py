@@ -4,8 +4,6 @@ Nothing that the file says of sizes is trusted: a record ends with the file at t
 true is an error. The content of chunks is passed over, so that some hundred megabytes take a moment.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Collection, Iterator

@@ -1,7 +1,5 @@
 """What a figure shows, as arrays over time: drawn alike, wherever it was read from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Frame cursor: frame and panel at the playback position."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from cellwright.engine.clock import NANOSECONDS

@@ -1,7 +1,5 @@
 """A recording in the hands of somebody who reckons with it: messages, frames and arrays, with times in seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from operator import attrgetter

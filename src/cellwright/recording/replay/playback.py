@@ -1,7 +1,5 @@
 """Playback of a recording: its messages once more on a read-only bus, and how its time passes and ends."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from enum import Enum
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Cell or robot rebuilt from the files and settings in a recording, ready to run again."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

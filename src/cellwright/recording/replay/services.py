@@ -8,8 +8,6 @@
 | `cellwright/control` | `action` `seek`, `time` [s] | goes there; `reset`: to the start; the rest as of a cell |
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

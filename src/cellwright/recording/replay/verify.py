@@ -1,7 +1,5 @@
 """Verification of a recording: runs its commands again and compares state hashes and frames."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -4,8 +4,6 @@ Numbers are little-endian. The optical frame has x to the right, y down and z al
 first pixel is (0, 0).
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

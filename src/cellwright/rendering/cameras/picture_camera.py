@@ -5,8 +5,6 @@ bytes choose from a table of the normal distribution's quantiles, which is exact
 deviation.
 """
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Scenes from MuJoCo models and MuJoCo models from scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from typing import Any
 

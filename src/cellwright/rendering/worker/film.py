@@ -1,7 +1,5 @@
 """A video on disk: pictures in, H.264 in an MP4 file out, which can be played however the process ends."""
 
-from __future__ import annotations
-
 import contextlib
 from fractions import Fraction
 from pathlib import Path

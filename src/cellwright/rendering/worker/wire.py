@@ -1,7 +1,5 @@
 """Render process: its command, and messages through the pipes to and from it."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Iterable
 from typing import IO, Any

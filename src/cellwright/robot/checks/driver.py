@@ -1,7 +1,5 @@
 """Checks a driver by driving it: what `Driver` promises, before a robot depends on it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from functools import partial

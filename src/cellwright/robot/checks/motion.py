@@ -1,7 +1,5 @@
 """Motion check: moves each joint of a robot, or compares with its reference motion, and proposes accelerations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

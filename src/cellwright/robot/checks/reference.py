@@ -3,8 +3,6 @@
 The file's own key `about` says how samples are counted.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Test rig of the motion checks: a robot's node that is driven step by step, and the findings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Working many jobs at once: a process each, each within its limits, its result on disk as it comes."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence

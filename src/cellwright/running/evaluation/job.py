@@ -1,7 +1,5 @@
 """One run that is to be judged, and the key by which it is known again."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import json

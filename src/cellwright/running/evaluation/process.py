@@ -1,7 +1,5 @@
 """Worker process of an evaluation: how many at a time, its limits, its start and its end."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -4,8 +4,6 @@ What the agent prints, logs or leaves behind when it crashes goes to stderr, whi
 ends when its stdin ends, so that it never outlives the evaluation that started it, however that ended.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import logging

@@ -1,7 +1,5 @@
 """Host of a run whose agent works in a process of its own, and that process."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import logging

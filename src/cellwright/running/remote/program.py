@@ -4,8 +4,6 @@ It connects, over a socket to HOST and PORT or to the cell that ROS 1 knows; let
 REPORT how that ended, as JSON. What the agent logs at LEVEL or above is printed with the simulation time.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import sys

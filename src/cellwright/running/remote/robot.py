@@ -4,8 +4,6 @@ It reads its order from stdin, a JSON object: `urdf`, a path; `configs`, the rob
 `sliders`; `parent`, the process that it belongs to. It prints one line, JSON too: `host` and `port`, or `error`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -3,8 +3,6 @@
 What they need is loaded when they are asked for, so that a plain run loads none of it.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager

@@ -1,7 +1,5 @@
 """Result of a run: its outcome, its score, and what links of the arm hit."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field

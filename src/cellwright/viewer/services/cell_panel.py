@@ -5,8 +5,6 @@ have not come up, and which parts are faulty before the referee has said so. Wha
 so that the rest changes only when something has happened.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any

@@ -19,8 +19,6 @@ What a cell tells stands in `cell_panel`, what a robot tells in `robot_panel`; b
 `cellwright/control` answers with.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias

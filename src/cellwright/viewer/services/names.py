@@ -1,7 +1,5 @@
 """Names of the services for those who look on. Pages and other guests know them by these, and load nothing else."""
 
-from __future__ import annotations
-
 SCENE = "cellwright/scene"
 """What there is to be seen."""
 FRAME = "cellwright/frame"

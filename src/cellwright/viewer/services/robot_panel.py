@@ -20,8 +20,6 @@
 A pose is [x, y, z, qw, qx, qy, qz], in m.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

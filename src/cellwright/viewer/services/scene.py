@@ -13,8 +13,6 @@ Both answer in JSON and bytes:
 An answer holds what was asked for, and leaves the state as it is.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import secrets

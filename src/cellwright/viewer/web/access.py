@@ -15,8 +15,6 @@ this machine has open: they cannot name this host (DNS rebinding), and their ori
 comes in without it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import hmac
 import http

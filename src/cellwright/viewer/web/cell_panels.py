@@ -1,7 +1,5 @@
 """Cell panels: state, orders, trays and score as HTML, and controls of belt, AGVs and trays."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 

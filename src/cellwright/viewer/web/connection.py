@@ -1,7 +1,5 @@
 """Connection of the page to the server: requests, commands, and the poller for frames and panels."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

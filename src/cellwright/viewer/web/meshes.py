@@ -1,7 +1,5 @@
 """Meshes for browsers: surfaces of a scene's shapes, written as binary glTF."""
 
-from __future__ import annotations
-
 import json
 import math
 import struct

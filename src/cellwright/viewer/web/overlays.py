@@ -1,7 +1,5 @@
 """Scene overlays: body names and frames, contact forces, sensor rays, tool paths."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from typing import Any, ClassVar

@@ -5,8 +5,6 @@ offers no margin for that comparison. So what throws the shadows stands a margin
 drawn, and what is drawn throws none.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Starts a page, and ends it."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable

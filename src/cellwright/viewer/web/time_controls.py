@@ -1,7 +1,5 @@
 """Time controls: clock, pause, single steps, speed, reset, and the timeline of a recording."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from typing import Any

@@ -1,7 +1,5 @@
 """From where one looks: at first, and at a click."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -4,8 +4,6 @@ The servos hold the arm 1 to 3 mm low. Joint states tell by how much, and what t
 command. The rail arrives where it is sent.
 """
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Iterable, Sequence

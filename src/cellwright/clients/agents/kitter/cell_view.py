@@ -1,7 +1,5 @@
 """Cell view of the kitter: discovered sensors, AGV states, and the parts in bins and on trays."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Iterable
 from contextlib import suppress

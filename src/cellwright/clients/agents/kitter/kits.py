@@ -1,7 +1,5 @@
 """Kits: the orders, the places of their parts on the tray, and the inspection of what lies there."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence

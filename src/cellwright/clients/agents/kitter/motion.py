@@ -1,7 +1,5 @@
 """Arm motion: joint postures for tool poses, tool paths as timed poses, travel times and velocities."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial

@@ -4,8 +4,6 @@ Figures of the part types of 2017: their models, which every team had in its han
 what the cell tells of their models (`Client.part_types`); where a part is, only sensors tell.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pick and place: grasping parts in a bin or on the running belt, and putting them down on a tray."""
 
-from __future__ import annotations
-
 import logging
 import math
 from dataclasses import dataclass

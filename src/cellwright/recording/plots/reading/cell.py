@@ -1,7 +1,5 @@
 """Readers of a cell's plot data: arm, path of a body, referee's log and score, parts on trays."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

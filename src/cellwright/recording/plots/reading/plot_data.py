@@ -1,7 +1,5 @@
 """Plot data of a recording, read in one pass."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any

@@ -1,7 +1,5 @@
 """Readers of plot data: their protocol, spans of a state, the vacuum gripper, and commands."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Collection

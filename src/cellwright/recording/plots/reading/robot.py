@@ -1,7 +1,5 @@
 """Readers of a robot's plot data: joint states, tip poses, status, and groups of joints."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

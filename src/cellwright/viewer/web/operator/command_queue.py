@@ -4,8 +4,6 @@ Nothing is sent to a robot that takes no commands, and whatever holds it (a stop
 ends all that was wanted: nothing goes on by itself afterwards.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """Operator tab of a robot's page: emergency stop, state, grippers, joints and base."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager

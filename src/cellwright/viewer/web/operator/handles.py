@@ -1,7 +1,5 @@
 """Handles at the hands of a robot, and ghosts of where they are to be, in viser's scene."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -13,8 +13,6 @@ to be, and waits for a joint that is held up. A slider that nobody touches shows
 way is never taken for a wish.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cellwright.config.robot.config import BaseMode

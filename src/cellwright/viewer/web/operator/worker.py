@@ -4,8 +4,6 @@ An emergency stop goes a way of its own, in the thread of whoever presses it: no
 Services that take their time (going home) are called in a thread too, one at a time.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 import time
