@@ -25,7 +25,7 @@ from cellwright.cell.interface.parameters import parameters
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.rate_control import RealTimePacer
-from cellwright.middleware.interface.sampling import Sampled
+from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.conversions import joint_state
@@ -54,12 +54,12 @@ def bench_cell() -> Cell:
     cell.bus.serve("/bench/ask", "std_srvs/Trigger", lambda _request, _node: TriggerResponse(success=True))
     arm = cast("Arm", cell.arm)
     names = [f"joint_{number}" for number in range(7)]
-    row = Row(template=JOINTS["1 kHz"], type="sensor_msgs/JointState", about="", rate=Fraction(1000))
+    row = Row(name=JOINTS["1 kHz"], type="sensor_msgs/JointState", about="", rate=Fraction(1000))
 
     def state() -> Message:
         return joint_state(names, *arm.read(), time=arm.simulation.now)
 
-    Sampled(cell.bus, cell.simulation, row, state)
+    Output(cell.bus, cell.simulation, row).sample(state)
     return cell
 
 

@@ -21,7 +21,7 @@ from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.recording.format.commands import Command, CommandNotes, play
+from cellwright.recording.format.commands import Command, note_commands
 from cellwright.util.errors import RunEndedError
 
 SECONDS, QUICK_SECONDS = 500, 2
@@ -74,7 +74,7 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, 
         transport = InProcess(cell, node=NODE)
         transport.stop.limit(seconds * NANOSECONDS)
         commands: list[Command] = []
-        CommandNotes(cell.bus, cell.simulation.clock, commands.append)
+        note_commands(cell.bus, cell.simulation.clock, commands.append)
         begin = time.perf_counter()
         client = Client(transport)
         try:
@@ -90,7 +90,9 @@ def played(seconds: int, commands: Sequence[Command]) -> Passed:
     with engine_timed() as engine:
         cell = Cell(bench_trial())
         begin = time.perf_counter()
-        play(cell.simulation, cell.bus, commands)
+        for command in commands:
+            cell.simulation.step_until(cell.simulation.clock.time_of(command.tick))
+            command.carry_out(cell.bus)
         cell.simulation.step_until(seconds * NANOSECONDS)
         return _passed(cell, engine, time.perf_counter() - begin)
 

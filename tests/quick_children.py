@@ -1,7 +1,7 @@
 """Processes that Cellwright itself starts, forked from one that has loaded their modules.
 
 The start of an interpreter takes most of the processor time of such a process in a test. Each fixture replaces it in
-one module of Cellwright, for what is started from the process of the tests. Tests of the start itself, of what a
+one place of Cellwright, for what is started from the process of the tests. Tests of the start itself, of what a
 process loads, and of its end with its parent do not use them.
 """
 
@@ -51,7 +51,6 @@ class Subprocess:
         stdin: int | None = None,
         stderr: IO[bytes] | int | None = None,
         env: Mapping[str, str] | None = None,
-        encoding: str | None = None,
         text: bool = False,
         **_: object,
     ) -> WarmProcess:
@@ -68,7 +67,7 @@ class Subprocess:
                 environment=environment,
                 stdin=stdin == subprocess.PIPE,
                 stderr=stack.enter_context(os.fdopen(os.dup(2), "wb")) if stderr is None else stderr,
-                text=text or encoding is not None,
+                text=text,
             )
 
 
@@ -77,22 +76,27 @@ def _replace(patch: pytest.MonkeyPatch, module: str, start: Callable[[Mapping[st
         patch.setattr(f"{module}.subprocess", Subprocess(start))
 
 
+def _replace_child(patch: pytest.MonkeyPatch, child: str, start: Callable[[Mapping[str, str]], WarmStart]) -> None:
+    if sys.platform != "win32":
+        patch.setattr(f"cellwright.{child}._popen", staticmethod(Subprocess(start).Popen))
+
+
 @pytest.fixture
 def quick_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages."""
-    _replace(monkeypatch, "cellwright.viewer.web.start", lambda _: warm_start("page", lambda: WarmStart(_PAGE)))
+    _replace_child(monkeypatch, "viewer.web.start.WebPage", lambda _: warm_start("page", lambda: WarmStart(_PAGE)))
 
 
 @pytest.fixture
 def quick_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes that draw; each loads the graphics library itself."""
-    _replace(monkeypatch, "cellwright.rendering.worker.client", lambda _: warm_start())
+    _replace_child(monkeypatch, "rendering.worker.client.RenderWorker", lambda _: warm_start())
 
 
 @pytest.fixture
 def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes of agents."""
-    _replace(monkeypatch, "cellwright.running.remote.hosting", lambda _: warm_start())
+    _replace_child(monkeypatch, "running.remote.hosting.AgentProcess", lambda _: warm_start())
 
 
 @pytest.fixture
@@ -103,7 +107,7 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
         modules = ("cellwright.running.evaluation.worker",)
         return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=environment))
 
-    _replace(monkeypatch, "cellwright.running.evaluation.process", start)
+    _replace_child(monkeypatch, "running.evaluation.process.WorkerProcess", start)
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ sys.argv[0] = "cellwright"
 sys.exit(main())
 """
 """The command, which says first where it is installed."""
-LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop.command")
+LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop")
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
-"""The tables of the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
+"""The tables of bounds in the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
 
-They are made of what the readers look for. In a page a table stands between `<!-- made: NAME -->` and `<!-- end -->`;
+They are made of the readers' own constants. In a page a table stands between `<!-- made: NAME -->` and `<!-- end -->`;
 all else there is written by hand.
 """
 
@@ -19,8 +19,10 @@ from cellwright.config.parsing.reader import FARTHEST, LONGEST_NAME, MAX_MESH_BY
 from cellwright.config.parsing.sources import MAX_BYTES
 from cellwright.config.parsing.tree import MOST_TOLD
 from cellwright.config.parsing.yaml_source import MAX_DEPTH, MAX_NODES
-from cellwright.config.robot import config_keys, meshes, urdf, urdf_file
-from cellwright.config.trial import gear2017, orders, parts, sensors, settings
+from cellwright.config.robot import meshes, urdf, urdf_file
+from cellwright.config.robot.config import UNUSED
+from cellwright.config.robot.group_reader import GRIPPER_UNUSED
+from cellwright.config.robot.robots import FOLDING_WAIST_UNUSED
 from cellwright.config.trial.orders import MOST_KITS
 from cellwright.config.trial.parts import MAX_PARTS
 from cellwright.config.trial.sensors import (
@@ -42,32 +44,7 @@ _MADE = re.compile(
 
 def tables() -> Mapping[str, str]:
     """Every table, by its name."""
-    return {
-        "trial-bounds": _trial_bounds(),
-        "sections": gear2017.SECTIONS.table(),
-        "sensors": sensors.SENSOR.table(),
-        "options": parts.OPTIONS.table(),
-        "orders": orders.ORDER.table(),
-        "bins": parts.BIN.table(),
-        "grids": parts.GRID.table(),
-        "drop-regions": parts.DROP_REGION.table(),
-        "extras": parts.PART.table(),
-        "own": settings.OWN.table(),
-        "own-arm": settings.OWN_ARM.table("arm."),
-        "own-sensors": sensors.CAMERA.table(),
-        "own-noise": sensors.NOISE.table("noise."),
-        "gains": settings.GAINS.table("arm.gains.<joint>."),
-        "constraints": settings.CONSTRAINTS.table("arm.constraints."),
-        "tolerances": settings.TOLERANCE.table("arm.constraints.<joint>."),
-        "robot": config_keys.ENTRIES.table(),
-        "robot-base-pose": config_keys.BASE_POSES.table("base_pose."),
-        "robot-arms": config_keys.ARMS.table("arms[]."),
-        "robot-grippers": config_keys.GRIPPERS.table("grippers[]."),
-        "robot-controller": config_keys.CONTROLLERS.table("controller_indices."),
-        "robot-cameras": config_keys.CAMERAS.table("cameras[]."),
-        "robot-unused": _unused(),
-        "robot-bounds": _robot_bounds(),
-    }
+    return {"trial-bounds": _trial_bounds(), "robot-unused": _unused(), "robot-bounds": _robot_bounds()}
 
 
 def filled(page: str) -> str:
@@ -125,10 +102,10 @@ def _robot_bounds() -> str:
 
 
 def _unused() -> str:
-    rows = [f"| `{name}` | {what} |" for name, what in config_keys.UNUSED.items()]
+    rows = [f"| `{name}` | {what} |" for name, what in UNUSED.items()]
     names = [
-        *(f"grippers[].{name}" for name in config_keys.GRIPPER_UNUSED),
-        *(f"folding_waist.{name}" for name in config_keys.FOLDING_WAIST_UNUSED),
+        *(f"grippers[].{name}" for name in GRIPPER_UNUSED),
+        *(f"folding_waist.{name}" for name in FOLDING_WAIST_UNUSED),
     ]
     rows += [f"| {', '.join(f'`{name}`' for name in names)} | |"]
     return "\n".join(["| entry | what it is in the original |", "|---|---|", *rows, ""])

@@ -17,6 +17,7 @@ from cellwright.middleware.messages.types import parsed_definitions, short_name,
 
 FOLDER = Path(__file__).parents[1] / "src" / "cellwright" / "middleware" / "messages"
 
+_PACKAGE = "cellwright.middleware.messages"
 _WIDTH = 120
 _FLOAT = ("float", "0.0")
 _BASE_TYPES = {"bool": ("bool", "False"), "string": ("str", '""'), "float32": _FLOAT, "float64": _FLOAT}
@@ -56,7 +57,7 @@ class _Module:
     def __init__(self, package: str) -> None:
         self._package = package
         self._definitions = {name: item for name, item in parsed_definitions() if name.startswith(f"{package}/")}
-        self._imports: dict[str, set[str]] = {"message_class": {"MessageClass", "message_class"}}
+        self._imports: set[str] = set()
         self._has_factories = self._has_constants = False
         self._classes: dict[str, list[str]] = {}
 
@@ -73,7 +74,8 @@ class _Module:
             *(["from dataclasses import field"] if self._has_factories else []),
             *(["from typing import ClassVar"] if self._has_constants else []),
             *([""] if self._has_factories or self._has_constants else []),
-            *(_import(module, names) for module, names in sorted(self._imports.items())),
+            *([f"from {_PACKAGE} import {', '.join(sorted(self._imports))}"] if self._imports else []),
+            f"from {_PACKAGE}.message_class import MessageClass, message_class",
         ]
         for each in self._classes.values():
             lines += ["", "", *each]
@@ -120,8 +122,8 @@ class _Module:
         return _class_name(name)
 
     def _imported(self, module: str, name: str) -> str:
-        self._imports.setdefault(module, set()).add(name)
-        return name
+        self._imports.add(module)
+        return f"{module}.{name}"
 
     def _made_by(self, factory: str) -> str:
         self._has_factories = True
@@ -130,13 +132,6 @@ class _Module:
 
 def _class_name(name: str) -> str:
     return name.rpartition("/")[2].replace("_", "")
-
-
-def _import(module: str, names: set[str]) -> str:
-    start = f"from cellwright.middleware.messages.{module} import "
-    listed = sorted(names, key=lambda name: (not name[0].isupper(), name))
-    line = start + ", ".join(listed)
-    return line if len(line) <= _WIDTH else "\n".join([f"{start}(", *(f"    {name}," for name in listed), ")"])
 
 
 def _commented(line: str, comment: str) -> list[str]:

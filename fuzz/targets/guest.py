@@ -13,7 +13,7 @@ from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server.client_connection import LONGEST_HELLO, ClientConnection
+from cellwright.middleware.server.clients import LONGEST_HELLO, ClientConnection
 from cellwright.middleware.server.requests import Requests
 from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
 from fuzz.verdict import FindingError

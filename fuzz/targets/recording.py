@@ -14,7 +14,7 @@ import zstandard
 from mcap.opcode import Opcode
 from rich.console import Console
 
-from cellwright.cli.replay import report
+from cellwright.cli.replay import actions
 from cellwright.middleware.bus import How
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
@@ -119,7 +119,7 @@ def _refused_or_done(look: Callable[[Recording], object], recording: Recording) 
 
 def _table(recording: Recording) -> None:
     with (_FOLDER / "table.txt").open("w+", encoding="utf-8") as file:
-        report.show_contents(Console(file=file, width=80, highlight=False), report.contents_document(recording))
+        actions.show_contents(Console(file=file, width=80, highlight=False), actions.contents_document(recording))
         file.seek(0)
         for line in file.read().split("\n"):
             if not line.isprintable():

@@ -50,5 +50,5 @@ def attempt(data: bytes) -> None:
         values = [value for moment in found.moments for value in moment.values.values()]
         if times != sorted(times) or not all(map(math.isfinite, (*times, *values, found.duration))):
             raise FindingError("targets that no clock comes to")
-        if any(low > high for low, high in found.reach.values()) or found.first.keys() != found.reach.keys():
+        if not all(found.positions.values()) or found.first.keys() != found.positions.keys():
             raise FindingError("targets that are not told of as they are")

@@ -1,7 +1,5 @@
 """The command line's way in: `cellwright`, and `python -m cellwright` where the command itself is not on the path."""
 
-from __future__ import annotations
-
 import errno
 import sys
 import threading

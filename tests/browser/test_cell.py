@@ -16,7 +16,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.camera import named_view
+from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.picture import render
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
@@ -73,7 +73,7 @@ def cast() -> Pixels:
     simulation = Cell(load_trial([find_trial("lesson")]).trial).simulation
     simulation.refresh()
     size = round(WIDTH * COARSE), round(HEIGHT * COARSE)
-    return render(simulation.model, simulation.data, named_view("overview"), *size)
+    return render(simulation.model, simulation.data, VIEWS["overview"], *size)
 
 
 def seconds(visitor: Visitor) -> float:

@@ -58,7 +58,7 @@ def test_all_that_can_happen_does() -> None:
     assert cell.arm is not None
     assert cell.arm.controller.goal is not None
     assert cell.arm.controller.goal.active
-    assert cell.competition.referee.active_orders == ("order_0",)
+    assert cell.competition.referee.active_orders == ["order_0"]
     assert [each.order_id for each in cell.competition.announced] == ["order_0", "order_1"]
     assert cell.competition.score().total == 2.0  # two gears, of which one is faulty, so one for presence and pose
     assert any(part.startswith("populate_conveyor") for part in cell.parts.in_play)

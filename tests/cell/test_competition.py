@@ -19,6 +19,7 @@ from cellwright.cell.kitting.effects import (
     TrialEnded,
 )
 from cellwright.cell.kitting.evidence import PartEvidence
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.kitting.scorer import Scorer
 from cellwright.config.trial.trial import KitObject, Options, Part
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
@@ -190,7 +191,7 @@ def test_an_agv_that_has_delivered_comes_back_with_an_empty_tray() -> None:
 
 def test_trays_are_counted_once_a_second() -> None:
     cell = Cell(replace(KITTING, extra_parts=()))
-    assert cell.competition.referee.trays.contents(TRAY_1) == ()
+    assert cell.competition.referee.trays[TRAY_1] == ()
     cell = Cell(KITTING)
     run(cell, 0.9)
     assert cell.competition.tray_objects(cell.trays[1]) == ()
@@ -218,7 +219,7 @@ def test_the_score_is_the_scorers(parts: tuple[KitObject, ...], faulty: tuple[st
     cell = Cell(trial)
     start(cell)
     run(cell, 1.1)
-    reported = cell.competition.referee.trays.contents(TRAY_1)
+    reported = cell.competition.referee.trays[TRAY_1]
     cell.agvs[1].send("order_0_kit_0")
     run(cell, 1.0)
     score = cell.competition.score()
@@ -368,7 +369,7 @@ def told(cell: Cell, number: int = 1) -> PartEvidence:
     """What the score says of the only ordered part, once the tray is submitted."""
     cell.agvs[number].send("order_0_kit_0")
     run(cell, 0.8)
-    ((part,),) = [kit.parts for kit in cell.competition.evidence().kits()]
+    ((part,),) = [kit.parts for order in cell.competition.evidence().orders for kit in order.kits]
     return part
 
 
@@ -431,7 +432,7 @@ def test_a_part_that_was_never_gripped_is_told_and_so_are_those_that_the_wall_to
     cell = Cell(gears)
     start(cell)
     for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
-        cell.parts.put_away(cell.parts.part(name), "deletion wall")
+        cell.parts.put_away(cell.parts.part(name), Removal.DELETION_WALL)
     assert told(cell).sentence() == (
         "none on the tray when it was submitted: never taken hold of; the deletion wall of the belt took 2 of its type"
     )
@@ -458,7 +459,7 @@ def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path)
     assert told(cell) == first
     other = Cell(RODS)
     read_checkpoint(other.simulation, path)
-    ((part,),) = [kit.parts for kit in other.competition.evidence().kits()]
+    ((part,),) = [kit.parts for order in other.competition.evidence().orders for kit in order.kits]
     assert part == first
     other.reset()
     assert other.competition.get_record() == {}

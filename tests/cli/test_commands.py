@@ -11,9 +11,9 @@ GROUP = typer.main.get_command(app)
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_it_is_loaded_under_its_name(name: str) -> None:
-    command = GROUP.commands[name]  # type: ignore[attr-defined]
+    command = GROUP.get_command(None, name)  # type: ignore[attr-defined]
     assert command.name == name
-    assert command is GROUP.commands[name]  # type: ignore[attr-defined]
+    assert command is GROUP.get_command(None, name)  # type: ignore[attr-defined]
 
 
 def test_one_that_is_not_there_is_told_with_what_is_meant(cellwright: CommandLine) -> None:
@@ -25,3 +25,9 @@ def test_one_that_is_not_there_is_told_with_what_is_meant(cellwright: CommandLin
 def test_no_other_can_be_put_in() -> None:
     with pytest.raises(TypeError):
         GROUP.add_command(GROUP, "own")  # type: ignore[attr-defined]
+
+
+def test_the_former_command_of_benchmarks_says_what_to_run(cellwright: CommandLine) -> None:
+    ran = cellwright("bench", "step")
+    assert ran.status == 2
+    assert ran.err == "error: bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright\n"

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from cellwright.cli.signals import Stop, ended_as_by_ctrl_c, stopped_by_signals
-from cellwright.running.run.work import restored_environment
+from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
+from cellwright.engine.loop import StopCondition
+from cellwright.running.run.session import restored_environment
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 
@@ -26,10 +27,10 @@ def heard() -> Iterator[list[int]]:
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_first_is_a_wish_and_the_second_does_what_it_does_everywhere(number: int, heard: list[int]) -> None:
-    stop = Stop()
-    with stopped_by_signals(stop.stop):
+    stop = StopCondition()
+    with stopped_by_signals(stop.request):
         signal.raise_signal(number)
-        assert stop.has_come
+        assert stop.is_requested
         assert heard == []
         signal.raise_signal(number)
         assert heard == [number]

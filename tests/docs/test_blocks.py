@@ -79,7 +79,7 @@ def check_command(command: Any, words: list[str], line: str) -> None:
     inner = getattr(command, "commands", None)
     if inner is not None and words and re.fullmatch("[a-z][a-z0-9-]*", words[0]):
         assert words[0] in inner, f"no such command: {line}"
-        check_command(inner[words[0]], words[1:], line)
+        check_command(command.get_command(None, words[0]), words[1:], line)
         return
     options = {name for each in command.params for name in (*each.opts, *each.secondary_opts)}
     for word in words:

@@ -36,7 +36,7 @@ def test_the_launch_file_starts_what_is_there() -> None:
     arguments = parse(str(node.get("args")).split(), {})
     assert not arguments.competition
     # `$(find osrf_gear)/config/sample.yaml` is in two words here, as roslaunch has not replaced it
-    assert f"config/{Path(arguments.files[-1]).name}" in files
+    assert f"config/{Path(arguments.file[-1]).name}" in files
 
 
 def test_packages_and_files_that_are_named_are_there() -> None:

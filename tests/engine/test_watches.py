@@ -1,7 +1,6 @@
 from fractions import Fraction
 
-from cellwright.engine.clock import Clock
-from cellwright.engine.events import NEVER, Watches
+from cellwright.engine.clock import NEVER, Clock, Watches
 
 
 def run(watches: Watches, clock: Clock, until: int) -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from cellwright.cell.devices.joint_trajectory import Knot, Trajectory, join_segment
 from cellwright.clients.client import ARM_JOINTS
 from cellwright.motion import DEFAULT_LIMITS, JointMotion, move
-from cellwright.motion.trajectories import STILL
+from cellwright.motion.joints import STILL
 from cellwright.util.errors import UsageError
 from tests.motion.samples import ABOVE_BIN, ABOVE_TRAY, INITIAL, farthest
 

@@ -25,8 +25,8 @@ from cellwright.motion import (
     straight,
     tool_down,
 )
+from cellwright.motion.joints import STILL
 from cellwright.motion.servo import weight
-from cellwright.motion.trajectories import STILL
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cells import ARM_ONLY

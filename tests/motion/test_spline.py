@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from cellwright.motion import Joints
 from cellwright.motion.joint_motion import knot_velocities
-from cellwright.motion.trajectories import STILL
+from cellwright.motion.joints import STILL
 
 values = st.floats(-3.0, 3.0)
 knots = st.lists(st.tuples(st.floats(0.05, 1.0), values), min_size=2, max_size=12)

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.motion import DEFAULT_LIMITS, JointMotion, Joints, along, move, straight, through, timed, tool_down
-from cellwright.motion.trajectories import STILL, _profile
+from cellwright.motion.joints import STILL
+from cellwright.motion.trajectories import _profile
 from cellwright.util.errors import UnreachableError, UsageError
 from tests.motion.samples import ABOVE_BELT, ABOVE_BIN, ABOVE_TRAY, INITIAL, farthest, moderate
 

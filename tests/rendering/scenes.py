@@ -1,8 +1,12 @@
 """Small scenes for the tests of pictures."""
 
+import math
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from cellwright.rendering.camera import Camera
 
 FLOOR = '<geom name="floor" type="plane" size="20 20 .1" rgba=".5 .5 .5 1" group="1"/>'
 
@@ -41,3 +45,17 @@ def unit_vectors(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
     vectors = rng.normal(size=(count, 3))
     unit: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     return unit
+
+
+def project(camera: Camera, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """Where `points` (n, 3) of the world [m] appear: (n, 3) of column, row and depth [m] along the line of sight.
+
+    A point beside the picture has pixel coordinates outside it; one in the camera's plane or behind it has a depth of
+    zero or less, and NaN for column and row.
+    """
+    optical = (points - np.asarray(camera.eye)) @ camera.world_R_optical
+    depth = np.where(optical[:, 2] > 0, optical[:, 2], np.nan)
+    slope = 2 * math.tan(camera.fov / 2) / height
+    column = optical[:, 0] / depth / slope + width / 2
+    row = optical[:, 1] / depth / slope + height / 2
+    return np.column_stack([column, row, optical[:, 2]])

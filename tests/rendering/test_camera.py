@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from cellwright.rendering.camera import Camera
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
+from tests.rendering.scenes import project
 
 coordinates = st.floats(-10, 10)
 points = st.tuples(coordinates, coordinates, coordinates)
@@ -40,7 +41,7 @@ def test_a_point_on_a_pixels_ray_is_projected_to_that_pixel(
     assert np.linalg.norm(direction) == pytest.approx(1)
     assume((direction @ camera.world_R_optical)[0, 2] > 1e-3)
     far = data.draw(st.floats(0.1, 100))
-    projected = camera.project(np.array(camera.eye) + far * direction, width, height)
+    projected = project(camera, np.array(camera.eye) + far * direction, width, height)
     assert np.allclose(projected[0, :2], pixel[0], atol=1e-4)
     assert 0 < projected[0, 2] <= far * (1 + 1e-9)
 
@@ -48,7 +49,7 @@ def test_a_point_on_a_pixels_ray_is_projected_to_that_pixel(
 @pytest.mark.slow
 @given(cameras(), st.integers(1, 500), st.integers(1, 500))
 def test_the_target_is_in_the_middle(camera: Camera, width: int, height: int) -> None:
-    projected = camera.project(np.array([camera.target]), width, height)[0]
+    projected = project(camera, np.array([camera.target]), width, height)[0]
     assert projected[:2] == pytest.approx((width / 2, height / 2), abs=1e-4)
     assert projected[2] == pytest.approx(math.dist(camera.eye, camera.target))
 
@@ -62,7 +63,7 @@ def test_the_opening_angle_spans_the_height(camera: Camera) -> None:
 
 def test_right_is_right_and_up_is_up() -> None:
     camera = Camera((0, -5, 1), (0, 0, 1))
-    right, up, behind = camera.project(np.array([(1.0, 0, 1), (0, 0, 2.0), (0, -6.0, 1)]), 100, 100)
+    right, up, behind = project(camera, np.array([(1.0, 0, 1), (0, 0, 2.0), (0, -6.0, 1)]), 100, 100)
     assert right[0] > 50
     assert right[1] == pytest.approx(50)
     assert up[1] < 50

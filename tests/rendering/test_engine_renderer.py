@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.renderer import CastRenderer
+from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.scene import Form, Layer, Scene, Shape
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
@@ -38,15 +38,15 @@ def worker() -> Iterator[RenderWorker]:
 @pytest.mark.parametrize("towards", [(1, 0, 0.4), (0, -1, 0.5), (-1, 0.2, 1), (0.1, 0, 1)])
 def test_sky_has_the_gradient_of_ray_pictures(worker: RenderWorker, towards: tuple[float, float, float]) -> None:
     camera = Camera((0, 0, 1), (towards[0], towards[1], 1 + towards[2]), fov=math.radians(20))
-    drawn = worker.colour(GONE, camera, 64, 48).result(TIMEOUT).astype(int)
-    cast = CastRenderer(SCENE).colour(GONE, camera, 64, 48)
+    drawn = worker.colour(GONE, PictureRequest(camera, 64, 48)).result(TIMEOUT).astype(int)
+    cast = CastRenderer(SCENE).colour(GONE, PictureRequest(camera, 64, 48))
     assert np.abs(drawn - cast).max() <= 3
 
 
 def test_floor_lines_are_where_ray_pictures_have_them(worker: RenderWorker) -> None:
     camera = Camera((0.3, -3, 1.5), (0.301, -3, 0), (0, 1, 0), fov=math.radians(70))
-    drawn = worker.colour(GONE, camera, 160, 120, shadows=False).result(TIMEOUT).mean(axis=2)
-    cast = CastRenderer(SCENE).colour(GONE, camera, 160, 120).mean(axis=2)
+    drawn = worker.colour(GONE, PictureRequest(camera, 160, 120, shadows=False)).result(TIMEOUT).mean(axis=2)
+    cast = CastRenderer(SCENE).colour(GONE, PictureRequest(camera, 160, 120)).mean(axis=2)
     for axis in (0, 1):
         lines = [set(np.flatnonzero(dark).tolist()) for dark in (_darker(drawn, axis), _darker(cast, axis))]
         assert lines[0] == lines[1]
@@ -63,23 +63,27 @@ def _darker(picture: np.ndarray, axis: int) -> np.ndarray:
 
 def test_translucent_shapes_colour_what_is_behind_and_have_no_depth(worker: RenderWorker) -> None:
     camera = Camera((0, -2, 0.5), (0, 2, 0.2), fov=math.radians(40))
-    depths = [worker.depth(frame, camera, 64, 48).result(TIMEOUT) for frame in (PANE, GONE)]
+    depths = [worker.depth(frame, PictureRequest(camera, 64, 48)).result(TIMEOUT) for frame in (PANE, GONE)]
     assert np.array_equal(depths[0], depths[1])
-    with_pane, without = (worker.colour(frame, camera, 64, 48).result(TIMEOUT).astype(int) for frame in (PANE, GONE))
+    with_pane, without = (
+        worker.colour(frame, PictureRequest(camera, 64, 48)).result(TIMEOUT).astype(int) for frame in (PANE, GONE)
+    )
     assert with_pane[24, 32, 0] > without[24, 32, 0] + 10
     assert with_pane[24, 32, 2] > with_pane[24, 32, 1] + 10  # the box shines through
 
 
 def test_floor_has_depth_far_beyond_haze(worker: RenderWorker) -> None:
     camera = Camera((0, 0, 2), (10, 0, 1.7), fov=math.radians(1))
-    drawn = worker.depth(GONE, camera, 32, 24).result(TIMEOUT)
-    cast = CastRenderer(SCENE).depth(GONE, camera, 32, 24)
+    drawn = worker.depth(GONE, PictureRequest(camera, 32, 24)).result(TIMEOUT)
+    cast = CastRenderer(SCENE).depth(GONE, PictureRequest(camera, 32, 24))
     assert 40 < cast.min() < cast.max() < 100
     np.testing.assert_allclose(drawn, cast, rtol=0.002)
 
 
 def test_more_samples_smooth_edges_and_shadows(worker: RenderWorker) -> None:
     camera = Camera((0, -2, 2), (0, 2, 0), fov=math.radians(30))
-    rough, smooth = (worker.colour(GONE, camera, 80, 60, samples=count).result(TIMEOUT) for count in (1, 4))
+    rough, smooth = (
+        worker.colour(GONE, PictureRequest(camera, 80, 60, samples=count)).result(TIMEOUT) for count in (1, 4)
+    )
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > len(np.unique(rough.reshape(-1, 3), axis=0))
     assert np.abs(rough.astype(int) - smooth).mean() < 4

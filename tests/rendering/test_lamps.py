@@ -3,7 +3,8 @@ import pytest
 from numpy.typing import NDArray
 
 from cellwright.rendering.raycast import Hits, RayCaster
-from cellwright.rendering.shading import LampGroup, disc_lamp, openness, sky
+from cellwright.rendering.shading import SIDE as SQUARE
+from cellwright.rendering.shading import disc_lamp, openness, sky
 from tests.rendering.scenes import FLOOR, scene
 
 SIDE = 20
@@ -11,7 +12,9 @@ KEY = disc_lamp((0, 0, 5), (0, 0, 0), 0.2)
 SKY = sky((0, 0, 0), 8.0)
 
 
-def patch(lamps: LampGroup, world: str, middle: tuple[float, float], size: float = 0.02) -> NDArray[np.float32]:
+def patch(
+    lamps: NDArray[np.float64], world: str, middle: tuple[float, float], size: float = 0.02
+) -> NDArray[np.float32]:
     """How open the floor is to lamps in a small square about `middle`, as SIDE x SIDE pixels see it from above."""
     caster = RayCaster(*scene(FLOOR + world))
     offset = (np.arange(SIDE) + 0.5) / SIDE * size - size / 2
@@ -24,17 +27,17 @@ def patch(lamps: LampGroup, world: str, middle: tuple[float, float], size: float
 
 def test_the_lamps_of_a_disc_fill_it_and_face_the_target() -> None:
     lamp = disc_lamp((1, 2, 3), (4, 2, 3), 0.5)
-    offsets = lamp.positions - (1, 2, 3)
+    offsets = lamp - (1, 2, 3)
     distance = np.linalg.norm(offsets, axis=1)
     assert np.allclose(offsets[:, 0], 0, atol=1e-12)
     assert 0.4 < distance.max() <= 0.5
     assert np.median(distance) == pytest.approx(0.5 * 0.5**0.5, abs=0.02)
-    assert lamp.centre == pytest.approx((1, 2, 3), abs=0.05)
-    assert len(np.unique(lamp.positions.round(9), axis=0)) == lamp.side**2
+    assert lamp.mean(axis=0) == pytest.approx((1, 2, 3), abs=0.05)
+    assert len(np.unique(lamp.round(9), axis=0)) == SQUARE**2
 
 
 def test_the_sky_is_half_a_sphere() -> None:
-    directions = (sky((1, 0, 0), 4.0).positions - (1, 0, 0)) / 4
+    directions = (sky((1, 0, 0), 4.0) - (1, 0, 0)) / 4
     assert np.allclose(np.linalg.norm(directions, axis=1), 1)
     assert (directions[:, 2] > 0).all()
     assert directions[:, 2].mean() == pytest.approx(0.5)
@@ -43,7 +46,7 @@ def test_the_sky_is_half_a_sphere() -> None:
 
 
 @pytest.mark.parametrize("lamps", [KEY, SKY])
-def test_an_empty_floor_is_open(lamps: LampGroup) -> None:
+def test_an_empty_floor_is_open(lamps: NDArray[np.float64]) -> None:
     assert (patch(lamps, "", (0, 0)) == 1).all()
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import render
 from cellwright.util.errors import UsageError
-from tests.rendering.scenes import FLOOR, clutter, scene
+from tests.rendering.scenes import FLOOR, clutter, project, scene
 
 WIDTH, HEIGHT = 120, 90
 BALL = '<geom type="sphere" size=".5" pos="{}" rgba="1 0 0 1" group="1"/>'
@@ -39,7 +39,7 @@ def test_a_ball_covers_the_disc_that_geometry_gives() -> None:
 def test_the_picture_is_not_mirrored() -> None:
     picture = render(*scene(BALL.format(".8 0 .5")), CAMERA, WIDTH, HEIGHT, samples=1)
     rows, columns = np.nonzero(is_red(picture))
-    expected = CAMERA.project(np.array([[0.8, 0, 0.5]]), WIDTH, HEIGHT)[0]
+    expected = project(CAMERA, np.array([[0.8, 0, 0.5]]), WIDTH, HEIGHT)[0]
     assert columns.mean() == pytest.approx(expected[0], abs=1)
     assert rows.mean() == pytest.approx(expected[1], abs=1)
     assert columns.mean() > WIDTH / 2
@@ -69,9 +69,9 @@ def test_things_cast_shadows() -> None:
     lamp, centre = np.array([-3.2, -4.6, 7.0]), np.array([0, 0, 1.0])
     shadow = lamp + (centre - lamp) * lamp[2] / (lamp[2] - centre[2])
     open_, shaded = (render(*scene(FLOOR + world), ABOVE, WIDTH, HEIGHT).astype(float) for world in ("", slab))
-    column, row = (int(v) for v in ABOVE.project(shadow[None], WIDTH, HEIGHT)[0, :2])
+    column, row = (int(v) for v in project(ABOVE, shadow[None], WIDTH, HEIGHT)[0, :2])
     assert shaded[row, column].mean() < open_[row, column].mean() - 30
-    column, row = (int(v) for v in ABOVE.project(shadow[None] * (-3, -3, 1), WIDTH, HEIGHT)[0, :2])
+    column, row = (int(v) for v in project(ABOVE, shadow[None] * (-3, -3, 1), WIDTH, HEIGHT)[0, :2])
     assert shaded[row, column].mean() == pytest.approx(open_[row, column].mean(), abs=2)
 
 
@@ -94,12 +94,13 @@ def test_what_is_only_touched_is_not_drawn() -> None:
     assert not np.array_equal(render(*scene(BALL.format("0 0 0")), CAMERA, 40, 30), empty)
 
 
-def test_the_same_state_gives_the_same_picture_on_any_number_of_threads() -> None:
+def test_the_same_state_gives_the_same_picture_on_any_number_of_cores(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = clutter(3)
     camera = Camera((4, -5, 2), (0, 0, 0))
-    first = render(model, data, camera, 160, 120, threads=1)
-    for threads in (1, 2, 3, None):
-        assert np.array_equal(render(model, data, camera, 160, 120, threads=threads), first)
+    first = render(model, data, camera, 160, 120)
+    for cores in (1, 2, 3, None):
+        monkeypatch.setattr(os, "cpu_count", lambda cores=cores: cores)
+        assert np.array_equal(render(model, data, camera, 160, 120), first)
 
 
 FALLING = (
@@ -151,12 +152,11 @@ def test_the_smallest_pictures(size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "height", "samples", "threads"),
-    [(0, 10, 1, 1), (10, -1, 1, 1), (5000, 10, 1, 1), (10, 10, 0, 1), (10, 10, 9, 1), (10, 10, 1, 0)],
+    ("width", "height", "samples"), [(0, 10, 1), (10, -1, 1), (5000, 10, 1), (10, 10, 0), (10, 10, 9)]
 )
-def test_impossible_pictures_are_refused(width: int, height: int, samples: int, threads: int) -> None:
+def test_impossible_pictures_are_refused(width: int, height: int, samples: int) -> None:
     with pytest.raises(UsageError, match="picture"):
-        render(*scene(FLOOR), CAMERA, width, height, samples=samples, threads=threads)
+        render(*scene(FLOOR), CAMERA, width, height, samples=samples)
 
 
 def test_no_graphics_library_is_loaded() -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright.rendering.camera import OPTICAL, Pinhole
 from cellwright.util.pose import Pose
+from tests.rendering.scenes import project
 
 PINHOLES = st.builds(Pinhole, st.integers(8, 60), st.integers(8, 60), st.floats(0.1, 2.5))
 POSES = st.builds(Pose.from_rpy, st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.tuples(*[st.floats(-3.0, 3.0)] * 3))
@@ -36,7 +37,7 @@ def test_a_depth_is_the_point_that_the_drawing_camera_sees_there(
     points = pinhole.points(np.full((pinhole.height, pinhole.width), depth, np.float32))
     x, y, z = points[row, column].astype(float).tolist()
     world = (pose @ OPTICAL).transform((x, y, z))
-    seen = pinhole.at(pose).project(np.array([world]), pinhole.width, pinhole.height)[0]
+    seen = project(pinhole.at(pose), np.array([world]), pinhole.width, pinhole.height)[0]
     assert seen == pytest.approx([column + 0.5, row + 0.5, depth], abs=1e-3)
 
 

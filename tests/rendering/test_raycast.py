@@ -87,12 +87,6 @@ def test_a_sheet_of_a_millimetre_gives_shade() -> None:
     assert not below
 
 
-def test_groups_can_be_chosen() -> None:
-    model, data = scene(BOXES.format(front=3, opacity=1))
-    caster = RayCaster(model, data, groups={3})
-    assert model.geom(int(caster.cast(ORIGIN, AHEAD).geom[0])).name == "front"
-
-
 def test_a_surface_seen_from_inside_faces_the_eye() -> None:
     hits = RayCaster(*scene('<geom type="box" size="1 1 1" group="1"/>')).cast(ORIGIN, AHEAD)
     assert hits.distance[0] == pytest.approx(1)

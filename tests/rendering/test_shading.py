@@ -4,25 +4,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from cellwright.rendering import shading
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.scene.scene import linear
-from cellwright.rendering.shading import Light, Shader, Surfaces, background, disc_lamp, sky, to_screen
+from cellwright.rendering.shading import Shader, Surfaces, background, disc_lamp, sky, to_screen
 from cellwright.util.pose import Vector3
 from tests.rendering.scenes import scene
 
 EYE = (0.0, -4.0, 2.0)
-MATTE = '<material name="matte" specular="0"/>'
 GREY = 'type="plane" size="60 60 1" rgba=".5 .5 .5 1" group="1"'
+
+
+@pytest.fixture
+def matte(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing has a highlight."""
+    monkeypatch.setattr(shading, "HIGHLIGHT", 0.0)
 
 
 def light_from(
     world: str, target: Vector3, *, key: float = 1.0, open_sky: float = 1.0, eye: Vector3 = EYE
 ) -> NDArray[np.float32]:
     """The light that the eye receives from where it looks at `target`."""
-    model, data = scene(world, MATTE)
+    model, data = scene(world)
     caster = RayCaster(model, data)
-    light = Light(disc_lamp((0, 0, 7), (0, 0, 0), 0.2), sky((0, 0, 0), 9))
-    shader = Shader(caster, Surfaces(model, data, caster.colours), light, np.array(eye), 1e-3)
+    lamps = disc_lamp((0, 0, 7), (0, 0, 0), 0.2), sky((0, 0, 0), 9)
+    shader = Shader(caster, Surfaces(model, data), *lamps, np.array(eye), 1e-3)
     direction = np.subtract(target, eye)[None] / np.linalg.norm(np.subtract(target, eye))
     hits = caster.cast(shader.eye, direction)
     albedo = shader.albedo(hits, direction)
@@ -31,8 +37,9 @@ def light_from(
     return first
 
 
+@pytest.mark.usefixtures("matte")
 def test_lamp_and_sky_add_up() -> None:
-    floor = f'<geom {GREY} material="matte"/>'
+    floor = f"<geom {GREY}/>"
     dark, lamp, open_sky, both = (
         light_from(floor, (0.5, 0.5, 0), key=k, open_sky=s) for k, s in ((0, 0), (1, 0), (0, 1), (1, 1))
     )
@@ -41,8 +48,9 @@ def test_lamp_and_sky_add_up() -> None:
     assert (lamp - dark > open_sky - dark).all(), "the lamp is the brighter light"
 
 
+@pytest.mark.usefixtures("matte")
 def test_light_falls_off_with_the_cosine() -> None:
-    floor = f'<geom {GREY} material="matte"/>'
+    floor = f"<geom {GREY}/>"
     below, aside = (
         light_from(floor, p, open_sky=0) - light_from(floor, p, key=0, open_sky=0)
         for p in ((0.4, 0.4, 0), (4.4, 0.4, 0))
@@ -51,21 +59,22 @@ def test_light_falls_off_with_the_cosine() -> None:
     assert aside[1] / below[1] == pytest.approx(cosines[1] / cosines[0], rel=0.01)
 
 
+@pytest.mark.usefixtures("matte")
 def test_a_bright_colour_sends_back_more_light() -> None:
-    ball = '<geom type="sphere" size="1" rgba="{} {} .1 1" group="1" material="matte"/>'
+    ball = '<geom type="sphere" size="1" rgba="{} {} .1 1" group="1"/>'
     light = light_from(ball.format(0.9, 0.3), (0, 0, 0.5))
     assert light[0] > light[1] > light[2]
 
 
-def test_a_shiny_ball_has_a_highlight_where_it_mirrors_the_lamp() -> None:
+def test_a_ball_has_a_highlight_where_it_mirrors_the_lamp(monkeypatch: pytest.MonkeyPatch) -> None:
     # the normal half way between lamp and eye; the centre lies on the origin, eye and lamp equally far
-    ball = '<geom type="sphere" size="1" rgba=".2 .2 .2 1" group="1"{}/>'
+    ball = '<geom type="sphere" size="1" rgba=".2 .2 .2 1" group="1"/>'
     eye = (0.0, -7.0, 0.0)
     halfway = (0.0, -(0.5**0.5), 0.5**0.5)
-    shiny, matte = (light_from(ball.format(m), halfway, eye=eye) for m in ("", ' material="matte"'))
-    assert (shiny > matte + 0.05).all()
-    shaded = light_from(ball.format(""), halfway, eye=eye, key=0)
-    assert shaded == pytest.approx(light_from(ball.format(' material="matte"'), halfway, eye=eye, key=0))
+    shiny, shaded = (light_from(ball, halfway, eye=eye, key=key) for key in (1, 0))
+    monkeypatch.setattr(shading, "HIGHLIGHT", 0.0)
+    assert (shiny > light_from(ball, halfway, eye=eye) + 0.05).all()
+    assert shaded == pytest.approx(light_from(ball, halfway, eye=eye, key=0))
 
 
 def test_a_surface_exactly_between_lamp_and_eye_has_a_colour() -> None:
@@ -73,16 +82,17 @@ def test_a_surface_exactly_between_lamp_and_eye_has_a_colour() -> None:
     shaded = light_from(plate, (0, 0, -0.01), eye=(0.0, 0.001, -7.0))
     model, data = scene(plate)
     caster = RayCaster(model, data)
-    light = Light(disc_lamp((0, 0, 7), (0, 0, 0), 1e-9), sky((0, 0, 0), 9))
-    shader = Shader(caster, Surfaces(model, data, caster.colours), light, np.array((0.0, 0.0, -7.0)), 1e-3)
+    lamps = disc_lamp((0, 0, 7), (0, 0, 0), 1e-9), sky((0, 0, 0), 9)
+    shader = Shader(caster, Surfaces(model, data), *lamps, np.array((0.0, 0.0, -7.0)), 1e-3)
     upwards = np.array([[0.0, 0.0, 1.0]])
     hits = caster.cast(shader.eye, upwards)
     one = np.ones(1, np.float32)
     assert shader.colour(hits, upwards, shader.albedo(hits, upwards), one, one)[0] == pytest.approx(shaded, abs=1e-4)
 
 
+@pytest.mark.usefixtures("matte")
 def test_far_things_fade_into_the_background() -> None:
-    floor = f'<geom {GREY} material="matte"/>'
+    floor = f"<geom {GREY}/>"
     far = light_from(floor, (0, 40, 0))
     direction = np.subtract((0, 40, 0), EYE)[None] / np.linalg.norm(np.subtract((0, 40, 0), EYE))
     assert far == pytest.approx(background(direction)[0], abs=1e-6)

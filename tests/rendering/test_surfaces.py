@@ -4,18 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.scene import geom_colours, linear
+from cellwright.rendering.scene.scene import linear
 from cellwright.rendering.shading import Surfaces
 from tests.rendering.scenes import scene
 
-MATERIALS = """
-<material name="red" rgba="1 0 0 .5" specular=".9" shininess=".8"/>
-"""
-
 
 def surfaces_of(world: str) -> Surfaces:
-    model, data = scene(world, MATERIALS)
-    return Surfaces(model, data, geom_colours(model))
+    return Surfaces(*scene(world))
 
 
 def grey_at(
@@ -25,18 +20,6 @@ def grey_at(
     colours = surfaces.albedo(np.zeros(count, np.int32), np.array(points), np.full(count, footprint))
     assert np.allclose(colours, colours[:, :1], atol=1e-6)
     return colours[:, 0]
-
-
-def test_gloss_comes_from_the_material() -> None:
-    surfaces = surfaces_of(
-        '<geom type="plane" size="1 1 1" material="red"/><geom type="box" size="1 1 1" material="red"/>'
-        '<geom type="plane" size="1 1 1"/>'
-    )
-    assert surfaces.specular[:2] == pytest.approx((0.9, 0.9))
-    assert surfaces.shininess[:2] == pytest.approx((0.8, 0.8))
-    assert 0 < surfaces.specular[2] < 0.9
-    assert 0 < surfaces.shininess[2] < 0.8
-    assert surfaces.opacity == pytest.approx((0.5, 0.5, 1))
 
 
 def test_a_floor_has_a_line_each_metre() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video import Video
+from cellwright.rendering.video_options import VideoOptions
 from cellwright.rendering.worker import RenderingError
 from tests.processes import is_running
 from tests.quick_children import QUICK_DRAWING
@@ -20,7 +21,10 @@ from tests.waiting import TIMEOUT, wait_until
 pytestmark = QUICK_DRAWING
 
 CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
-SIZE = (64, 48)
+
+
+def of_a_ball(file: Path) -> VideoOptions:
+    return VideoOptions(file, width=64, height=48)
 
 
 def left_of_red(pictures: list[np.ndarray]) -> list[float]:
@@ -31,11 +35,11 @@ def left_of_red(pictures: list[np.ndarray]) -> list[float]:
 def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
     films = []
     for name in ("a.mp4", "b.mp4"):
-        video = Video(tmp_path / name, BALL, *SIZE)
+        video = Video(of_a_ball(tmp_path / name), BALL)
         for number in range(20):
             assert video.take(ball_at(number / 20 - 0.5, 0, 1), CAMERA, "ball")
         video.close()
-        assert (video.length, video.dropped, video.error) == (0.8, 0, "")
+        assert (video.made["length"], video.dropped, video.error) == (0.8, 0, "")
         films.append(read(tmp_path / name))
     assert len(films[0]) == 20
     places = left_of_red(films[0])
@@ -46,7 +50,7 @@ def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None:
-    video = Video(tmp_path / "a.mp4", BALL, *SIZE)
+    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     os.kill(video._worker._process.pid, signal.SIGSTOP)
     took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
     os.kill(video._worker._process.pid, signal.SIGCONT)
@@ -67,7 +71,7 @@ def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
     (tmp_path / "a.mp4").symlink_to("/dev/full")
-    video = Video(tmp_path / "a.mp4", BALL, *SIZE)
+    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     for number in range(300):
         if not video.take(ball_at(math.sin(number), 0, 1), CAMERA):
             break
@@ -78,7 +82,7 @@ def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_video_whose_process_is_killed_can_be_played(tmp_path: Path) -> None:
-    video = Video(tmp_path / "a.mp4", BALL, *SIZE)
+    video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     for _ in range(90):
         video.take(ball_at(0, 0, 1), CAMERA)
     os.kill(video._worker._process.pid, signal.SIGKILL)
@@ -91,10 +95,11 @@ _GIVES_FRAMES = """
 import os, signal, sys
 from pathlib import Path
 from tests.rendering.scenes_of_shapes import BALL, ball_at
-from tests.rendering.test_video import CAMERA, SIZE
+from tests.rendering.test_video import CAMERA, of_a_ball
 from cellwright.rendering.video import Video
+from cellwright.rendering.video_options import VideoOptions
 
-video = Video(Path(sys.argv[1]), BALL, *SIZE)
+video = Video(of_a_ball(Path(sys.argv[1])), BALL)
 for _ in range(30):
     video.take(ball_at(0, 0, 1), CAMERA)
 print(video._worker._process.pid, flush=True)
@@ -121,4 +126,4 @@ def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_video_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RenderingError, match="No such file or directory"):
-        Video(tmp_path / "no" / "a.mp4", BALL, *SIZE)
+        Video(of_a_ball(tmp_path / "no" / "a.mp4"), BALL)

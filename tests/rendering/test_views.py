@@ -8,10 +8,11 @@ import pytest
 
 from cellwright.cell.model.build import build_world
 from cellwright.config.trial.trial import Trial
-from cellwright.rendering.camera import VIEWS, Camera, camera_of, named_view
+from cellwright.rendering.camera import VIEWS, Camera, camera_of
 from cellwright.rendering.picture import pixel_points
 from cellwright.rendering.raycast import RayCaster
 from cellwright.util.errors import UnknownNameError, UsageError
+from tests.rendering.scenes import project
 
 WIDTH, HEIGHT = 64, 36
 
@@ -42,7 +43,7 @@ def cell() -> tuple[mujoco.MjModel, RayCaster]:
 
 @pytest.mark.parametrize("name", VIEWS)
 def test_what_a_view_is_named_after_lies_within_the_picture(name: str) -> None:
-    column, row, depth = named_view(name).project(np.array(WORTH_SEEING[name]), 1280, 720).T
+    column, row, depth = project(camera_of(name), np.array(WORTH_SEEING[name]), 1280, 720).T
     assert (depth > 0).all()
     assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
 
@@ -50,7 +51,7 @@ def test_what_a_view_is_named_after_lies_within_the_picture(name: str) -> None:
 @pytest.mark.parametrize("name", VIEWS)
 def test_nothing_stands_before_it(name: str, cell: tuple[mujoco.MjModel, RayCaster]) -> None:
     model, caster = cell
-    camera = named_view(name)
+    camera = camera_of(name)
     directions = camera.directions(pixel_points(np.arange(WIDTH * HEIGHT), WIDTH, samples=1), WIDTH, HEIGHT)
     hits = caster.cast(np.array(camera.eye), directions)
     seen = {model.body(int(model.geom_bodyid[geom])).name for geom in hits.geom if geom >= 0}
@@ -60,7 +61,7 @@ def test_nothing_stands_before_it(name: str, cell: tuple[mujoco.MjModel, RayCast
 
 def test_an_unknown_view_is_refused_with_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
-        named_view("overveiw")
+        camera_of("overveiw")
 
 
 def test_a_camera_is_a_name_or_numbers() -> None:

@@ -270,7 +270,7 @@ def test_what_makes_no_sense_is_refused_also_when_it_would_be_ignored(talk: Talk
 
 
 def test_names_and_types_are_those_of_the_contract(talk: Talk) -> None:
-    services = {info.name: info.type for info in talk.node.bus.services()}
+    services = {info.name: info.type.name for info in talk.node.bus.services()}
     assert services == {
         RESET: "std_srvs/Trigger",
         "/io_teleop/set_enabled": "std_srvs/SetBool",

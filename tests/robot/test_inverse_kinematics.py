@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from cellwright.config.robot.model import Joint, JointType, Limits
-from cellwright.robot.inverse_kinematics import GAIN, ArmSolver, TipSpeedLimits
+from cellwright.robot.inverse_kinematics import GAIN, ArmSolver
 from cellwright.robot.model import build_robot
+from cellwright.robot.safety import TIP_SPEED, TIP_TURNING
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
 from tests.robot.bundled import apart, posture_near_home, qinglong, tips
 from tests.robot.robots import fixed, two_arms
 
 STEP = 1 / 240
+USUAL = TIP_SPEED, TIP_TURNING
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +23,7 @@ def model() -> mujoco.MjModel:
     return build_robot(qinglong()).model
 
 
-def solver_of(model: mujoco.MjModel, place: int = 0, caps: TipSpeedLimits | None = None) -> ArmSolver:
+def solver_of(model: mujoco.MjModel, place: int = 0, caps: tuple[float, float] = USUAL) -> ArmSolver:
     config = qinglong()
     arm = config.arms[place]
     limits = [config.robot.joint(name).limits for name in arm.joints]
@@ -34,7 +36,7 @@ def solver_of(model: mujoco.MjModel, place: int = 0, caps: TipSpeedLimits | None
         lower=np.array([each.lower for each in limits]),
         upper=np.array([each.upper for each in limits]),
         velocity=np.array([each.velocity for each in limits]),
-        caps=caps or TipSpeedLimits(),
+        caps=caps,
     )
 
 
@@ -62,8 +64,8 @@ def test_pose_and_frame_are_those_of_forward_kinematics(model: mujoco.MjModel) -
     for place, expected in enumerate(tips(config, posture)):
         solver = solver_of(model, place)
         assert apart(solver.pose(data), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
-        assert apart(solver.frame(data, config.arms[place].tip), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
-        assert apart(solver.frame(data, "base_link"), Pose()) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert apart(solver.pose(data, config.arms[place].tip), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert apart(solver.pose(data, "base_link"), Pose()) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
 def test_error_is_way_and_turn_along_the_axes_of_the_world(model: mujoco.MjModel) -> None:
@@ -88,11 +90,9 @@ def test_a_step_moves_the_tip_straight_to_the_target_by_its_share(model: mujoco.
     assert left == pytest.approx(before, abs=0.02 * float(np.abs(before).max()))
 
 
-@pytest.mark.parametrize(
-    ("caps", "most"), [(TipSpeedLimits(speed=0.1), (0.1, 9.9)), (TipSpeedLimits(turning=0.2), (2.0, 0.2))]
-)
+@pytest.mark.parametrize(("caps", "most"), [((0.1, TIP_TURNING), (0.1, 9.9)), ((TIP_SPEED, 0.2), (2.0, 0.2))])
 def test_caps_hold_way_and_turn_together(
-    model: mujoco.MjModel, caps: TipSpeedLimits, most: tuple[float, float]
+    model: mujoco.MjModel, caps: tuple[float, float], most: tuple[float, float]
 ) -> None:
     solver, data = solver_of(model, caps=caps), at_home(model)
     start = solver.pose(data)
@@ -108,7 +108,7 @@ def test_caps_hold_way_and_turn_together(
 @pytest.mark.parametrize("seed", range(6))
 def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
     chance = np.random.default_rng(seed)
-    solver = solver_of(model, seed % 2, TipSpeedLimits(math.inf, math.inf))
+    solver = solver_of(model, seed % 2, (math.inf, math.inf))
     data = at(model, posture_near_home(qinglong(), chance, 3.0))
     bound = np.array([qinglong().robot.joint(name).limits.velocity for name in qinglong().arms[seed % 2].joints]) * STEP
     target = Pose(tuple(chance.uniform(-1, 1, 3)), tuple((q := chance.normal(size=4)) / np.linalg.norm(q)))
@@ -155,7 +155,7 @@ def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
     wide = np.full(3, math.inf)
     solver = ArmSolver(
         model, joints=arm.joints, tip=arm.tip, reference="torso", home=np.array(arm.home),
-        lower=-wide, upper=wide, velocity=wide, caps=TipSpeedLimits(),
+        lower=-wide, upper=wide, velocity=wide, caps=USUAL,
     )  # fmt: skip
     data = at(model, config.start)
     target = at(model, config.start | {"shoulder_right": 0.6, "elbow_right": -0.9})
@@ -184,10 +184,10 @@ def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
         lower=-bounds,
         upper=bounds,
         velocity=bounds,
-        caps=TipSpeedLimits(),
+        caps=USUAL,
     )
     assert solver.pose(at(model, {})).position == pytest.approx((0.0, 0.0, 0.8))
-    assert solver.frame(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
+    assert solver.pose(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
 
 
 def test_an_arm_stands_still_where_the_solver_finds_nothing(

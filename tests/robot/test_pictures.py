@@ -15,6 +15,7 @@ from cellwright.robot.pictures import camera_on, robot_heading, save_robot_pictu
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
+from tests.rendering.scenes import project
 
 NUMBERS = st.floats(-3.0, 3.0)
 
@@ -37,7 +38,7 @@ def test_the_whole_robot_is_in_the_picture_and_fills_it(
     world = build_robot(one_link(ModelShape("box", size, Pose(centre))))
     data = mujoco.MjData(world.model)
     camera = camera_on(world.model, data, heading, tilt, *shape)
-    column, row, depth = camera.project(seen_corners(world.model, data), *shape).T
+    column, row, depth = project(camera, seen_corners(world.model, data), *shape).T
     assert np.all(depth > 0)
     assert 0.02 <= column.min() / shape[0] <= column.max() / shape[0] <= 0.98
     assert 0.02 <= row.min() / shape[1] <= row.max() / shape[1] <= 0.98

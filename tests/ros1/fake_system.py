@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.ros1.packages.tools import RosSystem
+from cellwright.middleware.ros1.host.installation import RosSystem
 
 GENERATOR = """\
 import sys

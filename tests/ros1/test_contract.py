@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from cellwright.cell.interface.rows import rows
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.bus.topics import Direction
+from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import Kind
 from cellwright.middleware.messages import md5
 from tests.conftest import load_cases

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.messages import md5
+from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages.contents import IO_TELEOP
-from cellwright.middleware.ros1.packages.tools import find_system
 from cellwright.middleware.ros1.packages.tree import ensure_tree, variables
 from tests.processes import Process
 from tests.ros1.ground import Ground

@@ -7,8 +7,9 @@ import pytest
 
 from cellwright.middleware.messages import md5
 from cellwright.middleware.messages.types import short_name, sources
+from cellwright.middleware.ros1.host.installation import RosSystem, find_system, tool_environment
 from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, write_package
-from cellwright.middleware.ros1.packages.tools import RosSystem, find_system, generate_modules, tool_environment
+from cellwright.middleware.ros1.packages.tree import generate_modules
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT

@@ -3,13 +3,7 @@
 import os
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.contents import (
-    PackageFile,
-    package_files,
-    write_file,
-    write_package,
-    write_programs,
-)
+from cellwright.middleware.ros1.packages.contents import package_files, write_file, write_package, write_programs
 
 
 def test_a_package_is_laid_out_whole(tmp_path: Path) -> None:
@@ -37,14 +31,14 @@ def test_what_somebody_changed_is_kept_beside(tmp_path: Path) -> None:
     write_package("cellwright_msgs", tmp_path, tmp_path)
     assert (tmp_path / "package.xml~").read_text() == "mine"
     assert (tmp_path / "notes.txt").read_text() == "mine too"
-    assert (tmp_path / "package.xml").read_bytes() == package_files("cellwright_msgs", tmp_path)["package.xml"].content
+    assert (tmp_path / "package.xml").read_bytes() == package_files("cellwright_msgs", tmp_path)["package.xml"]
 
 
 def test_a_program_is_made_executable_again(tmp_path: Path) -> None:
     program = tmp_path / "program"
-    write_file(program, PackageFile(b"#!/bin/sh\n"))
+    write_file(program, b"#!/bin/sh\n")
     program.chmod(0o644)
-    write_file(program, PackageFile(b"#!/bin/sh\n"))
+    write_file(program, b"#!/bin/sh\n")
     assert os.access(program, os.X_OK)
 
 

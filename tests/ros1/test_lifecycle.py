@@ -27,7 +27,7 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def bridge_of(process: Process) -> int:
-    found = [pid for pid in process.relatives() if re.search(r"ros1/bridge(/__main__\.py)? ", name_of(pid) + " ")]
+    found = [pid for pid in process.relatives() if re.search(r"ros1/bridge(/bridge\.py)? ", name_of(pid) + " ")]
     (pid,) = [pid for pid in found if "robot_state_publisher" not in name_of(pid).split()[0]]
     return pid
 

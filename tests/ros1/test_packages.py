@@ -11,14 +11,8 @@ import pytest
 import cellwright
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.messages import source
-from cellwright.middleware.ros1.packages.contents import (
-    IO_TELEOP,
-    MESSAGE_PACKAGES,
-    PACKAGES,
-    PackageFile,
-    package_files,
-)
+from cellwright.middleware.messages.types import sources
+from cellwright.middleware.ros1.packages.contents import IO_TELEOP, MESSAGE_PACKAGES, PACKAGES, package_files
 from cellwright.util.errors import UnknownNameError
 
 BIN = Path("/somewhere/bin")
@@ -32,7 +26,7 @@ NOT_OURS = {"catkin", "actionlib_msgs", "geometry_msgs", "message_generation", "
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_manifests_are_sound(package: str) -> None:
-    root = ET.fromstring(package_files(package, BIN)["package.xml"].content)
+    root = ET.fromstring(package_files(package, BIN)["package.xml"])
     assert root.findtext("name") == package
     assert all(root.findtext(tag) for tag in ("version", "description", "maintainer", "license"))
     needed = {item.text for item in root if item.tag.endswith("depend")}
@@ -42,10 +36,10 @@ def test_manifests_are_sound(package: str) -> None:
 @pytest.mark.parametrize("package", PACKAGES)
 def test_what_is_built_with_is_in_the_manifest(package: str) -> None:
     files = package_files(package, BIN)
-    found = re.search(rb"COMPONENTS([^)]*)\)", files["CMakeLists.txt"].content)
+    found = re.search(rb"COMPONENTS([^)]*)\)", files["CMakeLists.txt"])
     assert found or package == IO_TELEOP
     for name in found[1].decode().split() if found else ():
-        assert f"<depend>{name}<" in (text := files["package.xml"].content.decode()) or f"<build_depend>{name}<" in text
+        assert f"<depend>{name}<" in (text := files["package.xml"].decode()) or f"<build_depend>{name}<" in text
 
 
 @pytest.mark.parametrize("package", MESSAGE_PACKAGES)
@@ -56,7 +50,7 @@ def test_definitions_are_those_of_the_messages(package: str) -> None:
     for path in definitions:
         namespace, name = Path(path).parts
         full = f"{package}/{namespace}/{Path(name).stem}"
-        assert files[path].content.decode() == source(full)
+        assert files[path].decode() == sources()[full]
 
 
 def test_the_action_has_its_seven_messages() -> None:
@@ -68,16 +62,16 @@ def test_the_action_has_its_seven_messages() -> None:
 def test_every_bundled_trial_is_among_the_configurations() -> None:
     files = package_files("osrf_gear", BIN)
     for name in (*bundled(), *bundled_sensors()):
-        assert files[f"config/{name}.yaml"].content == find_trial(name).read_bytes()
+        assert files[f"config/{name}.yaml"] == find_trial(name).read_bytes()
     for name in ("sample", "sample_scenario1", "comp_conf1", "qual3b", "final15", "example_custom_config"):
         assert f"config/{name}.yaml" in files
 
 
 def test_own_configurations_can_be_used(tmp_path: Path) -> None:
     for package in PACKAGES:
-        for path, file in package_files(package, BIN).items():
+        for path, content in package_files(package, BIN).items():
             if path.startswith("config/"):
-                (tmp_path / Path(path).name).write_bytes(file.content)
+                (tmp_path / Path(path).name).write_bytes(content)
     team = tmp_path / "sample_user_config.yaml"
     custom = load_trial([tmp_path / "example_custom_config.yaml", team])
     assert not custom.warnings
@@ -91,7 +85,7 @@ def test_own_configurations_can_be_used(tmp_path: Path) -> None:
         "laser_profiler",
     }
     example = load_trial([tmp_path / "sample_gear_conf.yaml"]).trial
-    node = package_files("ariac_example", BIN)["src/ariac_example_node.cpp"].content.decode()
+    node = package_files("ariac_example", BIN)["src/ariac_example_node.cpp"].decode()
     for sensor in example.sensors:
         assert f'"/ariac/{sensor.name}' in node
 
@@ -103,29 +97,27 @@ def test_every_bundled_robot_is_among_the_descriptions() -> None:
     laid_out = [path for path in files if path.startswith("io_teleop_robot_descriptions/")]
     assert len(laid_out) == len(bundled) >= 2
     qinglong = (catalogue / "qinglong" / "vr_configs.yml").read_bytes()
-    assert files["io_teleop_robot_descriptions/OpenLoong/vr_configs.yml"].content == qinglong
+    assert files["io_teleop_robot_descriptions/OpenLoong/vr_configs.yml"] == qinglong
 
 
 def test_paths_of_this_installation_are_put_in() -> None:
     files = package_files("osrf_gear", BIN)
     values = {
         target.id: ast.literal_eval(statement.value)
-        for statement in ast.parse(files["script/gear.py"].content).body
+        for statement in ast.parse(files["script/gear.py"]).body
         if isinstance(statement, ast.Assign)
         for target in statement.targets
         if isinstance(target, ast.Name)
     }
     assert values["PYTHON"] == sys.executable
     assert Path(values["PLACE"]) == Path(cellwright.__file__).parents[1]
-    assert str(BIN) in files["env-hooks/50.cellwright.sh"].content.decode()
-    left = [
-        f"{package}/{path}" for package in PACKAGES for path, file in _all(package) if b"@CELLWRIGHT" in file.content
-    ]
+    assert str(BIN) in files["env-hooks/50.cellwright.sh"].decode()
+    left = [f"{package}/{path}" for package in PACKAGES for path, content in _all(package) if b"@CELLWRIGHT" in content]
     assert left == []
 
 
 def test_programs_are_those_that_say_what_runs_them() -> None:
-    programs = {path for package in PACKAGES for path, file in _all(package) if file.is_program}
+    programs = {path for package in PACKAGES for path, content in _all(package) if content.startswith(b"#!")}
     assert programs == {
         "script/gear.py",
         "script/ariac_example_node.py",
@@ -139,5 +131,5 @@ def test_an_unknown_package() -> None:
         package_files("osrf_gaer", BIN)
 
 
-def _all(package: str) -> list[tuple[str, PackageFile]]:
+def _all(package: str) -> list[tuple[str, bytes]]:
     return list(package_files(package, BIN).items())

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.ros1.packages.tools import packages_without_manifest, write_stubs
+from cellwright.middleware.ros1.packages.tree import packages_without_manifest, write_stubs
 from tests.ros1.ground import Ground
 
 pytest_plugins = ["tests.ros1.fixtures"]

@@ -5,27 +5,31 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.ros1.host.installation import Installation
-from cellwright.middleware.ros1.packages.contents import PACKAGES
-from cellwright.middleware.ros1.packages.tools import RosSystem, find_system, provided_packages, tool_environment
+from cellwright.middleware.ros1.host import installation
+from cellwright.middleware.ros1.host.installation import Installation, RosSystem, find_system, tool_environment
+from cellwright.middleware.ros1.packages.contents import PACKAGES, provided_packages
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 
 __all__ = ["fake_system"]
 
 
-def test_ros_without_generators(tmp_path: Path) -> None:
+def test_ros_without_generators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bare = Installation(sys.executable, {}, (tmp_path / "opt", tmp_path / "usr"))
+    monkeypatch.setattr(installation, "find", lambda: bare)
     with pytest.raises(
         UsageError, match=r"^ROS 1 is here without its generator of messages, genpy; on Debian"
     ) as error:
-        find_system(bare)
+        find_system()
     assert "\n" not in str(error.value)
 
 
-def test_the_first_prefix_with_generators_is_taken(fake_system: RosSystem, tmp_path: Path) -> None:
+def test_the_first_prefix_with_generators_is_taken(
+    fake_system: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     found = Installation("/of/ros/python3", {}, (tmp_path / "overlay", fake_system.prefix))
-    assert find_system(found) == RosSystem(fake_system.prefix, Path("/of/ros/python3"))
+    monkeypatch.setattr(installation, "find", lambda: found)
+    assert find_system() == RosSystem(fake_system.prefix, Path("/of/ros/python3"))
 
 
 @pytest.mark.ros1

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.packages.tools import RosSystem
+from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.middleware.ros1.packages.tree import cache_folder, ensure_tree, shell_lines, variables
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system

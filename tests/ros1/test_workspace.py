@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.ros1.packages.tools import RosSystem
+from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.middleware.ros1.packages.workspace import NEEDED, build, lack, lay_out, missing
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system

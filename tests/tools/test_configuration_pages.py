@@ -1,7 +1,7 @@
-"""The reference of configurations is made of what the readers look for."""
+"""The reference of configurations has what the readers look for."""
 
 import re
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +9,21 @@ import pytest
 import yaml
 
 from cellwright.config.parsing.reader import Keys
-from cellwright.config.robot import config_keys
+from cellwright.config.robot import cameras, group_reader, robots
 from cellwright.config.robot.robots import find_robot, load_robot
 from cellwright.config.trial import gear2017, orders, parts, sensors, settings
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import ArmSettings, CellSettings, Options, Trial
+from cellwright.config.trial.trial import (
+    ArmSettings,
+    Camera,
+    CellSettings,
+    JointGains,
+    JointTolerance,
+    Options,
+    PictureNoise,
+    Sensor,
+    Trial,
+)
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tools.configuration_pages import filled, tables
 
@@ -67,7 +77,7 @@ WHOLE: dict[str, Any] = {
 """A trial with something in every section."""
 
 PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
-    "sections": (gear2017.SECTIONS, ()),
+    "sections": (Keys(optional=dict.fromkeys(gear2017.TOP_LEVEL)), ()),
     "sensors": (sensors.SENSOR, ("sensors", "beam")),
     "options": (parts.OPTIONS, ("options",)),
     "orders": (orders.ORDER, ("orders", "order_0")),
@@ -82,6 +92,31 @@ PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
     "tolerances": (settings.TOLERANCE, ("cellwright", "arm", "constraints", "elbow_joint")),
 }
 
+REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
+    "sections": (PLACES["sections"][0], "", None),
+    "sensors": (sensors.SENSOR, "", Sensor),
+    "options": (parts.OPTIONS, "", Options),
+    "orders": (orders.ORDER, "", None),
+    "bins": (parts.BIN, "", None),
+    "grids": (parts.GRID, "", None),
+    "drop-regions": (parts.DROP_REGION, "", None),
+    "extras": (parts.PART, "", None),
+    "own": (settings.OWN, "", CellSettings),
+    "own-arm": (settings.OWN_ARM, "arm.", ArmSettings),
+    "gains": (settings.GAINS, "arm.gains.<joint>.", JointGains),
+    "constraints": (settings.CONSTRAINTS, "arm.constraints.", ArmSettings),
+    "tolerances": (settings.TOLERANCE, "arm.constraints.<joint>.", JointTolerance),
+    "own-sensors": (sensors.CAMERA, "", Camera),
+    "own-noise": (sensors.NOISE, "noise.", PictureNoise),
+    "robot": (robots.ENTRIES, "", None),
+    "robot-base-pose": (robots.BASE_POSES, "base_pose.", None),
+    "robot-arms": (group_reader.ARMS, "arms[].", None),
+    "robot-grippers": (group_reader.GRIPPERS, "grippers[].", None),
+    "robot-controller": (robots.CONTROLLERS, "controller_indices.", None),
+    "robot-cameras": (cameras.CAMERAS, "cameras[].", None),
+}
+"""Each table of entries on the pages: what is read, what stands before the names, and what has the defaults."""
+
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_pages_are_up_to_date(name: str) -> None:
@@ -95,10 +130,40 @@ def test_every_table_is_on_a_page_once() -> None:
 
 
 def test_only_what_stands_between_the_marks_is_made_anew() -> None:
-    page = "above\n<!-- made: own -->\nold\n<!-- end -->\nbelow\n"
-    assert filled(page) == f"above\n<!-- made: own -->\n\n{settings.OWN.table()}\n<!-- end -->\nbelow\n"
-    with pytest.raises(UnknownNameError, match="own-arm"):
-        filled("<!-- made: own-arms -->\n<!-- end -->\n")
+    page = "above\n<!-- made: robot-bounds -->\nold\n<!-- end -->\nbelow\n"
+    table = tables()["robot-bounds"]
+    assert filled(page) == f"above\n<!-- made: robot-bounds -->\n\n{table}\n<!-- end -->\nbelow\n"
+    with pytest.raises(UnknownNameError, match="robot-bounds"):
+        filled("<!-- made: robot-bound -->\n<!-- end -->\n")
+
+
+def entries_on_pages() -> dict[str, dict[str, str]]:
+    """The tables of entries on the pages: each entry with its default."""
+    text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
+    found = re.findall(r"<!-- entries: (\S+) -->(.*?)<!-- end -->", text, re.DOTALL)
+    return {name: dict(re.findall(r"^\| `(\S+)` \|.*\| (.*) \|$", rows, re.MULTILINE)) for name, rows in found}
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_the_reference_has_the_entries_that_are_read(name: str) -> None:
+    keys, prefix, made = REFERENCE[name]
+    written = entries_on_pages()[name]
+    assert sorted(written) == sorted(prefix + key for key in keys.names)
+    assert {prefix + key for key in keys.required} == {key for key, default in written.items() if default == "required"}
+    for field in fields(made) if made else ():
+        if prefix + field.name in written and field.default not in (MISSING, None):
+            assert written[prefix + field.name].strip("`") == default_text(field.default)
+
+
+def default_text(default: object) -> str:
+    """A default as the reference has it."""
+    if isinstance(default, tuple):
+        return "/".join(map(str, default))
+    return str(default).lower().removesuffix(".0")
+
+
+def test_the_reference_has_every_table_of_entries_once() -> None:
+    assert sorted(entries_on_pages()) == sorted(REFERENCE)
 
 
 def test_the_whole_trial_is_sound() -> None:
@@ -153,11 +218,8 @@ def test_what_an_empty_file_comes_to_is_what_the_reference_says() -> None:
     assert trial.options == Options()
     assert trial.settings == CellSettings()
     assert trial.time_limit == Trial("").time_limit
-    assert (
-        f"| `time_limit` | seconds | after so long the trial is over; negative: never | {trial.time_limit:g} |"
-        in (tables()["sections"])
-    )
-    assert "| 1/500 |" in tables()["own"]
+    assert entries_on_pages()["sections"]["time_limit"] == f"{trial.time_limit:g}"
+    assert entries_on_pages()["own"]["timestep"] == "1/500"
 
 
 def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
@@ -166,20 +228,20 @@ def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
     urdf = find_robot("tandem").parent / whole["urdf_path"]
     file = tmp_path / "vr_configs.yml"
     said: list[str] = []
-    for name in config_keys.READ:
+    for name in robots.ENTRIES.names:
         body = {**whole, "urdf_path": urdf.as_posix()}
         body.pop(name, None)
         if name == "arms":
             del body["controller_indices"]
         file.write_text(yaml.safe_dump(body))
-        if name in config_keys.ENTRIES.required:
+        if name in robots.ENTRIES.required:
             with pytest.raises(DescriptionError, match=name):
                 load_robot(file, said.append)
         else:
             load_robot(file, said.append)
 
 
-@pytest.mark.parametrize(("group", "entries"), [("arms", config_keys.ARMS), ("grippers", config_keys.GRIPPERS)])
+@pytest.mark.parametrize(("group", "entries"), [("arms", group_reader.ARMS), ("grippers", group_reader.GRIPPERS)])
 def test_the_entries_of_a_group_that_must_be_there(group: str, entries: Keys, tmp_path: Path) -> None:
     whole = yaml.safe_load(find_robot("tandem").read_text())
     urdf = find_robot("tandem").parent / whole["urdf_path"]

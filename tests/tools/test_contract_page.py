@@ -15,7 +15,7 @@ def test_the_page_is_up_to_date() -> None:
 def test_every_row_is_on_the_page() -> None:
     lines = contract_page().splitlines()
     for row in GEAR:
-        matching = [line for line in lines if line.startswith(f"| `{row.template}` | `{row.type}` |")]
+        matching = [line for line in lines if line.startswith(f"| `{row.name}` | `{row.type}` |")]
         assert any(row.rate_text in line and row.where.value in line and row.about in line for line in matching), row
 
 

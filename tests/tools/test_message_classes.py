@@ -27,6 +27,6 @@ def test_comments_and_units_come_from_the_definition() -> None:
 
 def test_long_comment_stands_above_the_field() -> None:
     assert (
-        "    # how much later than planned the end may be reached\n    goal_time_tolerance: Duration"
+        "    # how much later than planned the end may be reached\n    goal_time_tolerance: standard.Duration"
         in SOURCES["control_msgs"]
     )

@@ -14,7 +14,7 @@ from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
-from cellwright.viewer.filming import Filming, still
+from cellwright.viewer.filming import Filming
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read
 
@@ -38,12 +38,7 @@ class Filmed:
         if file is not None:
             wish = VideoOptions(file, speed=speed, width=64, height=48)
             self.film = Filming(
-                self.cell,
-                wish,
-                camera=still(VIEWS["overview"]),
-                caption=self._caption,
-                waits=True,
-                warn=self.warnings.append,
+                self.cell, wish, camera=VIEWS["overview"], caption=self._caption, waits=True, warn=self.warnings.append
             )
             at = [(Fraction(0), lambda _cell: self.film.start())]
         self.hash = run_cell(self.cell, find_agent("lesson")(), RunOptions(until=until, at=at)).state_hash

@@ -157,8 +157,8 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
     server.offer(STATE_SERVICE, state)
     shown = Window(node.world.model, server.address, sliders=True)
     loop = Loop(node.simulation, server)
-    wait_until(lambda: len(asked) > 20 or not shown.is_open, "questions of the window", between=loop.tick)
-    assert shown.is_open, capfd.readouterr().err
+    wait_until(lambda: len(asked) > 20 or not shown.is_running, "questions of the window", between=loop.tick)
+    assert shown.is_running, capfd.readouterr().err
     os.kill(shown._process.pid, signal.SIGSTOP)
     for _ in range(24):
         loop.tick()  # the physics does not wait for the window
@@ -166,7 +166,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
     answered = len(asked)
     wait_until(lambda: len(asked) > answered, "more questions of the window", between=loop.tick)
     server.close("it is over")
-    wait_until(lambda: not shown.is_open, "end of the window")
+    wait_until(lambda: not shown.is_running, "end of the window")
     shown.close()
     node.close()
     assert capfd.readouterr().err == ""

@@ -1,7 +1,5 @@
 """Kit-building cell: trial, model, simulation, devices, kitting and interface in one object."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -23,7 +21,7 @@ from cellwright.cell.devices.logical_camera import (
     collision_geoms,
 )
 from cellwright.cell.devices.parts import Overlaps, Parts
-from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor
+from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor, RangeSensor
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import Commands
@@ -45,6 +43,12 @@ from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.cameras.studio import Studio
+
+_RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
+    "break_beam": BreakBeam,
+    "proximity_sensor": ProximitySensor,
+    "laser_profiler": LaserProfiler,
+}
 
 
 class Cell(CellDevices):
@@ -87,17 +91,7 @@ class Cell(CellDevices):
         self.parts = Parts(self.world.parts)
         self.overlaps = Overlaps(self.parts)
         self.conveyor = Conveyor(self.parts)
-        self.population = (
-            Population(
-                trial.belt_parts,
-                trial.options.belt_population_cycles,
-                self.conveyor,
-                self.parts,
-                trial.circumstances.belt_delay,
-            )
-            if trial.belt_parts
-            else None
-        )
+        self.population = Population(trial, self.conveyor, self.parts) if trial.belt_parts else None
         self.deletion_wall = DeletionWall(self.parts)
         numbers = (1, 2) if trial.options.insert_agvs else ()
         self.trays = {number: KitTray(number, self.parts) for number in numbers}
@@ -125,12 +119,35 @@ class Cell(CellDevices):
         self.checkpoints = Checkpoints(report)
         self.intention = Intention()
         """What the agent says that it is about; no part of the state."""
-        for device in self._devices():
+        devices = (  # in the order in which they act in a tick
+            self.parts,
+            self.overlaps,
+            self.conveyor,
+            self.population,
+            self.deletion_wall,
+            *self.trays.values(),
+            *self.agvs.values(),
+            self.arm,
+            self.gripper,
+            self.demo_tray,
+            *self.sensors.values(),
+            *self.quality.values(),
+            self.competition,
+            self.checkpoints,
+        )
+        for device in filter(None, devices):
             self.simulation.add(device)
         self.in_competition = competition
         """Whether what a competition refuses is refused."""
         self.bus = Bus(lambda: self.simulation.now, report)
-        self._bind_interface()
+        handlers: list[Device] = [Publications(self)]
+        if self.arm is not None:
+            handlers.append(TrajectoryAction(self.arm))
+        for each in handlers:
+            self.simulation.add(each)
+        table = rows(trial, competition=competition)
+        bind(self.bus, self.simulation, table, (Commands(self, self.world.own_types), *handlers))
+        bind_plugin_sensors(self.bus, self)
         for brought in trial.devices:
             self.simulation.add(make_plugin_device(brought, self))
         self.reset()
@@ -170,8 +187,7 @@ class Cell(CellDevices):
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """What viewers draw beside the scene: `kind`, `sensors` as they describe themselves, `tools`: the cup.
 
-        Args:
-            body_index: the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        `body_index` gives the index in the scene's bodies, 0 for what stands still, for an id of the engine.
         """
         tools = []
         if self.gripper is not None:
@@ -190,39 +206,14 @@ class Cell(CellDevices):
         """SHA-256 of the whole state: engine, events, devices, referee and score."""
         return self.simulation.state_hash()
 
-    def _devices(self) -> list[Any]:
-        """Every device, in the order in which they act in a tick."""
-        return [
-            self.parts,
-            self.overlaps,
-            self.conveyor,
-            *filter(None, [self.population]),
-            self.deletion_wall,
-            *self.trays.values(),
-            *self.agvs.values(),
-            *filter(None, [self.arm, self.gripper]),
-            *filter(None, [self.demo_tray]),
-            *self.sensors.values(),
-            *self.quality.values(),
-            self.competition,
-            self.checkpoints,
-        ]
-
-    def _bind_interface(self) -> None:
-        """Put every topic, service and action on the bus."""
-        handlers: list[Device] = [Publications(self)]
-        if self.arm is not None:
-            handlers.append(TrajectoryAction(self.arm))
-        for each in handlers:
-            self.simulation.add(each)
-        table = rows(self.trial, competition=self.in_competition)
-        bind(self.bus, self.simulation, table, (Commands(self), *handlers))
-        bind_plugin_sensors(self.bus, self)
-
     def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:
         if isinstance(description, CameraDescription):
             return PictureCamera(description, self.studio, report=report)
-        return make_sensor(description, scene)
+        if description.type == "logical_camera":
+            return LogicalCamera(description.name, description.pose, scene)
+        if description.type in _RANGE_SENSORS:
+            return _RANGE_SENSORS[description.type](description.name, description.pose)
+        return make_plugin_sensor(description, scene)
 
     def _make_demo_tray(self) -> DemoTray | None:
         pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
@@ -247,19 +238,3 @@ class Cell(CellDevices):
                 SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
             )
         return Scene(model, self.simulation.data, models, self.trial.part_models)
-
-
-def make_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
-    """The device for a described sensor."""
-    name, pose = description.name, description.pose
-    match description.type:
-        case "break_beam":
-            return BreakBeam(name, pose)
-        case "proximity_sensor":
-            return ProximitySensor(name, pose)
-        case "laser_profiler":
-            return LaserProfiler(name, pose)
-        case "logical_camera":
-            return LogicalCamera(name, pose, scene)
-        case _:
-            return make_plugin_sensor(description, scene)

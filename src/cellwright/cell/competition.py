@@ -3,8 +3,6 @@
 It joins the kitting logic, which knows no physics, with the devices, which know no orders.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,27 +11,16 @@ from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.conveyor import Conveyor, Population
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
-from cellwright.cell.devices.parts import Removal as RemovedBy
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
-from cellwright.cell.kitting.effects import (
-    CompetitionState,
-    ConveyorPower,
-    Effect,
-    EndReason,
-    KitSubmitted,
-    OrderAnnounced,
-    PopulationRestart,
-    StateChanged,
-)
+from cellwright.cell.kitting import effects as game_effects
 from cellwright.cell.kitting.evidence import Evidence, evidence
-from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow, Removal
+from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow
 from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, trimmed_name
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
-from cellwright.cell.model.build import WorldPart
 from cellwright.config.trial.trial import Order, Trial
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.engine.simulation import Device, State
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose, Vector3
@@ -65,7 +52,7 @@ class Competition(Device):
         self._faulty = frozenset(trial.faulty_parts)
         self.drops = DropZones(trial.drop_regions)
         self.announced: list[Order] = []
-        self.on_effect: list[Callable[[Effect], None]] = []
+        self.on_effect: list[Callable[[game_effects.Effect], None]] = []
         self._handling = HandlingRecord()
         self._dropped_at: Vector3 | None = None
         self._parts = parts
@@ -73,7 +60,7 @@ class Competition(Device):
         self._population = population
         self._trays = dict(trays)
         self._gripper = gripper
-        parts.on_removed.append(self._take_removal)
+        parts.on_removed.append(lambda part, by: self._handling.remove(part.name, by))
         for tray in trays.values():
             tray.on_report.append(self._take_report)
         for agv in agvs.values():
@@ -83,14 +70,14 @@ class Competition(Device):
             gripper.drop_target = self._drop_target
 
     @property
-    def state(self) -> CompetitionState:
+    def state(self) -> game_effects.CompetitionState:
         """The state of the competition."""
         return self.referee.state
 
     @property
     def is_timed_out(self) -> bool:
         """Whether the time limit ended the game."""
-        return self.referee.end_reason is EndReason.TIME_LIMIT
+        return self.referee.end_reason is game_effects.EndReason.TIME_LIMIT
 
     def score(self) -> GameScore:
         """The score at this moment."""
@@ -116,24 +103,15 @@ class Competition(Device):
         )
 
     def start(self) -> None:
-        """Start the competition; it goes with the next step.
-
-        Raises:
-            RejectedCommandError: it was started before.
-        """
+        """Start the competition; it goes with the next step. See `Referee.start`."""
         self._carry_out(self.referee.start(self.simulation.now))
 
     def end(self) -> None:
         """End the competition."""
         self._carry_out(self.referee.end(self.simulation.now))
 
-    def submit(self, tray_id: str, kit_type: str) -> KitSubmitted:
-        """Have a tray judged as a kit.
-
-        Raises:
-            RejectedCommandError: the competition is not running.
-            UnknownNameError: there is no such tray.
-        """
+    def submit(self, tray_id: str, kit_type: str) -> game_effects.KitSubmitted:
+        """Have a tray judged as a kit; see `Referee.submit`."""
         submitted = self.referee.submit(tray_id, kit_type, self.simulation.now)
         submitted = replace(submitted, fates=self._fates_of(submitted))
         self._carry_out((submitted,))
@@ -174,15 +152,15 @@ class Competition(Device):
         """Take over what `get_record` returned."""
         self._handling.set_record(record)
 
-    def _carry_out(self, effects: tuple[Effect, ...]) -> None:
+    def _carry_out(self, effects: tuple[game_effects.Effect, ...]) -> None:
         for effect in effects:
             match effect:
-                case ConveyorPower(power):
+                case game_effects.ConveyorPower(power):
                     self._conveyor.set_power(power)
-                case PopulationRestart():
+                case game_effects.PopulationRestart():
                     if self._population is not None:
                         self._population.control("restart")
-                case OrderAnnounced(order):
+                case game_effects.OrderAnnounced(order):
                     self.announced.append(order)
                 case _:
                     pass
@@ -193,7 +171,7 @@ class Competition(Device):
     def _plan(self) -> None:
         simulation = self.simulation
         simulation.cancel(self, "step")
-        deadline = self.referee.next_deadline()
+        deadline = self.referee.next_deadline
         if deadline < NEVER:
             simulation.schedule(self, "step", at=max(deadline, simulation.now), priority=_AFTER_DEVICES)
 
@@ -210,7 +188,7 @@ class Competition(Device):
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
         now = self.simulation.now
-        self.referee.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
+        self.referee.scorer.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
         held = self._handling.held
         if held is not None and held != gripper.part:
             forced_at, self._dropped_at = self._dropped_at, None
@@ -219,15 +197,12 @@ class Competition(Device):
         if gripper.part is not None and held != gripper.part:
             self._handling.take(gripper.part, now)
 
-    def _take_removal(self, part: WorldPart, by: RemovedBy) -> None:
-        self._handling.remove(part.name, Removal(by))
-
-    def _fates_of(self, submitted: KitSubmitted) -> tuple[Fate | None, ...]:
+    def _fates_of(self, submitted: game_effects.KitSubmitted) -> tuple[Fate | None, ...]:
         """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
         score = submitted.score
         if submitted.is_repeated or not score.is_submitted:
             return self._handling.fates(score.kit_type) if score.is_submitted else ()
-        reported = [each.name for each in self.referee.trays.contents(submitted.tray_id)]
+        reported = [each.name for each in self.referee.trays[submitted.tray_id]]
         now = self.simulation.now
         return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
 
@@ -252,6 +227,6 @@ class Competition(Device):
         return None if region is None else region.destination
 
 
-def is_done(effect: Effect) -> bool:
+def is_done(effect: game_effects.Effect) -> bool:
     """Whether this is the end: the competition is done."""
-    return isinstance(effect, StateChanged) and effect.state is CompetitionState.DONE
+    return isinstance(effect, game_effects.StateChanged) and effect.state is game_effects.CompetitionState.DONE

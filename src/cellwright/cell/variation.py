@@ -13,8 +13,6 @@ The sensors' noise follows the cell's own seed and needs no variation. The same 
 in any process; a trial that is not varied is not touched.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -90,15 +88,12 @@ USUAL = Bounds()
 
 
 def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
-    """A variation of a trial.
+    """A variation of a trial: other places of the parts that lie in bins, and other circumstances.
 
     Args:
         trial: the trial as it is written.
         seed: root of all chance.
         bounds: how far to go.
-
-    Returns:
-        The trial with other places of the parts that lie in bins, and with other circumstances.
 
     Raises:
         UnknownNameError: a part stands in a frame that does not exist.
@@ -121,9 +116,6 @@ def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds = USUAL) -> tupl
     One after the other: a place is drawn anew while the part would come nearer than `CLEARANCE` to another part, those
     included that have not been moved yet, or to the edge of its bin's floor. Where it was nearer from the beginning, it
     may stay as near. A part that finds no place in `TRIES` draws stays where it is, and so does one of unknown size.
-
-    Raises:
-        UnknownNameError: a part stands in a frame that does not exist.
     """
     places = [_world_pose(part) for part in parts]
     before = [footprint(part.type, place) for part, place in zip(parts, places, strict=True)]

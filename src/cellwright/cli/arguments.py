@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cellwright.cli import options, output
-from cellwright.cli.declarations import argument, flag, option
+from cellwright.cli.main import argument, flag, option
 from cellwright.cli.options import in_range, refuse
 from cellwright.recording.format.files import KINDS, RecordingFiles
 from cellwright.rendering.backend import requested_backend
@@ -19,7 +19,7 @@ from cellwright.running.run import PageOptions, RecordOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.viewer.filming import Made
+    from cellwright.rendering.video import Made
 
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings in the help, under which options are listed."""
@@ -40,22 +40,17 @@ Servo = Annotated[
         WORK,
     ),
 ]
-
 Seed = Annotated[int | None, option("N", "Root of all chance; the file's own, else 0.", WORK)]
-
 Vary = Annotated[
     bool,
     flag(
         "--vary", "Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.", WORK
     ),
 ]
-
 Development = Annotated[
     bool, flag("--development-mode -d", "Allow what a competition refuses, such as setting the belt's power.", WORK)
 ]
-
 Until = Annotated[float | None, option("T", "Stop at this simulation time [s].", END)]
-
 Record = Annotated[
     list[Path] | None,
     option(
@@ -64,18 +59,14 @@ Record = Annotated[
         OUTPUT,
     ),
 ]
-
 Recorded = Annotated[Path, argument("FILE.mcap", "What `--record` wrote, whole or cut short.")]
-
 Host = Annotated[str, option("HOST", "Address to listen at.", REACH)]
-
 Port = Annotated[
     int | None,
     option(
         "N", "Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.", REACH
     ),
 ]
-
 Log = Annotated[
     Path | None,
     option(
@@ -110,11 +101,7 @@ OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's brows
 
 
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
-    """The page that somebody wants; None for none.
-
-    Raises:
-        UsageError: something is said of a page that nobody wants, or it cannot be there.
-    """
+    """The page that somebody wants; None for none."""
     if not view:
         said = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
         if given := [option for option, is_given in said.items() if is_given]:
@@ -126,11 +113,7 @@ def page_options(*, view: bool, host: str | None, port: int | None, opens: bool)
 
 
 def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
-    """Refuse the name of a place of pictures behind `--view`, which once took one.
-
-    Raises:
-        UsageError: there is one among the words that stand for files.
-    """
+    """Refuse the name of a place of pictures behind `--view`, which once took one."""
     for word in words if view else ():
         if word in VIEWS and not Path(word).exists():
             refuse(f"--view {word}: --view opens a page now, and takes no name; for pictures say --camera {word}")
@@ -144,7 +127,6 @@ def _is_local(host: str) -> bool:
 
 
 VIDEO = "Video"
-
 VideoFile = Annotated[
     Path | None,
     option(
@@ -154,7 +136,6 @@ VideoFile = Annotated[
         name="--video",
     ),
 ]
-
 VideoCamera = Annotated[
     str | None,
     option(
@@ -164,25 +145,18 @@ VideoCamera = Annotated[
         name="--video-camera",
     ),
 ]
-
 VideoSpeed = Annotated[
     float,
     option("FACTOR", "Simulated seconds a second of video: 10 makes 10 minutes one.", VIDEO, name="--video-speed"),
 ]
-
 VideoSize = Annotated[str, option("WxH", "In pixels, such as 1920x1080.", VIDEO, name="--video-size")]
-
 VideoFine = Annotated[bool, flag("--video-fine", "Smoother edges; without a GPU that takes half as long again.", VIDEO)]
 
 DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
 
 def video_options(file: Path | None, view: str | None, speed: float, size: str, *, fine: bool) -> VideoOptions | None:
-    """What was asked for; None for no video.
-
-    Raises:
-        UsageError: something that cannot be, or that goes with --video and stands without it.
-    """
+    """What was asked for; None for no video."""
     checked = options.output_file("--video", file, ".mp4")
     with options.errors_of("--video-camera"):
         camera = None if view is None else camera_of(view)
@@ -213,15 +187,7 @@ def _video_size(text: str) -> tuple[int, int]:
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
-    """How a run is to be recorded; None where it is not.
-
-    Args:
-        paths: files that were asked for.
-        about: what is known of the run besides.
-
-    Raises:
-        UsageError: a file cannot be written, or is of no kind of recording.
-    """
+    """How a run is to be recorded, with what is known of it besides; None where it is not."""
     if not paths:
         return None
     for path in paths:

@@ -1,7 +1,5 @@
 """`cellwright check`: is a file of a trial or a robot sound?"""
 
-from __future__ import annotations
-
 import json
 from contextlib import suppress
 from dataclasses import replace
@@ -13,8 +11,7 @@ import typer
 from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files
-from cellwright.cli.declarations import flag
-from cellwright.cli.main import BAD_INPUT, DONE
+from cellwright.cli.main import BAD_INPUT, DONE, flag
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
 from cellwright.config.robot.robots import find_robot

@@ -1,7 +1,5 @@
 """Command `cellwright eval`: a program in many runs, its progress, and a table of the results."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -17,8 +15,7 @@ from rich.text import Text
 from cellwright.cell.kitting.reach import reach
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT, WORK, Vary
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.options import N
 from cellwright.cli.output import FOLD, RIGHT, note, say, table, write_result
 from cellwright.cli.signals import stopped_by_signals
@@ -26,43 +23,35 @@ from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Camera
 from cellwright.rendering.backend import requested_backend
+from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.evaluate import Evaluation, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
 from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, Limits, usable_processors
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
-from cellwright.running.evaluation.summary import (
-    Threshold,
-    junit,
-    real_time_factor,
-    shortcoming,
-    summarize,
-    summary_document,
-    worst_first,
-)
 
 _MOST_TOLD = 10
 
 
-def show_summary(console: Console, results: Sequence[Result], threshold: Threshold | None) -> None:
+def show_summary(console: Console, results: Sequence[Result], threshold: summary.Threshold | None) -> None:
     """Print a row for each trial, and a line for each run that did not pass."""
     console.print()
     console.print(summary_table(results))
-    short = [(result, shortcoming(result, threshold)) for result in worst_first(results)]
+    short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
     short = [(result, why) for result, why in short if why]
     for result, why in short[:_MOST_TOLD]:
         say(console, f"  {result.name}: {why}")
     if len(short) > _MOST_TOLD:
         console.print(f"  and {len(short) - _MOST_TOLD} more")
     note(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
-    note(console, "speed", f"{real_time_factor(results):.1f} x real time in each process")
+    note(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
 
 
 def summary_table(results: Sequence[Result]) -> Table:
     """A row for each trial."""
     figures = dict.fromkeys(("runs", "mean", "min", "max", "reach", "share"), RIGHT)
     rows = []
-    for each in summarize(results):
+    for each in summary.summarize(results):
         outcomes = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in each.outcomes.items())
         points = [f"{number:.4g}" for number in (each.mean, each.least, each.most, each.reachable)]
         rows.append([each.trial, str(each.runs), *points, f"{each.share:.0%}", outcomes])
@@ -121,7 +110,7 @@ class EvalProgress:
     def _trials(self) -> Table:
         rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
         lost = Counter(result.trial for result in self._results if result.is_lost)
-        for each in summarize(self._results):
+        for each in summary.summarize(self._results):
             figures = [f"{each.mean:.4g}", f"{each.least:.4g}", f"{each.share:.0%}", str(lost[each.trial] or "")]
             rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
         return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
@@ -194,7 +183,7 @@ def evaluate(
     Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
     """
     with options.errors_of("--min-score"):
-        least = None if min_score is None else Threshold.read(min_score)
+        least = None if min_score is None else summary.Threshold.read(min_score)
     limits = Limits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
@@ -215,10 +204,10 @@ def evaluate(
     with store:
         results, failures = _work(wanted, store, limits, workers, console, records=record)
     left = len(wanted) - len(results)
-    failures += write_result(out / "junit.xml", junit(results, least))
+    failures += write_result(out / "junit.xml", summary.junit(results, least))
     failures += write_result(out / "report.html", report(results, least))
-    status = NOT_DONE if left or failures or any(shortcoming(result, least) for result in results) else DONE
-    document = json.dumps(summary_document(results, least, status), indent=2)
+    status = NOT_DONE if left or failures or any(summary.shortcoming(result, least) for result in results) else DONE
+    document = json.dumps(summary.summary_document(results, least, status), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
     show_summary(console, results, least)
     if left:

@@ -1,18 +1,19 @@
-"""Command `cellwright`: its subcommands, loaded on demand, its exit statuses, and errors as one line each."""
+"""Command `cellwright`: its subcommands, loaded on demand, their options, exit statuses, and errors."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
 
 from cellwright._package import VERSION
-from cellwright.util.errors import CellwrightError
+from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.process import interrupts_end_the_process
 
 if TYPE_CHECKING:
@@ -27,14 +28,23 @@ BAD_INPUT = 2
 """The input cannot be used; nothing has been started."""
 
 
-def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:
-    """The exit status of a run.
+def argument(metavar: str, text: str) -> Any:
+    """A positional argument."""
+    return typer.Argument(metavar=metavar, help=text, show_default=False)
 
-    Args:
-        result: what came of it.
-        has_agent: without one, a run is done when it has reached the time that was asked for.
-        min_score: the score that was asked for, if any.
-    """
+
+def option(metavar: str, text: str, panel: str | None = None, name: str | None = None) -> Any:
+    """An option that takes a value; without a `name`, such as `--video`, it has that of the parameter."""
+    return typer.Option(*([name] if name else []), metavar=metavar, help=text, rich_help_panel=panel)
+
+
+def flag(names: str, text: str, panel: str | None = None) -> Any:
+    """An option without a value; names are separated by spaces, such as `--development-mode -d`."""
+    return typer.Option(*names.split(), metavar="", help=text, rich_help_panel=panel)
+
+
+def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:
+    """The exit status of a run; one without an agent is done when it has reached the time that was asked for."""
     from cellwright.running.run import Outcome  # it takes long to load, and other commands need the figures above alone
 
     if min_score is not None and result.score.total < min_score:
@@ -50,7 +60,7 @@ COMMANDS = {
     "check": "check:check",
     "eval": "eval:evaluate",
     "serve": "serve:serve",
-    "teleop": "teleop.command:teleop",
+    "teleop": "teleop:teleop",
     "view": "view:view",
     "replay": "replay.command:replay",
     "plot": "plot:plot",
@@ -58,7 +68,7 @@ COMMANDS = {
     "robot": "robot:robot",
     "ros1-env": "ros1:ros1_env",
     "ros1-workspace": "ros1:ros1_workspace",
-    "operate": "operate.app:app",
+    "operate": "operate:app",
 }
 """Where each is, below this room, in the order in which help lists them: a function, or an app of several commands."""
 
@@ -68,29 +78,22 @@ class CommandsOnDemand(TyperGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        self.commands = cast("Any", _OnDemand())
+        self.commands = cast("Any", MappingProxyType(COMMANDS))  # for suggestions, which need the names alone
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
         """Their names; none of them is loaded."""
         return [*COMMANDS]
 
-
-class _OnDemand(Mapping[str, Any]):
-    """Loads what is looked up. It takes no other command, though the group's type is of one that grows."""
-
-    def __getitem__(self, name: str) -> Any:
-        return _loaded(name, COMMANDS[name])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(COMMANDS)
-
-    def __len__(self) -> int:
-        return len(COMMANDS)
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
+        """Load a command; None where there is none of this name."""
+        if cmd_name == "bench":
+            raise UsageError("bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright")
+        return _loaded(cmd_name) if cmd_name in COMMANDS else None
 
 
 @cache
-def _loaded(name: str, where: str) -> Any:
-    module, _, attribute = where.partition(":")
+def _loaded(name: str) -> Any:
+    module, _, attribute = COMMANDS[name].partition(":")
     with interrupts_end_the_process():
         found = getattr(import_module(f"{_ROOM}.{module}"), attribute)
     if isinstance(found, typer.Typer):
@@ -147,16 +150,7 @@ def _global_options(
 
 
 def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
-    """Run the command line; errors in the input are one line each on stderr.
-
-    Args:
-        arguments: what follows the command's name; None takes those of the process.
-        command_line: the commands.
-        name: name of the program in its help.
-
-    Returns:
-        The exit status.
-    """
+    """Run the command line, None for that of the process; the exit status. An error in the input is told in a line."""
     try:
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:

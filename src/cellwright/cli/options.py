@@ -1,6 +1,7 @@
-"""What is given on the command line, read and refused before anything starts."""
+"""What is given on the command line, read and refused before anything starts.
 
-from __future__ import annotations
+What cannot be used is a UsageError, or another CellwrightError of what reads it, here and in all commands.
+"""
 
 import math
 import os
@@ -45,24 +46,13 @@ S = TypeVar("S", bound=str)
 
 
 def refuse(message: str) -> NoReturn:
-    """Say why the input cannot be used, and stop.
-
-    Raises:
-        UsageError: always.
-    """
+    """Say why the input cannot be used, and stop."""
     raise UsageError(message)
 
 
 @contextmanager
 def errors_of(option: str) -> Iterator[None]:
-    """Have errors in the input say from which option they come.
-
-    Args:
-        option: what the message begins with, such as `--camera`.
-
-    Raises:
-        UsageError: in place of the error inside.
-    """
+    """Have errors in the input begin with the option that they come from, such as `--camera`."""
     try:
         yield
     except UnknownNameError as error:
@@ -80,16 +70,7 @@ def one_of(option: str, kind: str, name: str, known: Sequence[S]) -> S:
 
 
 def in_range(option: str, value: N, low: float, high: float, remedy: str, text: str | None = None) -> N:
-    """A number within bounds, which are both allowed; None for None.
-
-    Args:
-        option: where it comes from.
-        value: the number.
-        low: the least.
-        high: the greatest.
-        remedy: what to give instead, for the error.
-        text: the number as it was given, where it was given as text.
-    """
+    """A number within bounds, both allowed; None for None. The error has a remedy, and the number as in `text`."""
     if value is not None and not low <= value <= high:
         shown = text if text is not None else value if isinstance(value, int) else f"{value:g}"
         refuse(f"{option} {shown}: give {remedy}")
@@ -97,11 +78,7 @@ def in_range(option: str, value: N, low: float, high: float, remedy: str, text: 
 
 
 def paths(files: Sequence[str]) -> list[Path]:
-    """The paths of a trial's files; names of bundled trials are looked up.
-
-    Raises:
-        UsageError: there is no such file or trial.
-    """
+    """The paths of a trial's files; names of bundled trials are looked up."""
     return [_path(file) for file in files]
 
 
@@ -123,12 +100,7 @@ def _path(file: str) -> Path:
 
 
 def load(files: Sequence[str]) -> Trial:
-    """The trial in these files; warnings are printed on stderr.
-
-    Raises:
-        DescriptionError: the files cannot be used.
-        UsageError: there is no such file or trial.
-    """
+    """The trial in these files; warnings are printed on stderr."""
     loaded = load_trial(paths(files))
     for warning in loaded.warnings:
         output.warn(warning)
@@ -136,17 +108,7 @@ def load(files: Sequence[str]) -> Trial:
 
 
 def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
-    """The trial in these files, varied where that is asked for; warnings are printed on stderr.
-
-    Args:
-        files: names of trials, or files.
-        root: of all chance; None: the trial's own.
-        is_varied: whether to vary it by that.
-
-    Raises:
-        DescriptionError: the files cannot be used.
-        UsageError: there is no such file or trial, or the root is none.
-    """
+    """The trial in these files, varied by a root of chance where that is asked for; warnings are printed on stderr."""
     found, given = load(files), seed(root)
     return vary(found, found.settings.seed if given is None else given) if is_varied else found
 
@@ -161,17 +123,7 @@ def cell_of(
     competition: bool = True,
     **about: str,
 ) -> CellTarget:
-    """The cell of the trial in these files, made when its session opens; what it refuses is said on a console.
-
-    Args:
-        files: names of trials, or files.
-        console: where people read.
-        seed: root of all chance; None: the trial's own.
-        servo: servo profile of the arm; None: the trial's own.
-        is_varied: whether to vary the trial by its seed.
-        competition: whether what a competition refuses is refused.
-        about: what a page says of the run besides.
-    """
+    """The cell of the trial in these files, made when its session opens; what it refuses is said on a console."""
 
     def make() -> Cell:
         found = trial(files, seed, is_varied=is_varied)  # a seed that is none is refused here
@@ -276,11 +228,7 @@ def min_score(value: float | None) -> float | None:
 
 
 def averages(text: str | None, trial: Trial) -> Averages | None:
-    """What all teams spent on this trial on average, `COST,TIME` with a time for each order.
-
-    Raises:
-        UsageError: the text says something else, or such a trial has no score.
-    """
+    """What all teams spent on this trial on average, `COST,TIME` with a time for each order."""
     if text is None:
         return None
     cost, *times = map(_number, text.split(","))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import typer
 from rich import box
@@ -53,13 +53,7 @@ WHOLE: Mapping[str, Any] = {"no_wrap": True}
 
 
 def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[RenderableType]], **settings: Any) -> Table:
-    """A table with a line below its headings.
-
-    Args:
-        columns: the settings of each column, by its heading.
-        rows: their cells.
-        settings: of the table, beside or in place of the usual ones.
-    """
+    """A table with a line below its headings, of columns with their settings; `settings` are those of the table."""
     found = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
     for heading, column in columns.items():
         found.add_column(heading, **column)
@@ -93,13 +87,7 @@ def words_for(console: Console, notice: Callable[[str], None]) -> dict[str, Any]
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:
-    """The line that says that something is served, where, and how its time passes.
-
-    Args:
-        name: of what is served.
-        server: what serves it.
-        speed: simulated seconds a wall second; None: as fast as it goes.
-    """
+    """The line that says that something is served, where, and how its time passes: for a speed of None, as it can."""
     host, port = server.address
     if server.lockstep:
         pace = "lockstep"
@@ -115,11 +103,8 @@ def pace_text(pace: Pace) -> str:
     return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"
 
 
-class ShowProgress(Protocol):
-    """Takes how much is done, None where no end is known, and a few words."""
-
-    def __call__(self, done: float | None, status: str = "") -> None:
-        """Show it."""
+ShowProgress: TypeAlias = Callable[..., None]
+"""Takes how much is done, None where no end is known, and a few words."""
 
 
 @contextmanager

@@ -1,7 +1,5 @@
 """Command `cellwright plot`: a figure of a recording."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -9,8 +7,7 @@ import typer
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import Recorded
-from cellwright.cli.declarations import option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.main import DONE, NOT_DONE, option
 
 
 def plot(
@@ -39,12 +36,17 @@ def plot(
     Exit status: 0 done; 1 the figure could not be written; 2 bad input.
     """
     from cellwright.recording.format.reader import Recording
-    from cellwright.recording.plots.figure import PANELS, draw_figure, write_figure
+    from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
     names = PANELS if what is None else map(str.strip, what.split(","))
     wanted = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
-    path = _figure_file(file, out)
+    path = Path(f"{file.stem}-plot.png") if out is None else out  # in the folder in which one works
+    suffix = path.suffix.lower()
+    if suffix not in FIGURE_SUFFIXES:
+        known = f"{', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
+        options.refuse(f"--out {path}: give a file whose name ends in {known}")
+    options.output_file("--out", path, suffix)
     with Recording(file) as opened:
         told = load_plot_data(opened)
     if told.warning:
@@ -57,15 +59,3 @@ def plot(
         raise typer.Exit(NOT_DONE) from None
     typer.echo(f"figure      {path}")
     raise typer.Exit(DONE)
-
-
-def _figure_file(recording: Path, out: Path | None) -> Path:
-    """The figure's file; beside nothing that is there under another name: in the folder in which one works."""
-    from cellwright.recording.plots.figure import FIGURE_SUFFIXES
-
-    path = Path(f"{recording.stem}-plot.png") if out is None else out
-    if path.suffix.lower() not in FIGURE_SUFFIXES:
-        options.refuse(
-            f"--out {path}: give a file whose name ends in {', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
-        )
-    return options.output_file("--out", path, path.suffix.lower())

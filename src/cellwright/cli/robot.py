@@ -1,7 +1,5 @@
 """Command `cellwright robot`: the joints of a robot as a table or as JSON, and the start of a configuration."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys
@@ -15,12 +13,10 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli import output
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
 from cellwright.cli.output import FOLD, RIGHT, WHOLE, table
-from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.config import UNUSED, RobotConfig
 from cellwright.config.robot.groups import groups_of, parent_index, robot_document
 from cellwright.config.robot.model import Joint, JointType, RobotModel
 from cellwright.config.robot.robots import bundled, find_robot, load_robot, read_robot_config
@@ -32,11 +28,7 @@ _MAX_POSITION = 1e6  # [rad; m]; what lies beyond is a slip, and turns lose thei
 
 
 def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
-    """The positions of joints by name [rad; m].
-
-    Raises:
-        UsageError: it is no posture of this robot.
-    """
+    """The positions of joints by name [rad; m]."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -60,11 +52,7 @@ def _position(name: str, value: Any, robot: RobotModel) -> float:
 
 
 def write_skeleton(config: RobotConfig, file: Path) -> None:
-    """Write the beginning of a configuration for a robot, and say what is in it.
-
-    Raises:
-        UsageError: there is such a file already, or it cannot be written.
-    """
+    """Write the beginning of a configuration for a robot, and say what is in it."""
     if not file.parent.is_dir():
         refuse(f"--init {file}: there is no folder {file.parent}")
     text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve())
@@ -107,12 +95,7 @@ def show_robot(config: RobotConfig) -> None:
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
-    """A row for each joint, in the order of their indices.
-
-    Args:
-        config: the robot.
-        is_narrow: whether to leave out what one asks for least, so that names stay in one piece.
-    """
+    """A row for each joint, in the order of their indices; a narrow table leaves out what one asks for least."""
     columns = {"#": RIGHT, "joint": FOLD, "type": WHOLE, "link": FOLD, "on": RIGHT, "lower": RIGHT, "upper": RIGHT}
     columns |= {} if is_narrow else {"effort": RIGHT, "speed": RIGHT}
     columns |= {"group": FOLD, "home": RIGHT}

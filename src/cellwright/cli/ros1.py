@@ -1,18 +1,15 @@
 """Commands `cellwright ros1-env` and `cellwright ros1-workspace`: ROS 1 packages of the cell."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from cellwright.cli.declarations import argument, flag, option
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, argument, flag, option
 from cellwright.cli.options import refuse
+from cellwright.middleware.ros1.host.installation import find_system
 from cellwright.middleware.ros1.packages import workspace
-from cellwright.middleware.ros1.packages.tools import find_system
 from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
 
 

@@ -1,11 +1,9 @@
 """Command `cellwright serve`: a cell for programs in other processes, and the service for its result."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,36 +11,12 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import (
-    END,
-    LOOK,
-    OUTPUT,
-    REACH,
-    WORK,
-    Development,
-    Files,
-    Host,
-    Log,
-    OpenPage,
-    Port,
-    Record,
-    Seed,
-    Servo,
-    Until,
-    Vary,
-    View,
-    ViewHost,
-    ViewPort,
-    page_options,
-    refuse_camera_name,
-)
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli import arguments, options, output, summary
+from cellwright.cli.arguments import END, LOOK, OUTPUT, REACH, WORK
+from cellwright.cli.main import DONE, NOT_DONE, flag, option
 from cellwright.cli.output import progress_bar
-from cellwright.cli.run import summary
-from cellwright.cli.run.summary import RunProgress
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.summary import RunProgress
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.running.run import CellTarget, Outcome, RunOptions, ServerOptions, Session
@@ -105,19 +79,7 @@ def run_served(
     camera: Camera = VIEWS["overview"],
     verbose: bool = False,
 ) -> int:
-    """Serve a cell until it is over or a signal ends it, and print what came of it.
-
-    Args:
-        session: made by `served_session`.
-        console: where people read.
-        as_json: print the result as JSON, and nothing else on stdout.
-        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
-        camera: where that is taken from.
-        verbose: say also how time kept to the wall clock.
-
-    Returns:
-        The exit status.
-    """
+    """Serve a cell until it is over or a signal ends it, and print what came of it; the exit status."""
     with stopped_by_signals(session.stop.request), session:
         offer_result(session)
         result = cell_result(session.run())
@@ -138,13 +100,13 @@ def run_served(
         "served",
         NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE,
         pictures,
-        more={"pace": summary.pace_document(result.pace)},
+        more={"pace": None if result.pace is None else asdict(result.pace)},
         out=sys.stdout if as_json else None,
     )
 
 
 def serve(
-    files: Files,
+    files: arguments.Files,
     speed: Annotated[
         str | None,
         option(
@@ -154,25 +116,25 @@ def serve(
         ),
     ] = None,
     lockstep: Annotated[bool, flag("--lockstep", "Let time pass only when a guest asks.", WORK)] = False,
-    servo: Servo = None,
-    seed: Seed = None,
-    vary: Vary = False,
-    development: Development = False,
-    until: Until = None,
+    servo: arguments.Servo = None,
+    seed: arguments.Seed = None,
+    vary: arguments.Vary = False,
+    development: arguments.Development = False,
+    until: arguments.Until = None,
     exit_on_completion: Annotated[
         bool,
         flag("--exit-on-completion", f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.", END),
     ] = False,
-    host: Host = LOOPBACK,
-    port: Port = None,
+    host: arguments.Host = LOOPBACK,
+    port: arguments.Port = None,
     ros1: Annotated[
         bool, flag("--ros1", "Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.", REACH)
     ] = False,
     as_json: Annotated[
         bool, flag("--json", "Print the result as JSON at the end, and nothing else on stdout.", OUTPUT)
     ] = False,
-    log: Log = None,
-    record: Record = None,
+    log: arguments.Log = None,
+    record: arguments.Record = None,
     picture: Annotated[
         Path | None,
         option(
@@ -184,10 +146,10 @@ def serve(
     camera: Annotated[
         str, option("NAME", "Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].", LOOK)
     ] = "overview",
-    view: View = False,
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
+    view: arguments.View = False,
+    view_host: arguments.ViewHost = None,
+    view_port: arguments.ViewPort = None,
+    open_page: arguments.OpenPage = False,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
@@ -217,9 +179,11 @@ def serve(
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or a file that was asked
     for is not whole; 2 bad input, and nothing was started.
     """
-    refuse_camera_name(files, view=view)
+    arguments.refuse_camera_name(files, view=view)
     kept = arguments.record_options(record, agent="served")
-    rate, root, place = _rate_of(speed, lockstep=lockstep), options.seed(seed), options.camera(camera)
+    is_default = speed is None and not lockstep
+    rate = options.default_speed(os.environ) if is_default else options.speed("max" if speed is None else speed)
+    root, place = options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
     target = options.cell_of(files, console, seed=root, servo=servo, is_varied=vary, competition=not development)
     session = served_session(
@@ -229,7 +193,7 @@ def serve(
         until=options.until(until),
         lockstep=lockstep,
         serve=ServerOptions(host, port),
-        view=page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
+        view=arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page) or False,
         ros1=ros1,
         record=kept and replace(kept, is_varied=vary),
         video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
@@ -238,9 +202,3 @@ def serve(
     )
     file = options.output_file("--picture", picture, ".png")
     raise typer.Exit(run_served(session, console, as_json=as_json, picture=file, camera=place, verbose=verbose))
-
-
-def _rate_of(text: str | None, *, lockstep: bool) -> float | None:
-    if text is None and not lockstep:
-        return options.default_speed(os.environ)
-    return options.speed("max" if text is None else text)

@@ -1,7 +1,5 @@
 """Ctrl-C, and a service's wish that a command end: taken note of, and followed between two steps."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading
@@ -65,23 +63,3 @@ def _wishes() -> list[int]:
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
     return numbers
-
-
-class Stop:
-    """A wish to end that may come before there is anything to end."""
-
-    def __init__(self) -> None:
-        self.has_come = False
-        """Whether there is the wish."""
-        self._stop: Callable[[], None] = lambda: None
-
-    def stop(self) -> None:
-        """Wish it; to be called from a signal's handler."""
-        self.has_come = True
-        self._stop()
-
-    def follow(self, stop: Callable[[], None]) -> None:
-        """Have `stop` called when there is the wish; at once if there is."""
-        self._stop = stop
-        if self.has_come:
-            stop()

@@ -1,7 +1,5 @@
 """`cellwright trials`: what comes along to be tried."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter
@@ -10,12 +8,12 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from cellwright.cell.kitting.reach import reach
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
-from cellwright.cli.declarations import flag
+from cellwright.cli.main import flag
+from cellwright.cli.output import RIGHT, WHOLE
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.config.trial.difficulty import demands
 from cellwright.config.trial.gear2017 import load_trial
@@ -73,13 +71,10 @@ def _show(found: dict[str, Trial], sensors: dict[str, Trial]) -> None:
     headings = {name: _heading(name) for name in found}
     for heading in dict.fromkeys(headings.values()):
         names = [name for name in found if headings[name] == heading]
-        table = Table(title=heading, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
-        table.add_column("trial", no_wrap=True, width=_NAME_WIDTH)
-        table.add_column("limit", no_wrap=True, justify="right")
-        table.add_column("asks for; - what is hard", ratio=1)
-        for name in names:
-            table.add_row(name, _limit(found[name]), "\n".join(_lines(found[name])))
-        console.print(table)
+        columns = {"trial": {**WHOLE, "width": _NAME_WIDTH}, "limit": RIGHT, "asks for; - what is hard": {"ratio": 1}}
+        rows = [(name, _limit(found[name]), "\n".join(_lines(found[name]))) for name in names]
+        look = {"title_justify": "left", "title_style": "bold", "box": None, "padding": (0, 2, 0, 0)}
+        console.print(output.table(columns, rows, title=heading, **look, show_edge=True, pad_edge=True))
         console.print()
     for name, trial in sensors.items():
         counts = Counter(sensor.type for sensor in trial.sensors)

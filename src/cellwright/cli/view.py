@@ -1,11 +1,10 @@
 """Command `cellwright view`: a trial, a robot, a recording or something that is served, on a page."""
 
-from __future__ import annotations
-
 import re
 import time
 from collections.abc import Sequence
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,10 +13,11 @@ from rich.console import Console
 
 from cellwright.cli import options, output
 from cellwright.cli.arguments import OpenPage, ViewHost, ViewPort, page_options
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, argument
 from cellwright.cli.options import refuse
-from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.robot.robots import load_robot
+from cellwright.engine.loop import StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
@@ -38,11 +38,7 @@ class TargetKind(Enum):
 
 
 def kind_of(words: Sequence[str]) -> TargetKind:
-    """What these words of a command line stand for; what is none of the others is taken for a trial.
-
-    Raises:
-        UsageError: several things at once, which only the files of a trial can be.
-    """
+    """What these words of a command line stand for; what is none of the others is taken for a trial."""
     kinds = [_kind_of_word(word) for word in words]
     if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
         other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
@@ -63,32 +59,20 @@ _NAP = 0.1  # [s]
 
 
 def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -> None:
-    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile.
-
-    Raises:
-        UsageError: nobody answers there, what does has nothing to show, or there can be no page.
-    """
-    name = served_name(address)
-
-    def say(line: str) -> None:
-        console.print(line, markup=False, soft_wrap=True)
-
-    is_stopped = Stop()
-    with stopped_by_signals(is_stopped.stop):
-        page = sessions.open_page(address, wish, f"{name} · Cellwright", say)
+    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile."""
+    title = f"{served_name(address)} · Cellwright"
+    stop = StopCondition()
+    with stopped_by_signals(stop.request):
+        page = sessions.open_page(address, wish, title, partial(output.say, console))
         try:
-            while page.is_open and not is_stopped.has_come:
+            while page.is_running and not stop.is_requested:
                 time.sleep(_NAP)
         finally:
             page.close()
 
 
 def served_name(address: tuple[str, int]) -> str:
-    """The name of what is served at an address, and can be seen.
-
-    Raises:
-        UsageError: nobody answers there, or what does has nothing to show.
-    """
+    """The name of what is served at an address, and can be seen."""
     link = Link(address, node=f"{PAGE}asks")
     try:
         return str(link.ask(PANEL)["name"])
@@ -101,10 +85,8 @@ def served_name(address: tuple[str, int]) -> str:
 def view(
     what: Annotated[
         list[str],
-        typer.Argument(
-            metavar="WHAT",
-            help="A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served.",
-            show_default=False,
+        argument(
+            "WHAT", "A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served."
         ),
     ],
     view_host: ViewHost = None,
@@ -137,21 +119,21 @@ def view(
             view_served(options.address("view", what[0]), page, console)
         case TargetKind.RECORDING:
             # it takes a moment to load, which the other commands are spared
-            from cellwright.cli.replay.playback import play_recording
+            from cellwright.cli.replay.actions import play_recording
             from cellwright.recording.replay.playback import AtEnd
             from cellwright.running.run.playback import PlaybackTarget
 
             target = PlaybackTarget(options.paths(what)[0], at_end=AtEnd.HOLD)
             play_recording(target, console, rate=RateControl(1.0, paused=True), serve=here, view=page)
         case TargetKind.ROBOT:
-            from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
+            from cellwright.cli.teleop import robot_progress, robot_session, run_robot
             from cellwright.robot.node import RobotNode
             from cellwright.running.run.robots import RobotTarget
 
-            progress = NodeProgress(console, until=None)
+            progress = robot_progress(console, until=None)
 
             def make() -> RobotNode:
-                return RobotNode(load_robot(what[0], output.warn), stamp=time.time_ns, report=progress.line)
+                return RobotNode(load_robot(what[0], output.warn), stamp=time.time_ns, report=progress.notice)
 
             shown = robot_session(RobotTarget(make), console, progress, speed=1.0, serve=here, view=page)
             raise typer.Exit(run_robot(shown, console))

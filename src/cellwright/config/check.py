@@ -1,7 +1,5 @@
 """The answer to "is this file all right?", for people and for programs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -6,7 +6,7 @@ Figures: the cell's published models (positions in m, world frame; yaw in rad).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 from types import MappingProxyType
@@ -14,22 +14,8 @@ from typing import TypeAlias
 
 from cellwright.util.pose import Pose
 
-PART_TYPES = frozenset(
-    {"part1", "part2", "part3", "part4", "disk_part", "gasket_part", "gear_part", "piston_rod_part", "pulley_part"}
-)
-"""The part types that have a model."""
-
 BIN_CENTRES: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {
-        "bin1": (-1.0, -1.33),
-        "bin2": (-1.0, -0.535),
-        "bin3": (-1.0, 0.23),
-        "bin4": (-1.0, 0.995),
-        "bin5": (-0.3, -1.33),
-        "bin6": (-0.3, -0.535),
-        "bin7": (-0.3, 0.23),
-        "bin8": (-0.3, 0.995),
-    }
+    {f"bin{n}": xy for n, xy in enumerate(product((-1.0, -0.3), (-1.33, -0.535, 0.23, 0.995)), start=1)}
 )
 """Centre x, y [m] of each bin."""
 
@@ -83,6 +69,9 @@ PART_RADII: Mapping[str, float] = MappingProxyType(
     }
 )
 """How far [m] a part of each type reaches from its origin, whichever way it is turned; rounded up to the mm."""
+
+PART_TYPES = frozenset(PART_RADII)
+"""The part types that have a model."""
 
 REFERENCE_FRAMES: Mapping[str, Pose] = MappingProxyType(
     {
@@ -211,10 +200,6 @@ def _normals(first: Patch, second: Patch) -> Iterator[Point]:
         for x, y in patch.corners[1:]:  # of a rectangle, the edges at one corner are enough; its diagonal does no harm
             if length := math.hypot(x - x0, y - y0):
                 yield -(y - y0) / length, (x - x0) / length
-    yield from _directions(product(first.corners, second.corners))
-
-
-def _directions(pairs: Iterable[tuple[Point, Point]]) -> Iterator[Point]:
-    for (x1, y1), (x2, y2) in pairs:
+    for (x1, y1), (x2, y2) in product(first.corners, second.corners):
         length = math.hypot(x2 - x1, y2 - y1)
         yield ((x2 - x1) / length, (y2 - y1) / length) if length else (1.0, 0.0)

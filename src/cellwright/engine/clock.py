@@ -1,6 +1,14 @@
-"""Simulation time: whole ticks, read as whole nanoseconds, never accumulated."""
+"""Simulation time: the clock, the inbox of commands, the event queue and periodic callbacks.
 
+Time is whole ticks, read as whole nanoseconds, never accumulated. A watch is not an event: it belongs to whoever
+listens, is neither in the state hash nor in a snapshot, and exists only while somebody wants it.
+"""
+
+import heapq
+from collections import deque
+from collections.abc import Callable
 from fractions import Fraction
+from typing import Any, NamedTuple
 
 from cellwright.util.errors import UsageError
 
@@ -45,14 +53,21 @@ class Clock:
 
     def __init__(self, timestep: Fraction) -> None:
         self.timestep = timestep
-        self._ticks = Cadence(timestep, "timestep")
+        ticks = Cadence(timestep, "timestep")
+        self.time_of = ticks.due
+        """Time [ns] at a tick."""
+        self.first_tick_at = ticks.first_at
+        """The first tick whose time is at or after a time [ns]."""
         self.tick = 0
         self.now = 0
 
+    def read(self) -> int:
+        """The time [ns]: `now`, for those who take a function."""
+        return self.now
+
     def advance(self) -> int:
         """One tick on; the new time [ns]."""
-        self.tick += 1
-        self.now = self._ticks.due(self.tick)
+        self.set_tick(self.tick + 1)
         return self.now
 
     def set_tick(self, tick: int) -> None:
@@ -60,10 +75,191 @@ class Clock:
         self.tick = tick
         self.now = self.time_of(tick)
 
-    def time_of(self, tick: int) -> int:
-        """Time [ns] at a tick."""
-        return self._ticks.due(tick)
 
-    def first_tick_at(self, time: int) -> int:
-        """The first tick whose time is at or after `time` [ns]."""
-        return self._ticks.first_at(time)
+class Inbox:
+    """Commands put in from any thread, carried out in order by the thread that steps the simulation.
+
+    A command from any transport so lands at one well-defined tick: before the step that follows.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[Callable[[], None]] = deque()  # append and popleft are atomic
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def put(self, command: Callable[[], None]) -> None:
+        """Leave a command, from any thread."""
+        self._waiting.append(command)
+
+    def empty(self) -> None:
+        """Carry out what was waiting when the call began.
+
+        What arrives meanwhile waits for the next border, so that a flood cannot stop time.
+        """
+        for _ in range(len(self._waiting)):
+            self._waiting.popleft()()
+
+
+class Event(NamedTuple):
+    """Something a device wants to be told at a time [ns]: it happens at the first tick at or after that.
+
+    Events of one time go by priority, the lower first, then in the order of scheduling. The arguments are JSON values.
+    """
+
+    time: int
+    priority: int
+    serial: int
+    device: str
+    kind: str
+    arguments: tuple[Any, ...]
+
+
+NEVER = 1 << 62
+"""A time [ns] that no run reaches (146 years)."""
+
+
+class EventQueue:
+    """Events by (time, priority, serial)."""
+
+    def __init__(self) -> None:
+        self._heap: list[Event] = []
+        self._serial = 0
+        self.next_due = NEVER
+        """Time of the earliest event [ns], or `NEVER`: an attribute, because every tick looks at it."""
+
+    def schedule(self, time: int, device: str, kind: str, arguments: tuple[Any, ...], priority: int) -> None:
+        """Put an event into the queue."""
+        heapq.heappush(self._heap, Event(time, priority, self._serial, device, kind, arguments))
+        self._serial += 1
+        self._refresh()
+
+    def pop_due(self, now: int) -> Event | None:
+        """Take the first event due at or before `now` [ns], if there is one."""
+        if self.next_due > now or not self._heap:
+            return None
+        event = heapq.heappop(self._heap)
+        self._refresh()
+        return event
+
+    def cancel(self, device: str, kind: str) -> None:
+        """Take out every event of one kind that a device is waiting for."""
+        self._put([event for event in self._heap if (event.device, event.kind) != (device, kind)])
+
+    def clear(self) -> None:
+        """Forget everything, the serial number too."""
+        self._serial = 0
+        self._put([])
+
+    def get_state(self) -> dict[str, Any]:
+        """The queue as JSON values, in order."""
+        return {
+            "serial": self._serial,
+            "events": [[*event[:-1], list(event.arguments)] for event in sorted(self._heap)],
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take over what `get_state` returned."""
+        self._serial = state["serial"]
+        self._put([Event._make([*event[:-1], tuple(event[-1])]) for event in state["events"]])
+
+    def _put(self, events: list[Event]) -> None:
+        heapq.heapify(events)
+        self._heap = events
+        self._refresh()
+
+    def _refresh(self) -> None:
+        self.next_due = self._heap[0].time if self._heap else NEVER
+
+
+class Watch:
+    """A periodic call. `action(index)` gets the sample number; sample n is due at n times the period."""
+
+    def __init__(self, name: str, cadence: Cadence | None, action: Callable[[int], None], rank: int) -> None:
+        self.name = name
+        self.cadence = cadence
+        self.action = action
+        self.rank = rank
+        self.active = True
+
+    def cancel(self) -> None:
+        """Stop for good."""
+        self.active = False
+
+
+class Watches:
+    """All watches of a simulation, in the order of (due time, rank, order of creation).
+
+    Those for each tick come after the periodic ones of that tick, or before them if their rank is below 0.
+    """
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[int, int, int, int, Watch]] = []
+        self._serial = 0
+        # of each tick: those before the periodic ones, and those after them
+        self._early: list[Watch] = []
+        self._late: list[Watch] = []
+        self.next_due = NEVER
+
+    def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
+        """Begin to call `action` each `period` [s], from the first due time after `now` [ns]; None: each tick."""
+        if period is None:
+            watch = Watch(name, None, action, rank)
+            each_tick = sorted([*self._early, *self._late, watch], key=lambda each: each.rank)
+            self._early = [each for each in each_tick if each.rank < 0]
+            self._late = [each for each in each_tick if each.rank >= 0]
+        else:
+            watch = Watch(name, Cadence(period), action, rank)
+            self._push(watch, now)
+        self._refresh()
+        return watch
+
+    def run_due(self, now: int, tick: int) -> None:
+        """Call every watch due at or before `now`."""
+        late, some_left = self._late, False  # who comes in this tick has its turn in the next
+        for watch in self._early:
+            if watch.active:
+                watch.action(tick)
+            else:
+                some_left = True
+        heap = self._heap
+        while heap and heap[0][0] <= now:
+            _due, rank, serial, index, watch = heapq.heappop(heap)
+            if not watch.active or watch.cadence is None:
+                continue
+            following = watch.cadence.due(index + 1)
+            if following <= now:  # a period shorter than a tick: one sample a tick
+                index = watch.cadence.first_at(now + 1) - 1
+                following = watch.cadence.due(index + 1)
+            heapq.heappush(heap, (following, rank, serial, index + 1, watch))
+            watch.action(index)
+        for watch in late:
+            if watch.active:
+                watch.action(tick)
+            else:
+                some_left = True
+        if some_left:
+            self._early = [watch for watch in self._early if watch.active]
+            self._late = [watch for watch in self._late if watch.active]
+        self._refresh()
+
+    def retime(self, now: int) -> None:
+        """Take up again after time has jumped (reset or restore)."""
+        watches = [entry[4] for entry in sorted(self._heap, key=lambda entry: entry[2])]
+        self._heap = []
+        for watch in watches:
+            if watch.active:
+                self._push(watch, now)
+        self._refresh()
+
+    def _push(self, watch: Watch, now: int) -> None:
+        if watch.cadence is not None:
+            index = watch.cadence.first_at(now + 1)
+            heapq.heappush(self._heap, (watch.cadence.due(index), watch.rank, self._serial, index, watch))
+            self._serial += 1
+
+    def _refresh(self) -> None:
+        if self._early or self._late:
+            self.next_due = 0
+        else:
+            self.next_due = self._heap[0][0] if self._heap else NEVER

@@ -1,20 +1,11 @@
-"""The loop that steps a simulation: by the wall clock, as fast as it goes, or in lockstep when a client asks.
-
-A rate control says how time passes, and may change at any moment; while time stands, clients are served all the same.
-
-In lockstep a client that asks is given time up to the moment that it names, or to the tick in which it is sent
-something. With several clients each may ask; requests are met one after another, in the order in which they came.
-A request names a moment, not a duration: two clients that wait for the same moment make time pass once.
-"""
-
-from __future__ import annotations
+"""The loop that steps a simulation: by the wall clock, as fast as it goes, or in lockstep when a client asks."""
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import RunEndedError
@@ -100,21 +91,22 @@ class ClientService(Protocol):
 
 @dataclass(frozen=True)
 class Pace:
-    """How time kept to the wall clock.
-
-    Attributes:
-        factor: simulated seconds a wall second, on average.
-        worst_lateness: how late [s] of wall time the latest tick came.
-        stood: so long [s] of wall time it stood for clients that were behind.
-    """
+    """How time kept to the wall clock."""
 
     factor: float
+    """Simulated seconds a wall second, on average."""
     worst_lateness: float
+    """How late [s] of wall time the latest tick came."""
     stood: float = 0.0
+    """So long [s] of wall time it stood for clients that were behind."""
 
 
 class Loop:
-    """Steps a simulation, and serves clients meanwhile.
+    """Steps a simulation, and serves clients meanwhile, also while time stands.
+
+    In lockstep a client that asks is given time up to the moment that it names, or to the tick in which it is sent
+    something. Requests of several clients are met one after another, in the order in which they came. A request names a
+    moment, not a duration: two clients that wait for the same moment make time pass once.
 
     Args:
         simulation: what is stepped.
@@ -143,7 +135,7 @@ class Loop:
         self._service = service
         self._on_poll = on_poll
         self.patience = patience
-        self._can_stand = can_stand and service is not None
+        self._can_stand = can_stand
         self._polled = self._served = 0.0
         self.stop = stop or StopCondition()
         """When it ends."""
@@ -178,9 +170,7 @@ class Loop:
         Raises:
             SimulationError: the state has become unstable.
         """
-        if not self._wait_for_the_rate():
-            return False
-        if self._can_stand and self.rate.speed is not None and not self._wait_for_clients():
+        if not self._wait_for_the_rate() or not self._wait_for_clients():
             return False
         self.pacer.step()
         self._look_around()
@@ -189,7 +179,7 @@ class Loop:
     def _wait_for_clients(self) -> bool:
         """Serve clients while time stands for one that is behind; False when it is to stop."""
         service = self._service
-        if service is None or not service.hold_time():
+        if service is None or not self._can_stand or self.rate.speed is None or not service.hold_time():
             return True
         begun = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():

@@ -1,10 +1,4 @@
-"""Rate control: pause, single steps and speed of a simulation, and its pace against the wall clock.
-
-A tempo is told from outside, at any moment and from any thread; who lets time pass asks it before each tick. It is no
-part of a run's state: the same ticks follow each other, only later or sooner.
-"""
-
-from __future__ import annotations
+"""Rate control: pause, single steps and speed of a simulation, and its pace against the wall clock."""
 
 import math
 import time
@@ -16,7 +10,10 @@ from cellwright.util.errors import UsageError
 
 
 class RateControl:
-    """A tempo that may change while time passes.
+    """A tempo that may change while time passes, at any moment and from any thread.
+
+    Who lets time pass asks it before each tick. It is no part of a run's state: the same ticks follow each other, only
+    later or sooner.
 
     Args:
         speed: simulated seconds a wall second, above 0; None: as fast as it goes.

@@ -1,10 +1,4 @@
-"""What every sensor has in common: a period, a latency, noise, a switch, and listeners.
-
-A sensor measures only while somebody listens. A reading depends on the state of the cell and on its sample number,
-never on who asked or since when: watching changes nothing.
-"""
-
-from __future__ import annotations
+"""What every sensor has in common: a period, a latency, noise, a switch, and listeners."""
 
 import math
 from abc import ABC, abstractmethod
@@ -17,8 +11,7 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.clock import Cadence, nanoseconds
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Cadence, Watch, nanoseconds
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UsageError
@@ -64,6 +57,9 @@ class _Listener(Generic[R]):
 
 class Sensor(Device, ABC, Generic[R]):
     """A device that looks at the cell and leaves it as it is.
+
+    It measures only while somebody listens. A reading depends on the state of the cell and on its sample number, never
+    on who asked or since when: watching changes nothing.
 
     Args:
         name: name of the device; its noise is drawn under this name.
@@ -172,8 +168,7 @@ class Sensor(Device, ABC, Generic[R]):
     def listen(self, callback: Callable[[R], None]) -> Callable[[], None]:
         """Have every reading measured from now on given to `callback`, in the thread that steps the simulation.
 
-        Returns:
-            A function that ends it. Calling it again does nothing.
+        What is returned ends it; calling it again does nothing.
         """
         listener = _Listener(callback, self.simulation.now)
         self._listeners.append(listener)

@@ -1,15 +1,13 @@
 """Shapes of the engine's model, and meshes made in code: rings, lofted bodies and cups.
 
-Every shape of the cell is a box, a cylinder, a capsule, or a mesh made in code; somebody's own may be a sphere or a
-mesh from a file as well. A shape is solid (touched, and seen by
-rays), seen (drawn only), or both; the engine's geom groups say which, so that a ray sensor or a picture maker chooses
-by group. Parts, the robot and everything else form three classes of contact.
+A shape is solid (touched, and seen by rays), seen (drawn only), or both; the engine's geom groups say which, so that a
+ray sensor or a picture maker chooses by group. Parts, the robot and everything else form three classes of contact.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from typing import Any, Literal, TypeAlias
@@ -25,7 +23,7 @@ HERE = Pose()
 ShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "sphere", "mesh"]
 Colour: TypeAlias = tuple[float, float, float, float]
 
-_GEOM_TYPE = {
+GEOM_TYPES = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -163,22 +161,14 @@ def add_looks(body: Any) -> Any:
 def add_shape(
     body: Any, shape: Shape, role: Role, touch: Touch = Touch.FIXED, *, name: str = "", mass: float = 0.0
 ) -> Any:
-    """Put a shape on a body of a model specification.
+    """Put a shape on a body (`MjsBody`) of a model specification; the `MjsGeom`.
 
-    Args:
-        body: an `MjsBody`.
-        shape: what to put there.
-        role: touched, seen, both or neither.
-        touch: what it may touch; nothing when it is only seen, or not even that.
-        name: name of the geom; empty for none.
-        mass: mass of the whole body [kg], of which the shape carries its share.
-
-    Returns:
-        The `MjsGeom`.
+    One that is only seen, or not even that, touches nothing. `mass` is that of the whole body [kg], of which the shape
+    carries its share.
     """
     contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
     geom = body.add_geom(
-        type=_GEOM_TYPE[shape.kind],
+        type=GEOM_TYPES[shape.kind],
         pos=shape.pose.position,
         quat=shape.pose.quaternion,
         rgba=shape.colour,
@@ -206,14 +196,9 @@ CUP = "cup"
 
 
 def ring(outer: Callable[[float], float], inner: float, bottom: float, top: float, corners: int) -> Mesh:
-    """A flat ring with a round hole.
+    """A flat ring between two heights with a round hole [m], and so many corners of either outline.
 
-    Args:
-        outer: outer radius [m] as a function of the angle [rad]; above `inner` everywhere.
-        inner: radius of the hole [m].
-        bottom: height of the lower face [m].
-        top: height of the upper face [m].
-        corners: number of corners of either outline.
+    The outer radius is a function of the angle [rad], above `inner` everywhere.
     """
     angles = [2 * math.pi * k / corners for k in range(corners)]
     vertices = [
@@ -223,25 +208,21 @@ def ring(outer: Callable[[float], float], inner: float, bottom: float, top: floa
         for angle, radius in ((a, outline(a)) for a in angles)
     ]
     low_out, low_in, high_out, high_in = (range(k * corners, (k + 1) * corners) for k in range(4))
-    triangles: list[tuple[int, int, int]] = []
-    for lower, upper in ((low_out, high_out), (high_out, high_in), (high_in, low_in), (low_in, low_out)):
-        for k in range(corners):
-            following = (k + 1) % corners
-            triangles.append((lower[k], lower[following], upper[following]))
-            triangles.append((lower[k], upper[following], upper[k]))
-    return np.array(vertices), np.array(triangles)
+    strips = ((low_out, high_out), (high_out, high_in), (high_in, low_in), (low_in, low_out))
+    return np.array(vertices), np.array([triangle for strip in strips for triangle in _strip(*strip)])
+
+
+def _strip(lower: range, upper: range) -> Iterator[tuple[int, int, int]]:
+    """Triangles between two closed outlines of as many vertices each."""
+    for k in range(len(lower)):
+        following = (k + 1) % len(lower)
+        yield lower[k], lower[following], upper[following]
+        yield lower[k], upper[following], upper[k]
 
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """Cross-section of a lofted body.
-
-    Attributes:
-        radius: [m].
-        height: z [m] of the centre.
-        shift: y [m] of the centre.
-        lean: slope of the circle's plane, dz/dy.
-    """
+    """Cross-section of a lofted body [m]: z (height) and y (shift) of the centre, and the slope of its plane, dz/dy."""
 
     radius: float
     height: float
@@ -250,12 +231,7 @@ class Circle:
 
 
 def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
-    """A closed body over circles one above the other.
-
-    Args:
-        sections: from the lowest upward, both ends closed by a flat face.
-        corners: number of corners of each circle.
-    """
+    """A closed body over circles with so many corners, from the lowest upward, both ends closed by a flat face."""
     angles = [2 * math.pi * k / corners for k in range(corners)]
     vertices = [
         (each.radius * math.cos(a), each.shift + across, each.height + each.lean * across)
@@ -263,13 +239,9 @@ def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
         for a, across in ((a, each.radius * math.sin(a)) for a in angles)
     ]
     triangles: list[tuple[int, int, int]] = []
-    for level in range(len(sections) - 1):
-        low, high = level * corners, (level + 1) * corners
-        for k in range(corners):
-            following = (k + 1) % corners
-            triangles.append((low + k, low + following, high + following))
-            triangles.append((low + k, high + following, high + k))
     last = (len(sections) - 1) * corners
+    for low in range(0, last, corners):
+        triangles += _strip(range(low, low + corners), range(low + corners, low + 2 * corners))
     for k in range(1, corners - 1):
         triangles.append((0, k + 1, k))
         triangles.append((last, last + k, last + k + 1))

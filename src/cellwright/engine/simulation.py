@@ -1,9 +1,4 @@
-"""Simulation of devices on one clock: stepping, events, watches; and the base class of devices.
-
-The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
-events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's step.
-It knows no ROS, no score and no pace.
-"""
+"""Simulation of devices on one clock: stepping, events, watches; and the base class of devices."""
 
 from __future__ import annotations
 
@@ -18,8 +13,7 @@ import mujoco
 import numpy as np
 
 from cellwright.engine import random_streams
-from cellwright.engine.clock import Clock, nanoseconds
-from cellwright.engine.events import EventQueue, Inbox, Watch, Watches
+from cellwright.engine.clock import Clock, EventQueue, Inbox, Watch, Watches, nanoseconds
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
 
 State: TypeAlias = Mapping[str, Any]
@@ -147,6 +141,10 @@ CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 class Simulation:
     """Time, the engine's model and data, and the devices on it.
 
+    The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
+    events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's
+    step.
+
     Args:
         model: a compiled model. `opt.timestep` is set from `timestep`.
         timestep: length of a tick [s], rational.
@@ -263,9 +261,8 @@ class Simulation:
             SimulationError: the state has become unstable, or the engine has no room for all contacts; the run is
                 worth nothing from here on.
         """
-        inbox = self.inbox
-        if inbox:
-            inbox.empty()
+        if self.inbox:
+            self.inbox.empty()
         for hook in self._before:
             hook()
         try:
@@ -326,9 +323,9 @@ class Simulation:
         time = self.now + nanoseconds(delay) if at is None else at
         self.events.schedule(time, device.name, kind, arguments, priority)
 
-    def cancel(self, device: Device, kind: str) -> int:
-        """Take back what a device scheduled under a kind; how many events there were."""
-        return self.events.cancel(device.name, kind)
+    def cancel(self, device: Device, kind: str) -> None:
+        """Take back what a device scheduled under a kind."""
+        self.events.cancel(device.name, kind)
 
     def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
         """Call `action(sample number)` each `period` [s] (None: each tick). It must leave the simulation as it is."""

@@ -2,14 +2,9 @@
 
 A snapshot in memory copies the engine's data whole and disturbs nothing. A checkpoint on disk can only carry what the
 engine lets one save, which leaves out who sleeps; so taking one resets and restores the *live* run too, and both go on
-bit for bit alike. Because that touches the run, checkpoints are taken at declared ticks only, which belong to the
-run's header.
-
-Saving touches the run (see `snapshot.py`), so the times at which it happens are part of the run's state: a run with
-the same checkpoints has the same state hash, whether its files were kept, lost or never written.
+bit for bit alike. Because that touches the run, checkpoints are taken at declared times only, which are part of its
+state: a run with the same checkpoints has the same state hash, whether its files were kept, lost or never written.
 """
-
-from __future__ import annotations
 
 import copy
 import hashlib
@@ -24,7 +19,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.simulation import CHANGING_FIELDS, Device, Simulation, State
+from cellwright.engine.simulation import CHANGING_FIELDS, Device, Simulation
 from cellwright.util.errors import CellwrightError
 from cellwright.util.files import atomic_file
 
@@ -73,12 +68,9 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     """
     engine = _get_engine(simulation)
     fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
-    header: dict[str, Any] = {
-        "format": _FORMAT,
-        "model": model_signature(simulation.model),
-        "state": simulation.get_state(),
-    }
-    header["digest"] = _digest(engine, fields, header["state"])
+    state = simulation.get_state()
+    header = {"format": _FORMAT, "model": model_signature(simulation.model), "state": state}
+    header["digest"] = _digest(engine, fields, state)
     if record := simulation.get_record():
         header |= {"record": record, "record_digest": hashlib.sha256(_as_bytes(record)).hexdigest()}
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
@@ -106,10 +98,9 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
         raise CheckpointError(f"{path}: not a checkpoint that can be read ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
-    if header.get("digest") != _digest(engine, fields, header.get("state")):
-        raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
     record = header.get("record", {})  # files of earlier versions have none
-    if record and header.get("record_digest") != hashlib.sha256(_as_bytes(record)).hexdigest():
+    is_record_whole = not record or header.get("record_digest") == hashlib.sha256(_as_bytes(record)).hexdigest()
+    if header.get("digest") != _digest(engine, fields, header.get("state")) or not is_record_whole:
         raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
     for name, values in fields.items():
         getattr(simulation.model, name)[:] = values
@@ -176,9 +167,10 @@ _LAST = 1_000_000
 class Checkpoints(Device):
     """Saves the simulation at the times that were declared before the run.
 
-    Args:
-        report: takes a line about a file that could not be written; the run goes on.
+    `report` takes a line about a file that could not be written; the run goes on.
     """
+
+    STATE = ("_times",)
 
     def __init__(self, report: Callable[[str], None] = lambda _line: None) -> None:
         super().__init__("checkpoints")
@@ -214,11 +206,3 @@ class Checkpoints(Device):
             self.missed.append(path)
             self._report(f"checkpoint {path}: cannot be written: {error.strerror or error}")
             renew_engine(self.simulation)
-
-    def get_state(self) -> dict[str, Any]:
-        """The declared times."""
-        return {"times": list(self._times)}
-
-    def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
-        self._times = list(state["times"])

@@ -1,7 +1,5 @@
 """Meeting a part on the belt: where and when, and the motion that comes down on it while moving along with it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,13 +22,7 @@ _OVERSHOOT = 1.1
 
 @dataclass(frozen=True, slots=True)
 class MovingPart:
-    """A part that was seen and moves on evenly.
-
-    Attributes:
-        world_T_part: where it was seen [m].
-        time: when it was there [s].
-        velocity: in the world [m/s].
-    """
+    """A part that was seen at a pose [m] and a time [s] and moves on evenly, `velocity` [m/s] in the world."""
 
     world_T_part: Pose
     time: float
@@ -81,10 +73,7 @@ class Rendezvous:
         """How far the gripper is ahead of the part, as the time [s] that the part needs to get there.
 
         Ahead while gathering speed, behind (negative) while losing it. The speed follows 3 u^2 - 2 u^3 of the belt's,
-        so that the acceleration has no jumps.
-
-        Args:
-            since: time after setting off [s].
+        so that the acceleration has no jumps. `since` is the time after setting off [s].
         """
         if since < self.ramp:
             return self.ramp * _missed(max(0.0, since) / self.ramp)
@@ -92,15 +81,10 @@ class Rendezvous:
         return -self.ramp * _missed(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
 
     def height(self, since: float) -> float:
-        """How high the gripper is above its grasp [m], by the curve that has the least jerk.
-
-        Args:
-            since: time after setting off [s].
-        """
+        """How high the gripper is above its grasp [m] a time [s] after setting off, by the curve of least jerk."""
         down = (since - self.ramp) / self.descent
         up = (self.duration - self.ramp - since) / self.descent
-        u = max(0.0, min(1.0, down, up))
-        return self.hover * (1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
+        return self.hover * _left(max(0.0, min(1.0, down, up)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,13 +135,13 @@ def intercept(
 
     Args:
         part: what is to be met.
-        part_T_gripper: the gripper link at the grasp, in the part's frame.
+        part_T_gripper: the gripper link at the grasp.
         near: where the arm is, at rest.
         now: the present time [s]; the arm leaves then.
         window: between which y of the part in the world it may be touched [m].
         lead: how long the arm is to stand above the place before it sets off, at least [s].
         rail: where the rail may be [m]; when left out, anywhere.
-        timing: of coming down, staying and rising.
+        timing: of coming down, staying and rising; `Rendezvous()` when left out.
         limits: of the motion.
         step: distance between the places tried [m].
 
@@ -217,16 +201,9 @@ def track(
 ) -> JointMotion:
     """The motion that comes down on a moving part, stays with it, rises again and comes to rest; the rail stands.
 
-    For a part that was seen once more, after the arm has got to its place.
-
-    Args:
-        part: what is to be met.
-        part_T_gripper: the gripper link at the grasp, in the part's frame.
-        start: where the arm stands, within a few centimetres of above the part at the time of setting off; what is
-            missing is made up for while it gathers speed.
-        sets_off: when the motion begins [s].
-        timing: of coming down, staying and rising.
-        limits: of the motion.
+    For a part that was seen once more, after the arm has got to its place. It begins at `sets_off` [s], when `start`,
+    where the arm stands, is within a few centimetres of above the part: what is missing is made up for while it gathers
+    speed. The other arguments are those of `intercept`.
 
     Raises:
         UnreachableError: the way is not all within reach, or the arm is not fast enough for it.
@@ -240,8 +217,7 @@ def track(
     off = Joints(*(a - b for a, b in zip(begin, reference[0], strict=True)))
     knots = []
     for each, joints in zip(since, reference, strict=True):
-        u = min(1.0, each / timing.ramp)
-        share = 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        share = _left(min(1.0, each / timing.ramp))
         knots.append(Joints(*(q + share * d for q, d in zip(joints, off, strict=True))))
     motion = timed(since, knots)
     if (strain := motion.strain(limits)) > _OVERSHOOT:
@@ -254,6 +230,11 @@ def _gripper_at(part: MovingPart, part_T_gripper: Pose, sets_off: float, since: 
     ahead = part.at(sets_off + since + timing.lead_time(since)) @ part_T_gripper
     x, y, z = ahead.position
     return Pose((x, y, z + timing.height(since)), ahead.quaternion)
+
+
+def _left(u: float) -> float:
+    """What is left of a way from rest to rest at a share `u` of its time: the curve that has the least jerk."""
+    return 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
 
 
 def _missed(u: float) -> float:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple, TypedDict
 
 from cellwright.config.layout import ARM_JOINTS
-from cellwright.motion.joints import Joints, MotionLimits
+from cellwright.motion.joints import STILL, Joints, MotionLimits
 from cellwright.util.errors import UsageError
 
 
@@ -19,21 +19,11 @@ def knot_velocities(
 ) -> tuple[Joints, ...]:
     """The velocities [rad/s; m/s] at the knots with which the cubics between them have no jump in acceleration.
 
-    Args:
-        times: of the knots, rising; at least two.
-        positions: at the knots.
-        first: velocity at the first knot; when left out there is no acceleration there.
-        last: the same for the last knot.
+    The times of the knots rise, and are at least two. `first` and `last` are the velocities at the first and the last
+    knot; when left out there is no acceleration there.
     """
-    columns = [
-        _column(
-            times,
-            [position[joint] for position in positions],
-            None if first is None else first[joint],
-            None if last is None else last[joint],
-        )
-        for joint in range(len(positions[0]))
-    ]
+    ends = zip(first or (None,) * 7, last or (None,) * 7, strict=True)
+    columns = [_column(times, values, *end) for values, end in zip(zip(*positions, strict=True), ends, strict=True)]
     return tuple(Joints(*row) for row in zip(*columns, strict=True))
 
 
@@ -107,10 +97,9 @@ class JointMotion:
     @classmethod
     def hold(cls, joints: Joints, duration: float) -> JointMotion:
         """Standing still for a time [s]; not at all for no time."""
-        still = Joints(*(0.0,) * 7)
         if not duration > 0.0:
-            return cls((0.0,), (joints,), (still,))
-        return cls((0.0, duration), (joints, joints), (still, still))
+            return cls((0.0,), (joints,), (STILL,))
+        return cls((0.0, duration), (joints, joints), (STILL, STILL))
 
     @property
     def duration(self) -> float:
@@ -129,22 +118,15 @@ class JointMotion:
 
     def at(self, time: float) -> MotionPoint:
         """The joints at a time [s]; before the start and after the end they stand where they begin and end."""
-        still = Joints(*(0.0,) * 7)
         if time < 0.0 or time > self.duration:
-            return MotionPoint(time, self.start if time < 0.0 else self.end, still)
+            return MotionPoint(time, self.start if time < 0.0 else self.end, STILL)
         index = bisect_right(self.times, time) - 1
         if self.times[index] == time:
             return MotionPoint(time, self.positions[index], self.velocities[index])
         step = self.times[index + 1] - self.times[index]
         u = (time - self.times[index]) / step
         positions, velocities = [], []
-        for p0, p1, v0, v1 in zip(
-            self.positions[index],
-            self.positions[index + 1],
-            self.velocities[index],
-            self.velocities[index + 1],
-            strict=True,
-        ):
+        for p0, p1, v0, v1 in zip(*self._ends(index), strict=True):
             a, b, way = v0 * step, v1 * step, p1 - p0
             square, cube = 3.0 * way - 2.0 * a - b, a + b - 2.0 * way
             positions.append(p0 + u * (a + u * (square + u * cube)))
@@ -181,21 +163,18 @@ class JointMotion:
         """How much of the limits on velocity and acceleration the motion takes at most; above 1 it breaks them."""
         most = 0.0
         for index, step in enumerate(b - a for a, b in pairwise(self.times)):
-            for p0, p1, v0, v1, speed, push in zip(
-                self.positions[index],
-                self.positions[index + 1],
-                self.velocities[index],
-                self.velocities[index + 1],
-                limits.velocity,
-                limits.acceleration,
-                strict=True,
-            ):
+            rows = zip(*self._ends(index), limits.velocity, limits.acceleration, strict=True)
+            for p0, p1, v0, v1, speed, push in rows:
                 mean = (p1 - p0) / step
                 middle = 1.5 * mean - 0.25 * (v0 + v1)
                 first, last = (6.0 * mean - 4.0 * v0 - 2.0 * v1) / step, (2.0 * v0 + 4.0 * v1 - 6.0 * mean) / step
                 most = max(most, abs(v0) / speed, abs(v1) / speed, abs(middle) / speed)
                 most = max(most, abs(first) / push, abs(last) / push)
         return most
+
+    def _ends(self, index: int) -> tuple[Joints, Joints, Joints, Joints]:
+        """Positions and velocities at both ends of a cubic."""
+        return *self.positions[index : index + 2], *self.velocities[index : index + 2]  # type: ignore[return-value]
 
     def command(self, joints: Sequence[str] = ARM_JOINTS) -> ArmCommand:
         """The motion as arguments: `client.send_arm(**motion.command())`.

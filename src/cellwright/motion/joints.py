@@ -85,19 +85,21 @@ class Joints(NamedTuple):
 
     def turned(self) -> Iterator[Joints]:
         """Every choice of whole turns within limits that is the same posture, this one among them."""
-        for angles in product(*(tuple(_turns(angle)) for angle in self[1:])):
+        for angles in product(*map(_turns, self[1:])):
             yield Joints(self.rail, *angles)
 
 
+STILL = Joints(*(0.0,) * 7)
+"""The velocities of joints at rest."""
+
 JointsLike: TypeAlias = Joints | Mapping[str, float]
-"""Joints, or a mapping by joint name."""
+"""Joint positions [m for the rail; rad], as `Joints` or by joint name."""
 
 
-def _turns(angle: float) -> Iterator[float]:
+def _turns(angle: float) -> list[float]:
     """The angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
     low, high = _most_turns(angle)
-    for turns in range(low, high + 1):
-        yield _turned(angle, turns)
+    return [_turned(angle, turns) for turns in range(low, high + 1)]
 
 
 def _nearest_turn(angle: float, near: float) -> float:
@@ -119,12 +121,7 @@ def _turned(angle: float, turns: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Largest velocity, acceleration and jerk of each joint.
-
-    Attributes:
-        velocity: [m/s for the rail; rad/s].
-        acceleration: [m/s^2; rad/s^2].
-        jerk: [m/s^3; rad/s^3].
+    """Largest velocity, acceleration and jerk of each joint, in m and s for the rail, rad and s for the others.
 
     Raises:
         UsageError: one of them is not a positive finite number.

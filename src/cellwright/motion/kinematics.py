@@ -7,8 +7,6 @@ the left or the right shoulder), the wrist from the Y-Z-Y Euler angles of the ha
 triangle of upper arm and forearm (two ways, by the elbow).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
@@ -21,14 +19,11 @@ from cellwright.util.pose import Pose, Quaternion, Vector3, normalized, rotate
 BASE_X, BASE_Z = 0.3, 1.0
 """Where `base_link` stands in the world [m]; its y is the rail's position."""
 
-D1, A2, A3, D4, D5, D6 = 0.1273, 0.612, 0.5723, 0.163941, 0.1157, 0.0922
+D1, A2, A3, D4, D5 = 0.1273, 0.612, 0.5723, 0.163941, 0.1157
 """Denavit-Hartenberg constants of the UR10 [m], lengths taken as positive."""
 
 SHOULDER_OFFSET, ELBOW_OFFSET = 0.220941, -0.1719
 """How far the upper arm stands off the pan axis, and the forearm off the upper arm, along their y [m]."""
-
-GRIPPER_DISTANCE = 0.1
-"""From `wrist_3_link` to `vacuum_gripper_link` along y [m]."""
 
 FACE_DEPTH = 0.005
 """How far the cup's face lies below the gripper's origin, along its -z [m]."""
@@ -36,7 +31,7 @@ FACE_DEPTH = 0.005
 MAX_REACH = A2 + A3
 """How far the axis of wrist 1 gets away from that of the shoulder [m]."""
 
-_WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, GRIPPER_DISTANCE, 0.0), (90 * 0.0174533, 0.0, 0.0))
+_WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
 _GRIPPER_T_WRIST_3 = _WRIST_3_T_GRIPPER.inverse()
 _GRIPPER_T_FACE = Pose((0.0, 0.0, -FACE_DEPTH))
 
@@ -54,20 +49,12 @@ Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
 
 def forward(joints: JointsLike) -> Pose:
-    """The pose `world_T_gripper` of the gripper link [m].
-
-    Args:
-        joints: positions [m for the rail; rad], as `Joints` or by joint name; limits do not matter.
-    """
+    """The pose `world_T_gripper` of the gripper link [m]; limits do not matter."""
     return link_poses(joints)["vacuum_gripper_link"]
 
 
 def link_poses(joints: JointsLike) -> dict[str, Pose]:
-    """The poses in the world of the links that the joints move, by the names of the robot description.
-
-    Args:
-        joints: positions [m for the rail; rad], as `Joints` or by joint name; limits do not matter.
-    """
+    """The poses in the world of the links that the joints move, by the names of the robot description."""
     q = Joints.of(joints)
     quarter = math.pi / 2
     base = Pose((BASE_X, q.rail, BASE_Z))
@@ -90,10 +77,10 @@ def link_poses(joints: JointsLike) -> dict[str, Pose]:
 
 
 def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = None) -> tuple[Joints, ...]:
-    """Every posture, up to eight, that brings the gripper to a pose with the rail at `rail` [m].
+    """Every posture, up to eight, that brings the gripper link to a pose with the rail at `rail` [m].
 
     Args:
-        world_T_gripper: where the gripper link is to be [m].
+        world_T_gripper: the pose [m].
         rail: position of the rail [m].
         near: when given, whole turns are added to each angle, within limits, so as to be nearest to these; otherwise
             angles are from -pi to pi. `Joints.turned` lists all the choices. It also says where wrist 3 stays when
@@ -113,7 +100,6 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
     if abs(rail) > RAIL_LIMIT + _TOUCHING:
         raise UnreachableError(f"the rail does not go to {rail:.3f} m: it ends at ±{RAIL_LIMIT} m")
     favoured = None if near is None else Joints.of(near)
-    wrist_3 = 0.0 if favoured is None else favoured.wrist_3
     unit = Pose(world_T_gripper.position, normalized(world_T_gripper.quaternion))
     shoulder_T_wrist_3 = Pose((BASE_X, rail, BASE_Z + D1)).inverse() @ unit @ _GRIPPER_T_WRIST_3
     rows = _rows(shoulder_T_wrist_3.quaternion)
@@ -122,7 +108,9 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
     for pan in _pans(shoulder_T_wrist_3.position):
         outward = shoulder_T_wrist_3.position[0] * math.cos(pan) + shoulder_T_wrist_3.position[1] * math.sin(pan)
         up = shoulder_T_wrist_3.position[2]
-        for plane, wrist_2, wrist_3_angle in _hands(_turned_back(pan, rows), outward, up, wrist_3):
+        for plane, wrist_2, wrist_3_angle in _hands(
+            _turned_back(pan, rows), outward, up, favoured.wrist_3 if favoured else 0.0
+        ):
             x, z = outward - D5 * math.sin(plane), up - D5 * math.cos(plane)
             distance = math.hypot(x, z)
             out = max(distance - MAX_REACH, (A2 - A3) - distance)
@@ -145,13 +133,9 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
 
 
 def tool_down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:
-    """The pose `world_T_gripper` with the cup pointing straight down and its face at x, y, z [m].
+    """The pose `world_T_gripper` with the cup pointing straight down and the middle of its face at x, y, z [m].
 
-    Args:
-        x: of the middle of the face [m].
-        y: of the middle of the face [m].
-        z: of the face [m].
-        yaw: of the gripper link's x axis in the world [rad].
+    `yaw` is that of the gripper link's x axis in the world [rad].
     """
     return Pose.from_rpy((x, y, z + FACE_DEPTH), (0.0, 0.0, yaw))
 
@@ -188,14 +172,9 @@ def _pans(wrist_3: Vector3) -> tuple[float, ...]:
 def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) -> Iterator[tuple[float, float, float]]:
     """The Y-Z-Y Euler angles [rad] of the hand in the arm's plane, two ways: plane angle, wrist 2 and wrist 3.
 
-    Where the plane angle is free, it is the one that leaves wrist 3 as wanted or, where the arm does not reach so
-    far, the nearest to it for which it does.
-
-    Args:
-        pan_R_wrist_3: how the hand is turned, seen from the arm's plane.
-        outward: of the origin of wrist 3 from the shoulder, in the plane [m].
-        up: likewise [m].
-        free_wrist_3: wanted where wrist 3 is free [rad].
+    Where the plane angle is free, it is the one that leaves wrist 3 at `free_wrist_3` [rad] or, where the arm does not
+    reach so far, the nearest to it for which it does. `outward` and `up` [m] lead from the shoulder to the origin of
+    wrist 3, in the plane.
     """
     (m00, m01, m02), (_, m11, _), (m20, m21, m22) = pan_R_wrist_3
     if math.hypot(m01, m21) > _SINGULAR:
@@ -212,16 +191,14 @@ def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) 
 
 
 def _plane_in_reach(outward: float, up: float, wanted: float) -> float:
-    """The plane angle [rad] nearest to the one wanted for which wrist 1 is in reach; that one where none is.
-
-    Wrist 1 is d5 from the origin of wrist 3, in the direction of the plane angle: the law of cosines.
-    """
+    """The plane angle [rad] nearest to the one wanted for which wrist 1 is in reach; that one where none is."""
     distance = math.hypot(outward, up)
     direction = math.atan2(outward, up)
     to_wrist_1 = math.hypot(outward - D5 * math.sin(wanted), up - D5 * math.cos(wanted))
     limit = min(MAX_REACH, max(A2 - A3, to_wrist_1))
     if limit == to_wrist_1 or distance == 0.0:
         return wanted
+    # Wrist 1 is d5 from the origin of wrist 3, in the direction of the plane angle: the law of cosines.
     aside = math.acos(max(-1.0, min(1.0, (distance**2 + D5**2 - limit**2) / (2 * distance * D5))))
     return min((direction + aside, direction - aside), key=lambda angle: abs(_principal(angle - wanted)))
 
@@ -287,7 +264,7 @@ def solve(
         near: where the arm is, or where it should stay near to.
         rail: where the rail may be [m]; when left out, anywhere.
         usual: only postures that reach forward, not over the arm's back, with the elbow up (`is_usual`).
-        accept: further wishes; only postures for which it returns True are taken.
+        accept: only postures for which it returns True are taken.
 
     Raises:
         UnreachableError: no posture serves, and why not from the most comfortable place.
@@ -295,9 +272,8 @@ def solve(
     """
     start = Joints.of(near)
     if rail is None:
-        places: Sequence[float] = rail_candidates(world_T_gripper, start.rail)
-    else:
-        places = (rail,) if isinstance(rail, float | int) else tuple(rail)
+        rail = rail_candidates(world_T_gripper, start.rail)
+    places = (rail,) if isinstance(rail, float | int) else tuple(rail)
     best: Joints | None = None
     best_cost = math.inf
     reasons: dict[float, str] = {}
@@ -328,9 +304,9 @@ def solve(
     return best
 
 
-def distance(a: Joints, b: Joints, weights: Joints = WEIGHTS) -> float:
+def distance(a: Joints, b: Joints) -> float:
     """The weighted distance between two postures, turn by turn: pi and -pi are far apart."""
-    return math.sqrt(sum((w * (p - q)) ** 2 for p, q, w in zip(a, b, weights, strict=True)))
+    return math.sqrt(sum((w * (p - q)) ** 2 for p, q, w in zip(a, b, WEIGHTS, strict=True)))
 
 
 def discomfort(world_T_gripper: Pose, rail: float) -> float:

@@ -1,7 +1,5 @@
 """Tool paths: the joints that carry the gripper along poses in the world, without a jump to another posture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -31,7 +29,7 @@ def straight(
     """The joints along the straight way of the gripper from where it is to a pose; it turns evenly on its way.
 
     Args:
-        start: the joints at its start [m for the rail; rad].
+        start: the joints at its start.
         world_T_goal: where the gripper link is at its end.
         rail: where the rail is then [m]; it moves in proportion. When left out it stays.
         spacing: distance between neighbouring poses [m].
@@ -101,12 +99,9 @@ def follow(
 
 
 def between(a: Pose, b: Pose, share: float) -> Pose:
-    """The pose a share of the way from a to b: straight in position, evenly the shorter way round in turning.
-
-    The turning is spherical linear interpolation (Shoemake 1985).
-    """
-    position = tuple(p + share * (q - p) for p, q in zip(a.position, b.position, strict=True))
-    return Pose((position[0], position[1], position[2]), _slerp(a.quaternion, b.quaternion, share))
+    """The pose a share of the way from a to b: straight in position, evenly the shorter way round in turning."""
+    x, y, z = (p + share * (q - p) for p, q in zip(a.position, b.position, strict=True))
+    return Pose((x, y, z), _slerp(a.quaternion, b.quaternion, share))
 
 
 def angle_between(a: Pose, b: Pose) -> float:
@@ -116,6 +111,7 @@ def angle_between(a: Pose, b: Pose) -> float:
 
 
 def _slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
+    """Spherical linear interpolation (Shoemake 1985)."""
     cosine = sum(p * q for p, q in zip(a, b, strict=True))
     sign = -1.0 if cosine < 0.0 else 1.0
     angle = math.acos(min(1.0, abs(cosine)))

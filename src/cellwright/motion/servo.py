@@ -5,16 +5,13 @@ What the joint needs is known from the wanted motion: dry and viscous friction, 
 speeds up the arm. The lead x is the answer of the first-order filter 1 / (p + d s) to that force.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cellwright.motion.joint_motion import JointMotion, knot_velocities
-from cellwright.motion.joints import Joints, JointsLike
+from cellwright.motion.joints import STILL, Joints, JointsLike
 from cellwright.motion.kinematics import A2, A3, link_poses
-from cellwright.motion.trajectories import STILL
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
@@ -76,15 +73,13 @@ ORIGINAL_SERVO = ServoModel(
 def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payload: float = 0.0) -> JointMotion:
     """The command that makes the joints follow a motion which, sent as it is, they would follow with a lag.
 
-    The next motion is still to begin where this one was meant to end (`motion.end`), not where the command ends.
+    The next motion is still to begin where this one was meant to end (`motion.end`), not where the command ends: that
+    goes on a little after the motion, while the leads fade.
 
     Args:
         motion: what the joints are to do, from rest to rest.
         servo: of the joints.
         payload: mass that hangs on the gripper [kg].
-
-    Returns:
-        The command. It goes on a little after the motion, while the leads fade.
 
     Raises:
         UsageError: the motion does not begin and end at rest.
@@ -106,7 +101,9 @@ def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payl
     for time in times[1:]:
         point = motion.at(time)
         push = [(b - a) / step for a, b in zip(before.velocities, point.velocities, strict=True)]
-        needed = _force(point.positions, point.velocities, Joints(*push), servo, payload)
+        held, dry, viscous = weight(point.positions, payload), servo.friction, servo.damping
+        rows = zip(point.velocities, push, held, viscous, dry, servo.inertia, strict=True)
+        needed = Joints(*(f * math.tanh(v / _SLOW) + c * v + m * a + w for v, a, w, c, f, m in rows))
         rows = zip(lead, force, needed, servo.stiffness, keeps, strict=True)
         lead = Joints(*(keep * x + (1.0 - keep) * (f + g) / (2.0 * p) for x, f, g, p, keep in rows))
         commands.append(Joints(*(q + x for q, x in zip(point.positions, lead, strict=True))))
@@ -117,12 +114,7 @@ def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payl
 
 
 def weight(joints: JointsLike, payload: float = 0.0) -> Joints:
-    """The torque [N m] with which each joint has to hold up what hangs on it; 0 for rail and pan.
-
-    Args:
-        joints: positions [m for the rail; rad].
-        payload: mass that hangs on the gripper [kg].
-    """
+    """The torque [N m] with which each joint holds up what hangs on it, `payload` [kg] included; 0 for rail and pan."""
     links = link_poses(joints)
     masses = [
         (mass + (payload if name == "vacuum_gripper_link" else 0.0), links[name].transform((0.0, 0.0, middle)))
@@ -135,9 +127,3 @@ def weight(joints: JointsLike, payload: float = 0.0) -> Joints:
         # the axis times the lever times a force upward; wrist 1 and what follows it come after the first two links
         torques.append(GRAVITY * sum(mass * (ax * (y - oy) - ay * (x - ox)) for mass, (x, y, _) in masses[index:]))
     return Joints(0.0, 0.0, *torques)
-
-
-def _force(positions: Joints, velocities: Joints, push: Joints, servo: ServoModel, payload: float) -> Joints:
-    """What each joint needs to move so."""
-    rows = zip(velocities, push, weight(positions, payload), servo.damping, servo.friction, servo.inertia, strict=True)
-    return Joints(*(f * math.tanh(v / _SLOW) + c * v + m * a + held for v, a, held, c, f, m in rows))

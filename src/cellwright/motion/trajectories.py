@@ -3,8 +3,6 @@
 The profiles are Ruckig's (Berscheid and Kroeger 2021). It is deterministic: the same request gives the same bits.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,10 +10,8 @@ from itertools import pairwise
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
 
 from cellwright.motion.joint_motion import JointMotion, knot_velocities
-from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, Joints, JointsLike, MotionLimits
+from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, STILL, Joints, JointsLike, MotionLimits
 from cellwright.util.errors import UnreachableError, UsageError
-
-STILL = Joints(*(0.0,) * 7)
 
 _FIDELITY = 2e-4
 """How far [rad; m] the cubics between the knots may be from the profile."""
@@ -42,15 +38,8 @@ def move(
     """The shortest motion from one state to another.
 
     All joints arrive together. From rest to rest no joint turns back; the way is straight in the joints where the same
-    joint is the slowest throughout.
-
-    Args:
-        start: where it begins [m for the rail; rad].
-        goal: where it ends.
-        limits: which it keeps.
-        start_velocity: how fast the joints are at its start [m/s; rad/s].
-        goal_velocity: how fast at its end.
-        at_least: how long it is to take at least [s].
+    joint is the slowest throughout. Velocities at both ends are in m/s and rad/s, `at_least` is how long the motion
+    takes at least [s].
 
     Raises:
         UnreachableError: a joint would go past its end, or further past it than it is at the start.
@@ -138,9 +127,11 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
     if len(knots) == 1:
         return JointMotion.hold(knots[0], 0.0)
     curve = JointMotion(tuple(marks), tuple(knots), knot_velocities(marks, knots))
-    push = min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))
-    jerk = min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))
-    profile = _calculate(1, [0.0], [marks[-1]], [0.0], [0.0], [1.0], [push], [jerk], 0.0)
+    wanted = InputParameter(1)
+    wanted.target_position, wanted.max_velocity = [marks[-1]], [1.0]
+    wanted.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
+    wanted.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
+    profile = _calculate(wanted)
     stretch = _needed_stretch(_driven(curve, profile, _LONGEST_STEP / 8), limits)
     return _stretched(_driven(curve, profile, min(_LONGEST_STEP, _step(limits)) / stretch), stretch)
 
@@ -173,40 +164,20 @@ def _profile(
     for velocity, limit in zip((*start_velocity, *goal_velocity), limits.velocity * 2, strict=True):
         if not abs(velocity) <= limit + _SLACK:
             raise UsageError(f"a velocity of {velocity} at an end is above the limit of {limit}")
-    return _calculate(
-        7,
-        list(start),
-        list(goal),
-        list(start_velocity),
-        list(goal_velocity),
-        list(limits.velocity),
-        list(limits.acceleration),
-        list(limits.jerk),
-        at_least,
-    )
-
-
-def _calculate(
-    joints: int,
-    start: list[float],
-    goal: list[float],
-    start_velocity: list[float],
-    goal_velocity: list[float],
-    velocity: list[float],
-    acceleration: list[float],
-    jerk: list[float],
-    at_least: float,
-) -> Trajectory:
-    wanted = InputParameter(joints)
+    wanted = InputParameter(7)
     wanted.current_position, wanted.target_position = start, goal
     wanted.current_velocity, wanted.target_velocity = start_velocity, goal_velocity
-    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = velocity, acceleration, jerk
+    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = limits.velocity, limits.acceleration, limits.jerk
+    return _calculate(wanted, at_least)
+
+
+def _calculate(wanted: InputParameter, at_least: float = 0.0) -> Trajectory:
     wanted.synchronization = Synchronization.Phase
     if at_least > 0.0:
         wanted.minimum_duration = at_least
-    trajectory = Trajectory(joints)
+    trajectory = Trajectory(wanted.degrees_of_freedom)
     try:
-        result = Ruckig(joints).calculate(wanted, trajectory)
+        result = Ruckig(wanted.degrees_of_freedom).calculate(wanted, trajectory)
     except RuckigError as error:
         raise UsageError(f"no motion keeps these limits: {error}") from error
     if result not in (Result.Working, Result.Finished):

@@ -1,10 +1,8 @@
 """Rendering backend: choice by environment and system, and an OpenGL context without a display."""
 
-from __future__ import annotations
-
+import importlib
 import os
 import sys
-from dataclasses import dataclass
 from typing import Any
 
 from cellwright.util.errors import CellwrightError, UsageError, did_you_mean, showable
@@ -22,11 +20,7 @@ _MAX_SHOWN = 40  # characters of what is told again
 
 
 def requested_backend() -> str:
-    """The way that is settled; empty where none is.
-
-    Raises:
-        UsageError: there is no such way.
-    """
+    """The way that is settled; empty where none is. UsageError for one that does not exist."""
     way = os.environ.get(BACKEND, "")
     if way and way not in BACKENDS:
         said = showable(way, _MAX_SHOWN).replace("\n", " ")
@@ -50,38 +44,21 @@ class NoOpenGL(CellwrightError):  # noqa: N818 (it says what there is not)
     """OpenGL cannot be used this way; the text says why."""
 
 
-def select_platform(way: str) -> None:
-    """Have this process use OpenGL this way; to be called before anything of it is loaded, for that decides it."""
-    if way in ("egl", "osmesa"):
-        os.environ["PYOPENGL_PLATFORM"] = way
-    else:
-        os.environ.pop("PYOPENGL_PLATFORM", None)
+def open_context(way: str) -> tuple[Any, str]:
+    """A context of OpenGL without a display, made current in this thread, and its renderer and version in words.
 
-
-@dataclass(frozen=True)
-class OpenGLContext:
-    """An OpenGL context without a display; it lives as long as this.
-
-    Attributes:
-        context: the engine's.
-        says: renderer and version, for those who want to know.
-    """
-
-    context: Any
-    says: str
-
-
-def open_context(way: str) -> OpenGLContext:
-    """A context of OpenGL, made current in this thread, that the engine's renderer can draw with.
-
-    Args:
-        way: the one that was chosen.
+    To be called before anything of OpenGL is loaded, for `way` decides what that is. The context lives as long as
+    the object.
 
     Raises:
         NoOpenGL: there is none to be had this way.
     """
+    if way in ("egl", "osmesa"):
+        os.environ["PYOPENGL_PLATFORM"] = way
+    else:
+        os.environ.pop("PYOPENGL_PLATFORM", None)
     try:
-        context = _context_class(way)(_CONTEXT_SIZE, _CONTEXT_SIZE)
+        context = importlib.import_module(f"mujoco.{way}").GLContext(_CONTEXT_SIZE, _CONTEXT_SIZE)
         context.make_current()
         import mujoco
         from OpenGL import GL
@@ -91,16 +68,4 @@ def open_context(way: str) -> OpenGLContext:
         mujoco.MjrContext(nothing, mujoco.mjtFontScale.mjFONTSCALE_50).free()  # which says what this OpenGL lacks
     except Exception as fault:  # drivers, their loaders and PyOpenGL fail in many ways, of types of their own
         raise NoOpenGL(f"{way}: {type(fault).__name__}: {' '.join(str(fault).split())[:200]}") from None
-    return OpenGLContext(context, f"{renderer}, OpenGL {version}")
-
-
-def _context_class(way: str) -> Any:
-    if way == "egl":
-        from mujoco.egl import GLContext
-    elif way == "osmesa":
-        from mujoco.osmesa import GLContext
-    elif way == "cgl":
-        from mujoco.cgl import GLContext
-    else:
-        from mujoco.glfw import GLContext
-    return GLContext
+    return context, f"{renderer}, OpenGL {version}"

@@ -1,11 +1,9 @@
-"""Pinhole cameras: rays and projection, geometry of pictures, and named views of the cell.
+"""Pinhole cameras: rays through pixels, geometry of pictures, and named views of the cell.
 
 A pinhole camera without distortion. Pixel coordinates are (column, row), continuous, with (0, 0) at the upper left
 corner of the picture: the centre of the first pixel is (0.5, 0.5). The optical frame has x to the right, y down and z
 forward.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Mapping
@@ -31,8 +29,7 @@ class Camera:
         fov: vertical opening angle [rad], between 0 and pi.
 
     Raises:
-        UsageError: if a number is not finite, the camera looks at its own eye, `up` is along the line of sight or
-            `fov` is out of range.
+        UsageError: these numbers make no camera.
     """
 
     eye: Vector3
@@ -73,19 +70,6 @@ class Camera:
         world: NDArray[np.float64] = np.einsum("ij,kj->ik", optical, self.world_R_optical)
         return world
 
-    def project(self, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
-        """Where `points` (n, 3) of the world [m] appear: (n, 3) of column, row and depth [m] along the line of sight.
-
-        A point beside the picture has pixel coordinates outside it; one in the camera's plane or behind it has a
-        depth of zero or less, and NaN for column and row.
-        """
-        optical = (points - np.asarray(self.eye)) @ self.world_R_optical
-        depth = np.where(optical[:, 2] > 0, optical[:, 2], np.nan)
-        slope = 2 * math.tan(self.fov / 2) / height
-        column = optical[:, 0] / depth / slope + width / 2
-        row = optical[:, 1] / depth / slope + height / 2
-        return np.column_stack([column, row, optical[:, 2]])
-
 
 OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
 """camera_T_optical: from x right, y down, z forward to x forward, y left, z up."""
@@ -97,9 +81,7 @@ class Pinhole:
 
     Here the centre of the first pixel is (0, 0), as in OpenCV and ROS, and not (0.5, 0.5) as in `Camera`.
 
-    Attributes:
-        width, height: size of its pictures [pixels].
-        fov: how far it sees to the left and right together [rad].
+    Its `fov` [rad] is how far it sees to the left and right together.
     """
 
     width: int
@@ -161,18 +143,6 @@ VIEWS: Mapping[str, Camera] = MappingProxyType(
 """Cameras by name, in the world frame of the cell of 2017 (conveyor along y at x = 1.21, AGVs at y = +-3.3)."""
 
 
-def named_view(name: str) -> Camera:
-    """The camera of that name.
-
-    Raises:
-        UnknownNameError: if there is none.
-    """
-    try:
-        return VIEWS[name]
-    except KeyError:
-        raise UnknownNameError("view", name, VIEWS) from None
-
-
 def camera_of(text: str) -> Camera:
     """The camera of a name, or of numbers: `x,y,z:x,y,z` for where it stands and what it looks at [m].
 
@@ -184,7 +154,9 @@ def camera_of(text: str) -> Camera:
         UsageError: the numbers make no camera.
     """
     if ":" not in text:
-        return named_view(text)
+        if text not in VIEWS:
+            raise UnknownNameError("view", text, VIEWS)
+        return VIEWS[text]
     eye, target, *angle = text.split(":")
     try:
         x, y, z = (float(number) for number in eye.split(","))
@@ -197,8 +169,7 @@ def camera_of(text: str) -> Camera:
     if not 0 < degrees < _WIDEST:
         raise UsageError(f"{text}: it opens by more than 0 and less than {_WIDEST:g} degrees, not by {degrees:g}")
     is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
-    up = _AHEAD if is_plumb else _UPWARDS
     try:
-        return Camera((x, y, z), (at_x, at_y, at_z), up, math.radians(degrees))
+        return Camera((x, y, z), (at_x, at_y, at_z), _AHEAD if is_plumb else _UPWARDS, math.radians(degrees))
     except UsageError as error:
         raise UsageError(f"{text}: {error}") from None

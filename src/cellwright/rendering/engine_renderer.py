@@ -1,7 +1,5 @@
 """Engine renderer: scenes drawn by MuJoCo's own renderer through OpenGL, in the look of the ray renderer."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -9,9 +7,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cellwright.rendering.backend import OpenGLContext
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import LAMP
+from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.shading import HORIZON, LINE, LINE_SHADE, TILE, background, to_screen
@@ -35,58 +32,46 @@ _SPECULAR = (0.22, 0.22, 0.22)
 
 
 class EngineRenderer:
-    """Draws a scene by OpenGL, in the thread that made it; see `Renderer`.
+    """Draws a scene by OpenGL over and over, as `CastRenderer` does by rays, in the thread that made it.
 
     Args:
-        context: an OpenGL context, current in this thread.
         scene: what is to be seen.
+        says: what draws, for those who want to know. Its context is current in this thread.
     """
 
-    def __init__(self, context: OpenGLContext, scene: Scene) -> None:
-        self._context = context
-        self.says = context.says
-        """What draws, for those who want to know."""
+    def __init__(self, scene: Scene, says: str) -> None:
+        self.says = says
         self._scene = EngineScene(scene, prepare=_set_surroundings)
         self._model = model = self._scene.model
         model.geom_group[model.geom_rgba[:, 3] < 1] = _TRANSLUCENT
         self._drawn: Any = mujoco.MjvScene(model, model.ngeom + 100)
         self._drawn.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
-        self._shadow_angle = _CUTOFF  # [degrees], half the opening angle of the cone in which things throw shadows
         self._target: Any = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)  # two disturb each other
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._target)
         self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
-    def colour(
-        self,
-        frame: Frame,
-        camera: Camera,
-        width: int,
-        height: int,
-        *,
-        samples: int = 2,
-        shadows: bool = True,
-        about: Vector3 | None = None,
-        lamp: Vector3 = LAMP,
-    ) -> NDArray[np.uint8]:
-        """See `Renderer`.
+    def colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
+        """A picture (height, width, 3), sRGB.
 
-        A picture is drawn up to three times as wide and high and then made smaller. Edges of shadows come out smooth;
+        It is drawn up to three times as wide and high and then made smaller. Edges of shadows come out smooth;
         multisampling would leave them jagged, and takes as long without a GPU.
         """
-        self._place(frame, camera, width / height, depth=False)
+        self._place(frame, asked, depth=False)
+        camera, width, height, lamp, about = asked.camera, asked.width, asked.height, asked.lamp, asked.about
         reach = _SHADOW_REACH[1]
         if about is None:  # a camera that no other shares its light with: shadows are as sharp as its picture needs
             about = camera.target
             reach = min(max(math.dist(camera.eye, about), _SHADOW_REACH[0]), reach)
-        self._shadow_angle = math.degrees(math.asin(min(0.9, reach / math.hypot(*lamp))))
+        shadow_angle = math.degrees(math.asin(min(0.9, reach / math.hypot(*lamp))))  # half the opening angle of a cone
+        self._target.shadowScale = shadow_angle / _CUTOFF
         spot, directional = mujoco.mjtLightType.mjLIGHT_SPOT, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
         at = np.add(about, lamp)
         self._drawn.nlight = 2
         _set_light(self._drawn.lights[0], spot, at, np.negative(lamp), diffuse=_DIFFUSE, specular=_SPECULAR)
         _set_light(self._drawn.lights[1], directional, at, (0.0, 0.0, -1.0), ambient=_AMBIENT)
-        self._drawn.lights[0].castshadow = shadows
-        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
-        times = max(1, min(samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
+        self._drawn.lights[0].castshadow = asked.shadows
+        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = asked.shadows
+        times = max(1, min(asked.samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
         large = np.empty((times * height, times * width, 3), np.uint8)
         self._draw(large, None)
         if times == 1:
@@ -97,18 +82,19 @@ class EngineRenderer:
                 total += large[row::times, column::times]
         return (total // times**2).astype(np.uint8)[::-1]
 
-    def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
-        """See `Renderer`."""
-        self._place(frame, camera, width / height, depth=True)
+    def depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
+        """See `CastRenderer.depth`."""
+        self._place(frame, asked, depth=True)
         self._drawn.nlight = 0
-        nearness = np.empty((height, width), np.float32)  # 1 at the near plane, 0 at the far plane
+        nearness = np.empty((asked.height, asked.width), np.float32)  # 1 at the near plane, 0 at the far plane
         self._draw(None, nearness)
         depth: NDArray[np.float32] = _NEAR * _FAR / (_NEAR + nearness[::-1] * np.float32(_FAR - _NEAR))
         depth[nearness[::-1] <= 0] = np.inf
         return depth
 
-    def _place(self, frame: Frame, camera: Camera, aspect: float, *, depth: bool) -> None:
+    def _place(self, frame: Frame, asked: PictureRequest, *, depth: bool) -> None:
         """Put the bodies and the camera where they belong."""
+        camera, aspect = asked.camera, asked.width / asked.height
         self._scene.show(frame)
         option = mujoco.MjvOption()
         option.geomgroup[:] = 1
@@ -135,7 +121,6 @@ class EngineRenderer:
         (array,) = (each for each in (colour, depth) if each is not None)
         height, width = array.shape[:2]
         target = self._target
-        target.shadowScale = self._shadow_angle / _CUTOFF
         if (target.offWidth, target.offHeight) != (width, height):
             mujoco.mjr_resizeOffscreen(width, height, target)
         area = mujoco.MjrRect(0, 0, width, height)

@@ -1,19 +1,16 @@
 """Ray-cast pictures: layers of surfaces, smooth edges, bands drawn in parallel, and PNG files.
 
-Bands keep the arrays small, whatever the size of the picture, and let several threads draw at once. Pixels share light
-with their neighbours, so a band is computed with a margin of rows above and below it, which are then dropped: the
-picture does not show where bands meet.
+Bands keep the arrays small, and let several threads draw at once. Pixels share light with their neighbours, so a band
+is computed with a margin of rows above and below it, which are then dropped.
 
 One ray through the middle of every pixel, light by `lamps` and `shading`, and then more rays through those pixels in
 which surfaces or colours meet, so that edges are smooth.
 """
 
-from __future__ import annotations
-
 import os
 import struct
 import zlib
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +21,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.raycast import PICTURE_GROUPS, Hits, RayCaster
-from cellwright.rendering.shading import Light, Shader, Surfaces, disc_lamp, openness, sky, to_screen
+from cellwright.rendering.raycast import Hits, RayCaster
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.engine import EngineScene
+from cellwright.rendering.shading import Shader, Surfaces, disc_lamp, openness, sky, to_screen
 from cellwright.util.errors import UsageError
 from cellwright.util.files import write_whole
 from cellwright.util.pose import Vector3
@@ -37,14 +37,9 @@ _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One surface per pixel of some rows of a picture, and how much light reaches it.
+    """One surface per pixel (n,) of some rows of a picture, row by row, and how much of lamp and sky each sees, 0..1.
 
-    Attributes:
-        hits: the surfaces (n,), row by row.
-        albedo: their colours (n, 3), linear.
-        key: how much of the lamp each sees, 0..1.
-        sky: how much of the sky each sees, 0..1.
-        width: of the picture, in pixels.
+    The colours `albedo` (n, 3) are linear; `width` is the picture's, in pixels.
     """
 
     hits: Hits
@@ -82,8 +77,8 @@ class Layer:
 def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], rows: range, width: int) -> Layer:
     """The layer of surfaces that the rays in `directions` (len(rows) * width, 3) met, for those rows of a picture."""
     points = shader.eye + directions * np.where(np.isfinite(hits.distance), hits.distance, 0.0)[:, None]
-    key = openness(shader.caster, shader.light.key, hits, points, rows, width)
-    sky = openness(shader.caster, shader.light.sky, hits, points, rows, width)
+    key = openness(shader.caster, shader.key, hits, points, rows, width)
+    sky = openness(shader.caster, shader.sky, hits, points, rows, width)
     return Layer(hits, shader.albedo(hits, directions), key, sky, width)
 
 
@@ -208,18 +203,14 @@ def draw_band(
 
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-TRUE_COLOUR = 2
-FILTER_UP = 2
+TRUE_COLOUR, FILTER_UP = 2, 2
 
 
 def encode_png(picture: NDArray[np.uint8]) -> bytes:
     """The PNG file of a picture (height, width, 3) of 8 bits per channel, sRGB.
 
     Each row is stored as its difference to the row above (filter "up"), which suits smooth shading and costs one
-    subtraction.
-
-    Raises:
-        UsageError: if the array is of another type or shape, or empty.
+    subtraction. UsageError: the array is of another type or shape, or empty.
     """
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3 or picture.size == 0:
         raise UsageError(f"a picture is a (height, width, 3) array of uint8, not {picture.shape} of {picture.dtype}")
@@ -239,11 +230,7 @@ def encode_png(picture: NDArray[np.uint8]) -> bytes:
 
 
 def save_png(path: str | Path, picture: NDArray[np.uint8]) -> None:
-    """Write a picture to a PNG file, whole or not at all.
-
-    Raises:
-        UsageError: it cannot be written.
-    """
+    """Write a picture to a PNG file, whole or not at all; UsageError: it cannot be written."""
     try:
         write_whole(Path(path), encode_png(picture))
     except OSError as error:
@@ -275,48 +262,41 @@ def render(
     height: int = 720,
     *,
     samples: int = 2,
-    groups: Collection[int] = PICTURE_GROUPS,
     lamp: Vector3 = LAMP,
-    threads: int | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.uint8]:
     """A picture (height, width, 3), sRGB, of the cell in its present state.
 
-    The state is only read. The same state gives the same picture, on however many threads.
+    The state is only read. The same state gives the same picture, on however many cores.
 
     Args:
         model: the cell.
         data: its state; positions follow from `qpos`, whatever was computed last.
         camera: where it is seen from.
-        width: in pixels, 1 to 4096.
-        height: in pixels, 1 to 4096.
+        width: [pixels], 1 to 4096.
+        height: [pixels], 1 to 4096.
         samples: rays along each side of a pixel in which surfaces meet, 1 to 8; 1 leaves edges jagged.
-        groups: the geom groups that are drawn.
         lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
-        threads: how many threads share the work; by default one per core, four at most.
         progress: told how far it is, by the thread that called.
 
     Raises:
-        UsageError: if `width`, `height`, `samples` or `threads` is out of range.
+        UsageError: if `width`, `height` or `samples` is out of range.
     """
     check_size(width, height)
     if not 1 <= samples <= 8:
         raise UsageError(f"the number of samples of a picture is between 1 and 8, not {samples}")
-    if threads is not None and threads < 1:
-        raise UsageError(f"a picture takes at least one thread, not {threads}")
     tell = progress or (lambda _: None)
     tell(0.0)
 
     # Every thread has a caster of its own; all are made here, so that the state is not read after this.
-    casters = [RayCaster(model, data, groups=groups) for _ in range(threads or min(4, os.cpu_count() or 1))]
-    surfaces = Surfaces(model, casters[0].still, casters[0].colours)
-    light = Light(
-        disc_lamp(_shifted(camera.target, lamp), camera.target, _LAMP_RADIUS), sky(camera.target, _SKY_DISTANCE)
-    )
+    casters = [RayCaster(model, data) for _ in range(min(4, os.cpu_count() or 1))]
+    surfaces = Surfaces(model, casters[0].still)
+    key = disc_lamp(np.add(camera.target, lamp), camera.target, _LAMP_RADIUS)
+    around = sky(camera.target, _SKY_DISTANCE)
     eye = np.array(camera.eye, np.float64)
     idle: SimpleQueue[Shader] = SimpleQueue()
     for caster in casters:
-        idle.put(Shader(caster, surfaces, light, eye, camera.fov / height))
+        idle.put(Shader(caster, surfaces, key, around, eye, camera.fov / height))
     picture = np.empty((height, width, 3), np.uint8)
 
     def draw(rows: range) -> None:
@@ -339,15 +319,63 @@ def render(
 
 
 def check_size(width: int, height: int) -> None:
-    """Refuse a picture that is empty, or too large.
-
-    Raises:
-        UsageError: it is.
-    """
+    """Raise UsageError for a picture that is empty, or too large."""
     for name, value in (("width", width), ("height", height)):
         if not 1 <= value <= LARGEST_SIDE:
             raise UsageError(f"the {name} of a picture is between 1 and {LARGEST_SIDE}, not {value}")
 
 
-def _shifted(point: Vector3, offset: Vector3) -> Vector3:
-    return (point[0] + offset[0], point[1] + offset[1], point[2] + offset[2])
+@dataclass(frozen=True)
+class PictureRequest:
+    """A picture that a renderer is to draw of a frame.
+
+    Attributes:
+        camera: where it is seen from.
+        width, height: [pixels].
+        samples: along each side of a pixel at edges, so that they are smooth; 1 leaves them jagged.
+        shadows: whether light is held off by what stands in its way; rays always draw shadows.
+        about: the point [m] that the lamp is placed by, so that cameras that move, or are several, are in one light;
+            None takes the one that the camera looks at.
+        lamp: where the light comes from [m], from that point, along the axes of the world.
+    """
+
+    camera: Camera
+    width: int
+    height: int
+    samples: int = 2
+    shadows: bool = True
+    about: Vector3 | None = None
+    lamp: Vector3 = LAMP
+
+
+class CastRenderer:
+    """Draws a scene over and over by casting rays: slow, and possible everywhere.
+
+    Args:
+        scene: what is to be seen.
+    """
+
+    says = RAYS
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = EngineScene(scene)
+
+    def colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
+        """A picture (height, width, 3), sRGB."""
+        self._scene.show(frame)
+        camera, about = asked.camera, asked.about or asked.camera.target
+        x, y, z = np.subtract(asked.lamp, np.subtract(camera.target, about)).tolist()
+        model, data = self._scene.model, self._scene.data
+        return render(model, data, camera, asked.width, asked.height, samples=asked.samples, lamp=(x, y, z))
+
+    def depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
+        """How far [m] what is seen at each pixel is (height, width), along the camera's line of sight.
+
+        Infinite where nothing is. Translucent things count as if they were not.
+        """
+        self._scene.show(frame)
+        camera, width, height = asked.camera, asked.width, asked.height
+        directions = camera.directions(pixel_points(np.arange(width * height), width, samples=1), width, height)
+        caster = RayCaster(self._scene.model, self._scene.data)
+        hits = caster.cast(np.array(camera.eye, np.float64), directions, through_translucent=True)
+        return (hits.distance * (directions @ camera.world_R_optical[:, 2])).reshape(height, width).astype(np.float32)

@@ -10,17 +10,13 @@ the interpreter's lock while it casts.
 from __future__ import annotations
 
 import copy
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.scene import SEEN, geom_colours
-
-PICTURE_GROUPS = frozenset(map(int, SEEN))
-"""Geom groups that pictures show: a geom's group is its layer in a scene."""
+from cellwright.rendering.scene.scene import SEEN
 
 _OPAQUE, _TRANSLUCENT, _HIDDEN = 0, 1, 5
 _SHADOW_TOLERANCE = 1e-4  # [m]; far above rounding, far below the thinnest sheet in a cell (1 mm)
@@ -49,21 +45,15 @@ class Hits:
 class RayCaster:
     """Casts rays into a cell as it stands at the moment of construction.
 
-    It works on copies of its own: neither `model` nor `data` is written to, nor kept. The engine's scratch memory is
-    among them, so two threads need two casters.
-
-    Args:
-        model: the cell.
-        data: its state; only positions are read.
-        groups: the geom groups that rays meet.
+    It works on copies of its own: neither `model` nor `data`, of which only positions are read, is written to, nor
+    kept. The engine's scratch memory is among them, so two threads need two casters.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, groups: Collection[int] = PICTURE_GROUPS) -> None:
-        self.colours = geom_colours(model)
-        """Colour and opacity (ngeom, 4) of every geom, as in the scene, sRGB 0..1."""
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model = copy.copy(model)
-        drawn = np.isin(model.geom_group, sorted(groups)) & (self.colours[:, 3] > 0)
-        translucent = drawn & (self.colours[:, 3] < 1)
+        opacity = model.geom_rgba[:, 3]
+        drawn = np.isin(model.geom_group, sorted(SEEN)) & (opacity > 0)  # a geom's group is its layer in a scene
+        translucent = drawn & (opacity < 1)
         # Rays pass through whatever has no opacity; here only the group decides.
         self._model.geom_matid[:] = -1
         self._model.geom_rgba[:] = 1.0

@@ -7,84 +7,60 @@ the same surface (interleaved sampling: Keller and Heidrich, 2001).
 Amounts of light are linear until the very end; `to_screen` turns them into sRGB.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cellwright.rendering.raycast import Hits, RayCaster
 from cellwright.rendering.scene.scene import linear
-from cellwright.util.pose import Vector3
 
+_STEP = 11  # from a lamp to the next one asked; prime to the number of lamps
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 _SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that share
-_SIDE = 5  # of the square of pixels that share the lamps of a group
+SIDE = 5
+"""Of the square of pixels that share the lamps of a group; odd."""
 
 
-@dataclass(frozen=True, slots=True)
-class LampGroup:
-    """Point lamps that together make one soft light.
-
-    Attributes:
-        positions: (side * side, 3) [m], world frame.
-        side: side of the square of pixels that share the lamps among them; odd.
-    """
-
-    positions: NDArray[np.float64]
-    side: int
-
-    @property
-    def centre(self) -> NDArray[np.float64]:
-        """The mean of the positions (3,) [m]."""
-        middle: NDArray[np.float64] = self.positions.mean(axis=0)
-        return middle
-
-
-def disc_lamp(centre: Vector3, towards: Vector3, radius: float, side: int = _SIDE) -> LampGroup:
-    """A round lamp of `radius` [m] at `centre` [m], facing the point `towards` [m]."""
+def disc_lamp(centre: ArrayLike, towards: ArrayLike, radius: float) -> NDArray[np.float64]:
+    """Point lamps (SIDE * SIDE, 3) [m] of a round lamp of `radius` [m] at `centre`, facing the point `towards` [m]."""
     axis = np.subtract(towards, centre, dtype=np.float64)
     axis /= np.linalg.norm(axis)
     across = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
     across /= np.linalg.norm(across)
     upward = np.cross(axis, across)
-    count = side * side
-    index = np.arange(count)
-    reach = radius * np.sqrt((index + 0.5) / count)
+    index = np.arange(SIDE * SIDE)
+    reach = radius * np.sqrt((index + 0.5) / len(index))
     angle = index * _GOLDEN_ANGLE
     offsets = reach[:, None] * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * upward)
-    return LampGroup(np.asarray(centre) + _scattered(offsets), side)
+    return np.asarray(centre) + _scattered(offsets)
 
 
-def sky(centre: Vector3, distance: float, side: int = _SIDE) -> LampGroup:
-    """Lamps all over the upper half of a sphere of radius `distance` [m] about `centre` [m]."""
-    count = side * side
-    index = np.arange(count)
-    height = (index + 0.5) / count
+def sky(centre: ArrayLike, distance: float) -> NDArray[np.float64]:
+    """Point lamps (SIDE * SIDE, 3) [m] all over the upper half of a sphere of radius `distance` about `centre` [m]."""
+    index = np.arange(SIDE * SIDE)
+    height = (index + 0.5) / len(index)
     angle = index * _GOLDEN_ANGLE
     flat = np.sqrt(1 - height * height)
     directions = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), height])
-    return LampGroup(np.asarray(centre) + distance * _scattered(directions), side)
+    return np.asarray(centre) + distance * _scattered(directions)
 
 
 def _scattered(lamps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The lamps in an order in which those of neighbouring pixels lie far apart (a step prime to their number)."""
-    count = len(lamps)
-    step = next(s for s in range(max(2, round(count * 0.38)), 2 * count + 1) if math.gcd(s, count) == 1)
-    return lamps[np.arange(count) * step % count]
+    """The lamps in an order in which those of neighbouring pixels lie far apart."""
+    return lamps[np.arange(len(lamps)) * _STEP % len(lamps)]
 
 
 def openness(
-    caster: RayCaster, lamps: LampGroup, hits: Hits, points: NDArray[np.float64], rows: range, width: int
+    caster: RayCaster, lamps: NDArray[np.float64], hits: Hits, points: NDArray[np.float64], rows: range, width: int
 ) -> NDArray[np.float32]:
     """How much of a group of lamps each pixel's surface sees, of what it would see if nothing stood in the way.
 
     Args:
         caster: the cell.
-        lamps: the group.
+        lamps: the group (SIDE * SIDE, 3) [m].
         hits: what the pixels show, row by row (len(rows) * width).
         points: where (len(rows) * width, 3) [m].
         rows: which rows of the picture these are; which pixel asks which lamp depends on its place in the picture.
@@ -93,19 +69,18 @@ def openness(
     Returns:
         (len(rows) * width,) in 0..1; 0 where the surface faces away from the lamps, and where there is none.
     """
-    side = lamps.side
     shape = (len(rows), width)
-    chosen = np.add.outer(np.array(rows) % side * side, np.arange(width) % side).reshape(-1)
+    chosen = np.add.outer(np.array(rows) % SIDE * SIDE, np.arange(width) % SIDE).reshape(-1)
     facing = np.zeros(len(chosen), np.float32)
     seen = np.zeros(len(chosen), np.float32)
-    for number, lamp in enumerate(lamps.positions):
+    for number, lamp in enumerate(lamps):
         at = np.flatnonzero((chosen == number) & (hits.geom >= 0))
         towards = lamp - points[at]
         cosine = np.einsum("ij,ij->i", towards, hits.normal[at]) / np.sqrt(np.einsum("ij,ij->i", towards, towards))
         at, cosine = at[cosine > 0], cosine[cosine > 0]
         facing[at] = cosine
         seen[at] = cosine * caster.reaches(lamp, points[at])
-    facing, seen = _shared(facing.reshape(shape), seen.reshape(shape), hits, side // 2)
+    facing, seen = _shared(facing.reshape(shape), seen.reshape(shape), hits, SIDE // 2)
     facing, seen = _shared(facing, seen, hits, 1)  # rounds off what is left of the squares
     return np.divide(seen, facing, out=np.zeros_like(seen), where=facing > 0).reshape(-1)
 
@@ -136,34 +111,17 @@ TILE = 1.0  # [m], spacing of the lines on a floor
 LINE = 0.012  # [m], width of these lines
 LINE_SHADE = 0.8  # factor on the colour
 
-PLASTIC_SPECULAR = 0.3
-PLASTIC_SHININESS = 0.4
-
 
 class Surfaces:
-    """Colours and gloss by geom id, as arrays that are indexed with many hits at once.
+    """Colours by geom id, as arrays that are indexed with many hits at once; planes are where `data` has them."""
 
-    Args:
-        model: the cell.
-        data: its state, for the places of its planes.
-        colours: colour and opacity (ngeom, 4), sRGB.
-    """
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, colours: NDArray[np.float64]) -> None:
-        material = model.geom_matid
-        has_material = material >= 0
-        self.opacity = colours[:, 3].astype(np.float32)
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self.opacity = np.array(model.geom_rgba[:, 3])
         """(ngeom,) 0..1."""
-        self.specular = np.full(model.ngeom, PLASTIC_SPECULAR, np.float32)
-        """(ngeom,) how strong highlights are, 0..1."""
-        self.shininess = np.full(model.ngeom, PLASTIC_SHININESS, np.float32)
-        """(ngeom,) how small highlights are, 0..1."""
-        self.specular[has_material] = model.mat_specular[material[has_material]]
-        self.shininess[has_material] = model.mat_shininess[material[has_material]]
         self._plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
         self._place = np.array(data.geom_xpos)
         self._turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
-        self._base = linear(colours[:, :3])
+        self._base = linear(model.geom_rgba[:, :3])
 
     def albedo(
         self, geom: NDArray[np.int32], points: NDArray[np.float64], footprint: NDArray[np.float64]
@@ -197,8 +155,8 @@ SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52
 GROUND = np.array((0.95, 0.92, 0.88), np.float32) * 0.27
 BURIED = 0.22  # share of the sky's light that reaches the deepest corner, from other walls
 
-HIGHLIGHT = 0.35  # share of the lamp's light in the middle of a highlight
-SHARPNESS = (8.0, 128.0)  # exponents of Blinn's highlight at a shininess of 0 and of 1
+HIGHLIGHT = 0.105  # share of the lamp's light in the middle of a highlight
+SHARPNESS = 56.0  # exponent of Blinn's highlight
 
 HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
 ZENITH = np.array((0.20, 0.30, 0.44), np.float32)
@@ -208,28 +166,13 @@ KNEE = 0.6  # amount of light above which the screen gets less than proportional
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
-    """The lamps of a picture."""
-
-    key: LampGroup
-    sky: LampGroup
-
-
-@dataclass(frozen=True, slots=True)
 class Shader:
-    """Colours what rays from one eye met.
-
-    Attributes:
-        caster: the cell.
-        surfaces: what its geoms look like.
-        light: what shines on them.
-        eye: where the rays start (3,) [m].
-        pixel_angle: how far apart the rays of neighbouring pixels are [rad].
-    """
+    """Colours what rays from one eye (3,) [m] met; those of neighbouring pixels are `pixel_angle` [rad] apart."""
 
     caster: RayCaster
     surfaces: Surfaces
-    light: Light
+    key: NDArray[np.float64]
+    sky: NDArray[np.float64]
     eye: NDArray[np.float64]
     pixel_angle: float
 
@@ -258,16 +201,15 @@ class Shader:
         """
         result = background(directions)
         at = np.flatnonzero(hits.geom >= 0)
-        ray, normal, geom = directions[at], hits.normal[at], hits.geom[at]
-        to_lamp = _unit(self.light.key.centre - self.eye - ray * hits.distance[at][:, None])
+        ray, normal = directions[at], hits.normal[at]
+        to_lamp = _unit(self.key.mean(axis=0) - self.eye - ray * hits.distance[at][:, None])
         direct = np.maximum(0, _cosine(to_lamp, normal)) * key[at]
         up = 0.5 + 0.5 * normal[:, 2:].astype(np.float32)
         around = (SKY * up + GROUND * (1 - up)) * (BURIED + (1 - BURIED) * sky[at])[:, None]
         lit = albedo[at] * (direct[:, None] * KEY + around)
 
-        sharpness = SHARPNESS[0] + (SHARPNESS[1] - SHARPNESS[0]) * self.surfaces.shininess[geom]
-        highlight = np.maximum(0, _cosine(_unit(to_lamp - ray), normal)) ** sharpness
-        highlight *= HIGHLIGHT * self.surfaces.specular[geom] * key[at] * (direct > 0)
+        highlight = np.maximum(0, _cosine(_unit(to_lamp - ray), normal)) ** SHARPNESS
+        highlight *= HIGHLIGHT * key[at] * (direct > 0)
         lit += highlight[:, None] * KEY
 
         haze = _smooth((hits.distance[at] - HAZE_START) / (HAZE_END - HAZE_START))[:, None]

@@ -1,21 +1,24 @@
 """A video of a scene, drawn and written by a process of its own."""
 
-from __future__ import annotations
-
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Future
-from fractions import Fraction
-from pathlib import Path
+from typing import TypeAlias
 
+from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import LAMP
+from cellwright.rendering.picture import LAMP, PictureRequest
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.video_options import HEIGHT, RATE, WIDTH, check_video_size
+from cellwright.rendering.video_options import RATE, VideoOptions, check_video_size
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from cellwright.util.pose import Vector3
 
 _WAITING = 6  # frames that may wait to be drawn
 _LONGEST_CAPTION = 300  # characters
+
+
+Made: TypeAlias = dict[str, float | str]
+"""What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""
 
 
 class Video:
@@ -25,13 +28,10 @@ class Video:
     process ends. The same frames give the same pictures on the same machine.
 
     Args:
-        file: of the video, MP4; overwritten.
+        options: file, size and quality.
         scene: what is seen.
-        width: in pixels; even.
-        height: in pixels; even.
-        rate: pictures a second, as it is played.
-        fine: smoother edges, which takes half as long again without a GPU.
         lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
+        warn: takes a line where there is no OpenGL.
 
     Raises:
         UsageError: the size is none that a video can have.
@@ -40,41 +40,38 @@ class Video:
 
     def __init__(
         self,
-        file: Path,
+        options: VideoOptions,
         scene: Scene,
-        width: int = WIDTH,
-        height: int = HEIGHT,
         *,
-        rate: Fraction = RATE,
-        fine: bool = False,
         lamp: Vector3 = LAMP,
+        warn: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        check_video_size(width, height)
-        self.file = file
+        check_video_size(options.width, options.height)
+        self.file = file = options.file
         self.taken = 0
         """Frames that were taken."""
         self.dropped = 0
         """Frames that were not drawn, for others waited still; the one before is shown longer instead."""
         self.error = ""
         """Why it has come to an end by itself; empty while all is well."""
-        self._rate = rate
+        self._options, self._lamp = options, lamp
         self._worker = RenderWorker(scene, most=_WAITING)
         self._repeats = 0
         self._waiting: deque[Future[None]] = deque()
-        samples = 4 if fine else 2
-        opened = self._worker.ask("film", file.absolute(), rate, width, height, samples=samples, lamp=lamp)
         try:
-            opened.result()
-            self.draws_with = self._worker.ready.result()
-            """What it is drawn with, in words; `rays` where there is no OpenGL, and then it takes seconds a picture."""
+            self._worker.ask("film", file.absolute(), options.width, options.height, RATE).result()
+            draws_with = self._worker.ready.result()
         except RenderingError:
             self._worker.close()
             raise
+        if draws_with == RAYS:
+            warn(f"{file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
 
     @property
-    def length(self) -> float:
-        """How long it is so far [s], as it is played."""
-        return float((self.taken + self.dropped) / self._rate)
+    def made(self) -> Made:
+        """What there is to be told of it so far."""
+        frames = self.taken + self.dropped
+        return {"file": str(self.file), "length": float(frames / RATE), "frames": frames, "dropped": self.dropped}
 
     def take(self, frame: Frame, camera: Camera, caption: str = "", *, waits: bool = True) -> bool:
         """Add a frame to the video; whether it was. One that has come to an end takes no more.
@@ -94,7 +91,10 @@ class Video:
             self.dropped += 1
             self._repeats += 1
             return False
-        self._waiting.append(self._worker.ask("take", frame, camera, caption[:_LONGEST_CAPTION], self._repeats))
+        options = self._options
+        samples = 4 if options.fine else 2
+        asked = PictureRequest(camera, options.width, options.height, samples=samples, lamp=self._lamp)
+        self._waiting.append(self._worker.ask("take", frame, asked, caption[:_LONGEST_CAPTION], self._repeats))
         self.taken += 1
         self._repeats = 0
         return True

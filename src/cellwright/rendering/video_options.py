@@ -1,7 +1,5 @@
 """Video options: file, camera, speed and size, checked before anything is drawn."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,12 +22,11 @@ class VideoOptions:
     """What a video is to be.
 
     Attributes:
-        file: of the video, MP4.
+        file: MP4; overwritten.
         camera: where it is taken from; None for where a robot is seen whole.
         speed: simulated seconds a second of the video.
-        width: in pixels.
-        height: in pixels.
-        fine: smoother edges.
+        width, height: [pixels], even.
+        fine: smoother edges, which takes half as long again without a GPU.
     """
 
     file: Path
@@ -41,11 +38,7 @@ class VideoOptions:
 
 
 def check_video_size(width: int, height: int) -> None:
-    """Refuse a size that no video can have.
-
-    Raises:
-        UsageError: it is none.
-    """
+    """Raise UsageError for a size that no video can have."""
     for name, value in (("width", width), ("height", height)):
         if not _SMALLEST_SIDE <= value <= LARGEST_SIDE or value % 2:
             raise UsageError(
@@ -53,12 +46,8 @@ def check_video_size(width: int, height: int) -> None:
             )
 
 
-def period_of(speed: float, rate: Fraction = RATE) -> Fraction:
-    """Simulation time [s] from a frame to the next, for a video that shows `speed` simulated seconds a second.
-
-    Raises:
-        UsageError: a speed that is none.
-    """
+def period_of(speed: float) -> Fraction:
+    """Simulation time [s] from a frame to the next; UsageError for a speed that is none."""
     if not (math.isfinite(speed) and speed > 0):
         raise UsageError(f"the speed of a video is a number above 0, not {speed:g}")
-    return Fraction(str(speed)) / rate
+    return Fraction(str(speed)) / RATE

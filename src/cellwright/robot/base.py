@@ -1,7 +1,5 @@
 """The base of a robot that is not fastened to the world: it goes where it is told, at once, as in the original."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -23,13 +21,15 @@ TIMEOUT = 0.2
 MODE = "base_command_mode"
 """Key of a robot configuration that says what commands of the base mean."""
 
+_MEANING = {
+    BaseMode.ORIGINAL: "turn [rad], move along y [m]",
+    BaseMode.DELTA: "turn [rad], move along x and y [m]",
+    BaseMode.VELOCITY: "turn [rad/s], move along x and y [m/s]",
+}
+
 
 class Base(Device):
-    """A robot's base.
-
-    Args:
-        config: the robot; its key `base_command_mode` (`delta` or `velocity`) makes commands three numbers.
-    """
+    """A robot's base; `base_command_mode` of its configuration (`delta` or `velocity`) makes commands three numbers."""
 
     def __init__(self, config: RobotConfig) -> None:
         super().__init__("base")
@@ -59,7 +59,7 @@ class Base(Device):
         """
         count = 2 if self.mode is BaseMode.ORIGINAL else 3
         if len(data) != count:
-            raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_about(self.mode)}")
+            raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_MEANING[self.mode]}")
         if not all(map(math.isfinite, data)):
             raise RejectedCommandError(f"the numbers must be finite, not {list(data)}")
         if any(abs(value) > LARGEST_STEP for value in data):
@@ -120,13 +120,3 @@ class Base(Device):
         data.mocap_pos[self._mocap] = np.array(pose.position)
         data.mocap_quat[self._mocap] = np.array(pose.quaternion)
         self.simulation.touch()
-
-
-def _about(mode: BaseMode) -> str:
-    match mode:
-        case BaseMode.ORIGINAL:
-            return "turn [rad], move along y [m]"
-        case BaseMode.DELTA:
-            return "turn [rad], move along x and y [m]"
-        case BaseMode.VELOCITY:
-            return "turn [rad/s], move along x and y [m/s]"

@@ -1,10 +1,4 @@
-"""Commander: the desired and applied targets of all joints, emergency stop, enabling, and homing.
-
-What commands bring passes a gate (is anything taken now, from whom, how old is it), then becomes what is desired, and
-from there, within limits and as fast as is allowed, what is applied.
-"""
-
-from __future__ import annotations
+"""Commander: the targets of all joints, emergency stop, enabling, the watchdog of silent topics, and homing."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -21,31 +15,21 @@ from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
-from cellwright.robot.safety import CommandGate, Notices, SafetySettings
-from cellwright.robot.servos import Array, fastest
-from cellwright.robot.target_limiter import NO_SOURCE, MimicJoints, Numbers, TargetLimiter
+from cellwright.robot.safety import NO_SOURCE, CommandGate, Notices, Numbers, SafetySettings, TargetLimiter
+from cellwright.robot.servos import Array, MimicJoints, fastest
 
 
 class Commander(Device):
     """Targets of all joints.
 
-    Args:
-        driver: whom they go to.
-        robot: whose joints they are.
-        safety: what is guarded against.
-        gate: whose commands are taken.
-        notices: where people are told of what was taken otherwise than it was meant.
-        max_accelerations: how fast targets may change their speed [rad/s^2; m/s^2], by joint; others are not bounded.
+    What commands bring passes the gate, then becomes what is desired, and from there, within limits and as fast as is
+    allowed, what is applied: the driver gets that. `max_accelerations` [rad/s^2; m/s^2] says by joint how fast targets
+    may change their speed; others are not bounded.
 
     Attributes:
         numbers: number of each joint with one degree of freedom, by name.
-        mimics: the joints that follow another one.
-        limiter: brings what is applied to what is desired.
         taken: how many commands were followed since the node was made.
         ignored: how many came while none is taken, or named no joint of the robot; the bus counts what is refused.
-        is_enabled: whether commands are taken, by the wish of whoever watches over the robot.
-        is_stopped: whether the emergency stop is on.
-        is_homing: whether the robot is on its way home.
         why_held: why the robot was held last, in a sentence; empty when it follows commands.
     """
 
@@ -76,7 +60,7 @@ class Commander(Device):
             safety,
             np.array([max_accelerations.get(joint.name, np.inf) for joint in joints]),
         )
-        self.mimics = MimicJoints(joints, self.numbers)
+        self.mimics = MimicJoints(joints, self.limiter.lower, self.limiter.upper)
         self._safety = safety
         self._seconds = 0.0
         self.watchdog = Watchdog(self, safety.silence)
@@ -106,24 +90,18 @@ class Commander(Device):
         """Whether commands are taken now; if not, they are ignored, and counted."""
         return self.is_enabled and not self.is_stopped and not self.is_homing
 
-    def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool]) -> None:
-        """Carry out a command that came in.
-
-        Args:
-            topic: where.
-            node: from whom.
-            stamp: of the message [ns]; 0 where it has none.
-            act: carries it out; False when there was nothing in it for this robot.
+    def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool | None]) -> None:
+        """Carry out a command that came in on a topic, by `act`, which returns False where nothing is for this robot.
 
         Raises:
-            RejectedCommandError: it is not to be carried out.
+            RejectedCommandError: it is not to be carried out, for example because of its stamp [ns] (0: it has none).
         """
         if not self.takes_commands:
             self._ignore(topic, node)
             return
         self._ignored_for = ""
         self.gate.check(topic, node, stamp)
-        if not act():
+        if act() is False:
             self.ignored += 1
             return
         self.gate.confirm(topic, node, stamp)
@@ -134,11 +112,7 @@ class Commander(Device):
     def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
         """Have joints, by their number, follow a topic to positions [rad; m]; cut off at their limits.
 
-        Args:
-            topic: whose command it is: one of the contract's.
-            joints: which.
-            positions: one for each.
-            guarded: whether start guard and clutch are meant for them.
+        Start guard and clutch are meant for what is `guarded`.
 
         Raises:
             RejectedCommandError: the start guard refuses it; nothing was changed then.
@@ -146,20 +120,19 @@ class Commander(Device):
         chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
         beyond = self.limiter.follow(JOINT_SOURCES.index(topic), chosen, targets, self.measured, guarded=guarded)
         if len(beyond):
-            self._tell_of_limits(topic, beyond, dict(zip(chosen.tolist(), targets.tolist(), strict=True)))
+            names, lower, upper = self.driver.joints, self.limiter.lower, self.limiter.upper
+            asked = dict(zip(chosen.tolist(), targets, strict=True))
+            self.notices.tell_of_limits(
+                topic, [(names[each], asked[each], lower[each], upper[each]) for each in beyond.tolist()]
+            )
 
-    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> bool:
-        """Have joints, by their number, go to positions [rad; m] by the wish of the node's own program.
-
-        Returns:
-            False where commands are not taken now: nothing was changed then.
-        """
+    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> None:
+        """Have joints, by their number, go to positions [rad; m] by the wish of the node's own program."""
         if not self.takes_commands:
             self.ignored += 1
-            return False
+            return
         self.limiter.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
         self.taken += 1
-        return True
 
     def leads(self, topic: str, joints: Iterable[int]) -> bool:
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
@@ -217,9 +190,12 @@ class Commander(Device):
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
         self.watchdog.look()
-        if self.limiter.advance(self._seconds):
-            self.mimics.carry(self.limiter)
-            self.driver.command(self.limiter.applied)
+        limiter, mimics = self.limiter, self.mimics
+        if limiter.advance(self._seconds):
+            if mimics.leaders:
+                places = mimics.places(limiter.applied)
+                limiter.applied[mimics.followers] = limiter.desired[mimics.followers] = places
+            self.driver.command(limiter.applied)
 
     def get_state(self) -> State:
         """Targets, flags, and whose commands are taken."""
@@ -258,24 +234,13 @@ class Commander(Device):
             self._ignored_for = why
             self.notices.tell(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
 
-    def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
-        lower, upper = self.limiter.lower, self.limiter.upper
-        self.notices.tell_of_limits(
-            topic, [(self.driver.joints[each], asked[each], lower[each], upper[each]) for each in joints.tolist()]
-        )
-
 
 UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
 """Topics on which a command may come once and hold for long: silence means nothing there."""
 
 
 class Watchdog:
-    """Holds joints that a topic moves when nothing has come on it for too long.
-
-    Args:
-        commander: moves the joints.
-        silence: how long that is [s]; None for never.
-    """
+    """Holds joints that a topic moves when nothing has come on it for `silence` [s]; None: never."""
 
     def __init__(self, commander: Commander, silence: float | None) -> None:
         self._commander, self._silence = commander, silence
@@ -342,23 +307,18 @@ class Homing(Device):
 
     Arms, waist, head and lift go to their home postures where the configuration has such, grippers open. All other
     joints go where they were last told to.
-
-    Args:
-        config: the robot.
-        commander: who sends the joints there.
     """
+
+    STATE = ("_until",)  # who waits for it is not kept
 
     def __init__(self, config: RobotConfig, commander: Commander) -> None:
         super().__init__("homing")
         self._commander = commander
-        home = {
-            name: position
-            for name, position in config.home.items()
-            if name in commander.numbers and math.isfinite(position)
-        }
-        self._joints = np.array([commander.numbers[name] for name in home], dtype=np.intp)
+        numbers, limiter = commander.numbers, commander.limiter
+        home = {numbers[name]: at for name, at in config.home.items() if name in numbers and math.isfinite(at)}
+        self._joints = np.array(list(home), dtype=np.intp)
         self._positions = np.clip(
-            np.array(list(home.values())), commander.limiter.lower[self._joints], commander.limiter.upper[self._joints]
+            np.array(list(home.values())), limiter.lower[self._joints], limiter.upper[self._joints]
         )
         self._until: int | None = None
         self._waiting: list[Later] = []
@@ -395,27 +355,16 @@ class Homing(Device):
             self._end_if_held()
             return
         readings = commander.driver.read()
-        error = np.abs(readings.positions[self._joints] - self._positions)
-        is_late = self.simulation.now >= until
-        if (error <= HOME_TOLERANCE).all() and (
-            np.abs(readings.velocities[self._joints]) <= HOME_SPEED_TOLERANCE
-        ).all():
+        error, speed = np.abs(readings.positions[self._joints] - self._positions), readings.velocities[self._joints]
+        if (error <= HOME_TOLERANCE).all() and (np.abs(speed) <= HOME_SPEED_TOLERANCE).all():
             commander.end_homing()
             self._end("")
-        elif is_late:
+        elif self.simulation.now >= until:
             worst = int(np.argmax(error))
             name = commander.driver.joints[self._joints[worst]]
             why = f"not at home after {HOMING_TIMEOUT:g} s: {name} is {error[worst]:.3g} away"
             commander.hold(why)
             self._end(f"{why}; the robot is held where it stands")
-
-    def get_state(self) -> State:
-        """Until when the robot is to be home. Who waits for it is not kept."""
-        return {"until": self._until}
-
-    def set_state(self, state: State) -> None:
-        """Take over what `get_state` returned."""
-        self._until = state["until"]
 
     def close(self) -> None:
         """Tell those who wait that nothing will come of it."""

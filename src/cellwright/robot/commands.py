@@ -1,10 +1,9 @@
 """Command topics and services of the robot's node: messages checked and made into targets."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence
+from functools import partialmethod
 from typing import Any
 
 import numpy as np
@@ -65,34 +64,16 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
 
 
 class Commands:
-    """Handlers of the topics and services that clients send to.
-
-    Args:
-        config: the robot.
-        commander: who follows them.
-        grippers: right, left.
-        base: what carries the robot.
-    """
+    """Handlers of the topics and services that clients send to; grippers are right, left."""
 
     def __init__(self, config: RobotConfig, commander: Commander, grippers: Sequence[GripperRange], base: Base) -> None:
         self._config, self._commander = config, commander
         self._grippers, self._base = tuple(grippers), base
         self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
 
-    def target_joints(self, row: Row, message: Any, node: str) -> None:
-        """Follow targets of any joints."""
-        self._follow(row.name, None, message, node)
-
-    def target_right_hand(self, row: Row, message: Any, node: str) -> None:
-        """Follow targets of joints of the right hand."""
-        self._follow(row.name, self._hands[RIGHT], message, node)
-
-    def target_left_hand(self, row: Row, message: Any, node: str) -> None:
-        """Follow targets of joints of the left hand."""
-        self._follow(row.name, self._hands[LEFT], message, node)
-
-    def _follow(self, topic: str, allowed: frozenset[str] | None, message: Any, node: str) -> None:
-        asked = joint_targets(message)
+    def _follow(self, row: Row, message: Any, node: str, *, hand: int | None = None) -> None:
+        """Follow targets of joints, of a hand or of any."""
+        topic, allowed, asked = row.name, None if hand is None else self._hands[hand], joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
 
         def act() -> bool:
@@ -108,6 +89,10 @@ class Commands:
             return bool(known)
 
         commander.take(topic, node, nanoseconds(message.header.stamp), act)
+
+    target_joints = _follow
+    target_right_hand = partialmethod(_follow, hand=RIGHT)
+    target_left_hand = partialmethod(_follow, hand=LEFT)
 
     def _tell_of_others(self, topic: str, allowed: frozenset[str] | None, asked: dict[str, float]) -> None:
         """Tell of names that are passed over, each once."""
@@ -142,23 +127,17 @@ class Commands:
             )
             self._commander.notices.tell_once(topic, f"{line} (told once)")
 
-        def act() -> bool:
+        def act() -> None:
             if not all(0.0 <= status <= 1.0 for status in wanted):
                 said = ", ".join(f"{status:.4g}" for status in wanted)
                 self._commander.notices.tell_now_and_then(topic, f"{topic}: kept within 0 and 1: {said} was asked for")
             self._commander.follow(topic, joints, positions)
-            return True
 
         self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
 
     def move_base(self, row: Row, message: Any, node: str) -> None:
         """Turn and move the base."""
-
-        def act() -> bool:
-            self._base.command(message.data.tolist())
-            return True
-
-        self._commander.take(row.name, node, 0, act)
+        self._commander.take(row.name, node, 0, lambda: self._base.command(message.data.tolist()))
 
     def stop(self, _row: Row, message: Any, node: str) -> None:
         """True stops; false is what a button says that is not pressed, and clears nothing."""

@@ -1,11 +1,4 @@
-"""Drivers: the protocol, the thread that calls a user's driver, the model that mirrors it, and plugin look-up.
-
-Hardware answers when it likes. So the node never waits for it: targets are left for the thread, and what the driver
-read last is what the node knows. A driver that raises, reads what is no number or says nothing for too long has failed:
-it is told to hold the posture that it read last, and is given no target until somebody clears that.
-"""
-
-from __future__ import annotations
+"""Drivers: the protocol, the thread that calls a user's driver, the model that mirrors it, and plugin look-up."""
 
 import contextlib
 import threading
@@ -64,7 +57,10 @@ class DriverError(CellwrightError):
 class LiveDriver:
     """Stands before the node as the driver of all joints of the robot with one degree of freedom.
 
-    The driver may have some of them only, in any order; the others stay as the robot is put up.
+    The driver may have some of them only, in any order; the others stay as the robot is put up. Hardware answers when
+    it likes, and the node never waits for it: targets are left for a thread, and what the driver read last is what the
+    node knows. A driver that raises, reads what is no number or says nothing for too long has failed: it is told to
+    hold the posture that it read last, and is given no target until somebody clears that.
 
     Args:
         config: the robot.
@@ -177,14 +173,13 @@ class LiveDriver:
         columns = []
         for name, old, values in zip(JointReadings._fields, self._readings, found, strict=True):
             if np.ndim(values) != 1:
-                raise DriverError(
-                    f"read() is to give {_COLUMNS}, each a number for each joint; {name}: {_describe_value(values)}"
-                )
+                what = f"{name}: {_describe_value(values)}"
+                raise DriverError(f"read() is to give {_COLUMNS}, each a number for each joint; {what}")
             given = np.asarray(values, dtype=float)
             if given.shape != self._places.shape:
                 raise DriverError(f"{name} of {given.size} joints were read, and it has {self._places.size}")
             if not np.isfinite(given).all():
-                joint = self.joints[int(self._places[int(np.flatnonzero(~np.isfinite(given))[0])])]
+                joint = self.joints[self._places[np.flatnonzero(~np.isfinite(given))[0]]]
                 raise DriverError(f"{name} of {joint} are no finite number")
             column = old.copy()
             column[self._places] = given
@@ -205,7 +200,6 @@ def close_driver(driver: Driver) -> None:
 
 
 def _describe_value(value: object) -> str:
-    """What a value is, for people: its type, and how many are in it."""
     return f"a {type(value).__name__}" + (f" of {len(value)}" if isinstance(value, Sized) else "")
 
 
@@ -226,21 +220,15 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
 class Mirror(Device):
     """Puts the model's joints where the robot's are, before each step, so that nothing moves by physics.
 
-    Args:
-        driver: of the robot.
-        servos: of the model.
-        stop: stops the robot, and says why: joints are to stay where they are until somebody clears the stop.
-        stand: called while the robot works: until its first target nothing holds it, and somebody may move it.
+    It calls `stop`, with the reason, when the driver has failed, and `stand` while it works: until its first target
+    nothing holds the robot, and somebody may move it.
     """
 
     def __init__(
         self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None], stand: Callable[[], None]
     ) -> None:
         super().__init__("mirror")
-        self._driver = driver
-        self._servos = servos
-        self._stop = stop
-        self._stand = stand
+        self._driver, self._servos, self._stop, self._stand = driver, servos, stop, stand
 
     def reset(self) -> None:
         """Begin with the posture of the robot."""

@@ -1,11 +1,4 @@
-"""End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there.
-
-The steps are made on a posture of its own (the desired one), not on the robot's: physics is left alone, the robot's
-servos follow, and what is aimed at depends on nothing but the commands. Joints that do not belong to an arm are where
-they are told to be; a waist is never moved to reach something.
-"""
-
-from __future__ import annotations
+"""End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -23,13 +16,17 @@ from cellwright.middleware.messages.standard import Pose as PoseMessage
 from cellwright.middleware.messages.standard import PoseArray
 from cellwright.robot.commander import Commander
 from cellwright.robot.interface import TARGET_EE_POSES
-from cellwright.robot.inverse_kinematics import ArmSolver, TipSpeedLimits
+from cellwright.robot.inverse_kinematics import ArmSolver
 from cellwright.robot.servos import Array, fastest
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
 
 VELOCITY_SHARE = 0.9
 """Share of the speeds of the servos that a way to a pose makes use of: what is left, they need to keep up."""
+MAX_POSE_DISTANCE = 1000.0
+"""Farther away than this [m] a pose is taken for a mistake."""
+MIN_QUATERNION_LENGTH = 1e-6
+"""A quaternion shorter than this has no direction."""
 
 
 @dataclass
@@ -46,40 +43,44 @@ class _Arm:
 class EePoses(Device):
     """The poses of the tips of all arms: right, left.
 
-    A later command for joints of an arm, whoever gives it, ends the way of that arm; the next poses begin a new one.
+    Steps are made on a posture of its own (the desired one), not on the robot's: physics is left alone, the servos
+    follow, and what is aimed at depends on nothing but the commands. Joints that do not belong to an arm are where they
+    are told to be; a waist is never moved to reach something. A later command for joints of an arm, whoever gives it,
+    ends the way of that arm; the next poses begin a new one.
 
     Args:
         config: the robot.
-        commander: whom joint targets go to.
-        caps: how fast a tip may be brought to its target.
+        commander: decides whether a command is taken, and has joints follow.
+        told: the time that messages carry [ns].
+        caps: how fast a tip may be brought to its target: along [m/s], and about [rad/s].
     """
 
-    def __init__(self, config: RobotConfig, commander: Commander, *, caps: TipSpeedLimits | None = None) -> None:
+    def __init__(
+        self, config: RobotConfig, commander: Commander, told: Callable[[], int], caps: tuple[float, float]
+    ) -> None:
         super().__init__("ee poses")
-        self._config = config
-        self._commander = commander
-        self._caps = caps or TipSpeedLimits()
+        self._config, self._commander, self._told, self._caps = config, commander, told, caps
         self._arms: list[_Arm] = []
 
     def attach(self, simulation: Simulation) -> None:
         """Look up joints and links."""
         super().attach(simulation)
         model, config = simulation.model, self._config
-        self._model = model
-        self._data = mujoco.MjData(model)
+        self._model, self._data = model, mujoco.MjData(model)
         self._timestep = float(simulation.clock.timestep)
         joints = self._commander.driver.joints
         self._qpos = np.array([model.joint(name).qposadr[0] for name in joints], dtype=int)
         for place, arm in enumerate(config.arms):
             tip = config.command_links[place] if place < len(config.command_links) else arm.tip
             reference = config.reference_links[place] if place < len(config.reference_links) else None
+            reference = reference or config.robot.root
             driven = [config.robot.joint(name) for name in arm.joints]
             limits = [each.limits for each in driven]
             solver = ArmSolver(
                 model,
                 joints=arm.joints,
                 tip=tip,
-                reference=reference or config.robot.root,
+                reference=reference,
                 home=np.array(arm.home),
                 lower=np.array([each.lower for each in limits]),
                 upper=np.array([each.upper for each in limits]),
@@ -87,7 +88,7 @@ class EePoses(Device):
                 caps=self._caps,
             )
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=int)
-            self._arms.append(_Arm(numbers, solver, reference or config.robot.root, np.array(arm.home)))
+            self._arms.append(_Arm(numbers, solver, reference, np.array(arm.home)))
 
     def reset(self) -> None:
         """Bring no arm anywhere."""
@@ -106,7 +107,7 @@ class EePoses(Device):
 
     def aim(self, poses: Sequence[Pose | None]) -> None:
         """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm, None to leave it alone."""
-        measured = self._measured()
+        measured = self._commander.measured()
         for arm, pose in zip(self._arms, poses, strict=True):
             if pose is None:
                 continue
@@ -115,17 +116,11 @@ class EePoses(Device):
                 self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
             arm.target = pose
 
-    def poses(self) -> list[Pose]:
-        """Where the tips are, reference_T_tip, as the robot's joints were read last."""
-        self._take_posture(self._measured())
+    def poses(self, link: str | None = None) -> list[Pose]:
+        """reference_T_tip of each arm, or reference_T_link of any link, as the robot's joints were read last."""
+        self._data.qpos[self._qpos] = self._commander.measured()
         mujoco.mj_kinematics(self._model, self._data)
-        return [arm.solver.pose(self._data) for arm in self._arms]
-
-    def frames(self, link: str) -> list[Pose]:
-        """reference_T_link of any link of the robot for the reference of each arm, as the joints were read last."""
-        self._take_posture(self._measured())
-        mujoco.mj_kinematics(self._model, self._data)
-        return [arm.solver.frame(self._data, link) for arm in self._arms]
+        return [arm.solver.pose(self._data, link) for arm in self._arms]
 
     def before_step(self) -> None:
         """Aim the joints of each arm that is on its way one step further."""
@@ -139,7 +134,7 @@ class EePoses(Device):
         if not moving:
             return
         data = self._data
-        self._take_posture(commander.applied)
+        data.qpos[self._qpos] = commander.applied
         for arm, _ in moving:
             data.qpos[arm.solver.qpos] = arm.positions
         mujoco.mj_kinematics(self._model, data)
@@ -162,50 +157,8 @@ class EePoses(Device):
             arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
             arm.positions = np.array(positions)
 
-    def _take_posture(self, positions: Array) -> None:
-        self._data.qpos[self._qpos] = positions
-
-    def _measured(self) -> Array:
-        """Where the joints are [rad; m]; those that the driver cannot tell of are where they were sent."""
-        found = self._commander.driver.read().positions
-        measured: Array = np.where(np.isfinite(found), found, self._commander.applied)
-        return measured
-
-
-MAX_POSE_DISTANCE = 1000.0
-"""Farther away than this [m] a pose is taken for a mistake."""
-MIN_QUATERNION_LENGTH = 1e-6
-"""A quaternion shorter than this has no direction."""
-
-
-class EePoseTopics:
-    """Handlers of the topics of end-effector poses, where the robot has arms.
-
-    Args:
-        config: the robot.
-        commander: decides whether a command is taken.
-        ee_poses: knows where the tips are, and in which frames poses are given.
-        told: the time that messages carry [ns].
-    """
-
-    def __init__(self, config: RobotConfig, commander: Commander, ee_poses: EePoses, told: Callable[[], int]) -> None:
-        self._links = config.robot.link_indices
-        self._commander, self._ee_poses, self._told = commander, ee_poses, told
-        references = set(ee_poses.references)
-        self._frame = references.pop() if len(references) == 1 else ""
-
     def target_ee_poses(self, row: Row, message: PoseArray, node: str) -> None:
-        """Bring the tips to poses."""
-        poses = self.targets(message)
-
-        def act() -> bool:
-            self._ee_poses.aim(poses)
-            return True
-
-        self._commander.take(row.name, node, nanoseconds(message.header.stamp), act)
-
-    def targets(self, message: PoseArray) -> list[Pose]:
-        """The poses of a message, reference_T_tip for each arm.
+        """Bring the tips to poses.
 
         A `frame_id` that is the name of a link of the robot is the frame of the poses, as that link stands now; any
         other, also the empty one, says nothing: each pose is given in the frame of its arm's reference.
@@ -213,31 +166,24 @@ class EePoseTopics:
         Raises:
             RejectedCommandError: the message has not a pose for each arm, or one that means nothing.
         """
-        count = len(self._ee_poses.references)
+        count = len(self._arms)
         if len(message.poses) != count:
             needed = "1 pose is needed" if count == 1 else f"{count} poses are needed (right, left)"
             raise RejectedCommandError(f"{needed}, not {len(message.poses)}")
         poses = [_checked_pose(each, f"poses[{place}]") for place, each in enumerate(message.poses)]
         frame = message.header.frame_id
-        if frame in self._links:
-            poses = [there @ pose for there, pose in zip(self._ee_poses.frames(frame), poses, strict=True)]
-        return poses
+        if frame in self._config.robot.link_indices:
+            poses = [there @ pose for there, pose in zip(self.poses(frame), poses, strict=True)]
+        self._commander.take(row.name, node, nanoseconds(message.header.stamp), lambda: self.aim(poses))
 
     def ee_poses(self, output: Output) -> None:
         """Where the tips are."""
-        output.sample(
-            lambda: PoseArray(
-                header(self._frame, self._told()), [pose_message(pose) for pose in self._ee_poses.poses()]
-            )
-        )
+        frame = self.references[0] if len(set(self.references)) == 1 else ""
+        output.sample(lambda: PoseArray(header(frame, self._told()), [pose_message(each) for each in self.poses()]))
 
 
 def _checked_pose(message: PoseMessage, where: str) -> Pose:
-    """The pose in a message; its quaternion scaled to unit length.
-
-    Raises:
-        RejectedCommandError: it is not finite, too far away, or has no direction.
-    """
+    """The pose in a message; its quaternion scaled to unit length."""
     p, q = message.position, message.orientation
     numbers = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
     length = math.hypot(*numbers[3:])

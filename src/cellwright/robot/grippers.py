@@ -1,31 +1,25 @@
 """Grippers and hands: positions for a status from 0 (open) to 1 (closed), and the joints of each hand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from cellwright.config.robot.config import Gripper, RobotConfig
-from cellwright.config.robot.model import Joint, RobotModel
+from cellwright.config.robot.model import RobotModel
 from cellwright.robot.servos import Array
 
 
 class GripperRange:
     """A gripper's joints between open and closed: the two limits of each, as the configuration has them.
 
-    Joints without limits, those that follow another, and those of more than one degree of freedom have no part in it.
-
-    Args:
-        gripper: the joints.
-        robot: whose they are.
-        numbers: number of each joint with one degree of freedom, by name.
+    Joints without limits, those that follow another, and those of more than one degree of freedom, which have no
+    number, have no part in it.
     """
 
     def __init__(self, gripper: Gripper, robot: RobotModel, numbers: Mapping[str, int]) -> None:
         joints = [robot.joint(name) for name in gripper.joints if name in numbers]
-        used = [each for each in joints if each.mimic is None and _is_limited(each)]
+        used = [each for each in joints if not each.mimic and math.isfinite(each.limits.upper - each.limits.lower)]
         self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
         ways = [gripper.way(joint) for joint in used]
         self._open = np.array([begin for begin, _ in ways])
@@ -50,10 +44,6 @@ def gripper_ranges(
 ) -> tuple[GripperRange, ...]:
     """Of all grippers, in their order."""
     return tuple(GripperRange(gripper, robot, numbers) for gripper in grippers)
-
-
-def _is_limited(joint: Joint) -> bool:
-    return math.isfinite(joint.limits.upper - joint.limits.lower)
 
 
 RIGHT, LEFT = 0, 1

@@ -6,8 +6,6 @@ Handlers are methods of the objects that `RobotNode` hands to `bind`. Targets ar
 subscription that asks for more hears nothing from the adopters that publish so.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import replace
@@ -93,14 +91,7 @@ JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Directio
 def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
 ) -> tuple[Row, ...]:
-    """The rows of a robot's node.
-
-    Args:
-        config: the robot.
-        cameras: names of its cameras that take pictures.
-        node: name of the node.
-        sim_time: whether the node tells its own time on /clock.
-    """
+    """The rows of a robot's node, with its cameras that take pictures, and /clock where it tells its own time."""
     there = {
         Where.ALWAYS: True,
         Where.ARMS: bool(config.arms),
@@ -121,13 +112,7 @@ _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def ros_parameters(urdf: str, *, node: str, sim_time: bool) -> dict[str, Any]:
-    """The parameters, in nested dictionaries by their names.
-
-    Args:
-        urdf: the robot's URDF; empty for none.
-        node: absolute name of the node.
-        sim_time: whether time is simulated, and told on /clock.
-    """
+    """The parameters of a node, in nested dictionaries by their names; an empty URDF is left out."""
     found: dict[str, Any] = {"use_sim_time": True} if sim_time else {}
     if urdf:
         found[node.strip("/")] = {DESCRIPTION: _NOT_XML.sub("", urdf)}

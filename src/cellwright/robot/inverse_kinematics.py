@@ -11,10 +11,7 @@ damping grows with the step that is left: far from the target, or at one that is
 from overshooting where the arm is stretched out; close to a target it is next to nothing.
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
 
 import daqp
 import mujoco
@@ -41,33 +38,12 @@ _OPTIMAL = 1
 _UNBOUNDED = 1e30  # as the solver has it
 
 
-@dataclass(frozen=True, slots=True)
-class TipSpeedLimits:
-    """How fast a tip may be brought to its target: along [m/s] and about [rad/s]; infinite for as fast as joints go."""
-
-    speed: float = 2.0
-    turning: float = 2.0 * math.pi
-
-    @classmethod
-    def of(cls, speed: float | None, turning: float | None) -> TipSpeedLimits:
-        """Those that were asked for [m/s, rad/s]; None for what is usual."""
-        usual = cls()
-        return cls(usual.speed if speed is None else speed, usual.turning if turning is None else turning)
-
-
 class ArmSolver:
-    """Steps of the joints of one arm.
+    """Steps of the joints of one arm, each with one degree of freedom, that bring the link `tip` to a pose.
 
-    Args:
-        model: the engine's model of the robot; bodies are named after links, joints after joints.
-        joints: names of the arm's joints, each with one degree of freedom.
-        tip: the link that is to be brought to a pose.
-        reference: the link in whose frame the pose is given.
-        home: the posture to keep to where the target leaves a choice [rad; m].
-        lower: limits of position [rad; m].
-        upper: limits of position [rad; m].
-        velocity: limits of velocity [rad/s; m/s].
-        caps: how fast the tip may be brought to its target.
+    Poses are given in the frame of the link `reference`. The arm keeps to the posture `home` where they leave a choice,
+    and to its limits of position [rad; m] and velocity [rad/s; m/s]; `caps` are the greatest speeds of the tip along
+    [m/s] and about [rad/s].
     """
 
     def __init__(
@@ -81,11 +57,10 @@ class ArmSolver:
         lower: Array,
         upper: Array,
         velocity: Array,
-        caps: TipSpeedLimits,
+        caps: tuple[float, float],
     ) -> None:
-        self.caps = caps
         self.lower, self.upper = lower, upper
-        self._model, self._home, self._velocity = model, home, velocity
+        self._model, self._home, self._velocity, self._caps = model, home, velocity, caps
         ids = [model.joint(name).id for name in joints]
         self.qpos = model.jnt_qposadr[ids].copy()
         self._dofs = model.jnt_dofadr[ids].copy()
@@ -100,13 +75,10 @@ class ArmSolver:
         self._kinds = np.zeros(len(joints), dtype=np.intc)
         self._turned, self._turn = np.zeros(4), np.zeros(3)
 
-    def pose(self, data: mujoco.MjData) -> Pose:
-        """reference_T_tip; positions of bodies in `data` are up to date."""
-        return _body_pose(data, self._reference).inverse() @ _body_pose(data, self._tip)
-
-    def frame(self, data: mujoco.MjData, link: str) -> Pose:
-        """reference_T_link; positions of bodies in `data` are up to date."""
-        return _body_pose(data, self._reference).inverse() @ _body_pose(data, self._model.body(body_of(link)).id)
+    def pose(self, data: mujoco.MjData, link: str | None = None) -> Pose:
+        """reference_T_tip, or reference_T_link; positions of bodies in `data` are up to date."""
+        body = self._tip if link is None else self._model.body(body_of(link)).id
+        return _body_pose(data, self._reference).inverse() @ _body_pose(data, body)
 
     def error(self, data: mujoco.MjData, target: Pose) -> Array:
         """Way and turn from the tip to `target`, reference_T_tip, along the axes of the world [m, rad]."""
@@ -121,11 +93,8 @@ class ArmSolver:
     def step(self, data: mujoco.MjData, target: Pose, time: float) -> Array:
         """How far each joint is to be moved within `time` [s] to bring the tip nearer to `target` [rad; m].
 
-        Args:
-            data: joint positions within their limits, with bodies and motion axes up to date (`mj_kinematics` and
-                `mj_comPos`).
-            target: reference_T_tip wanted.
-            time: length of the step.
+        Joint positions in `data` are within their limits, bodies and motion axes up to date (`mj_kinematics` and
+        `mj_comPos`).
         """
         error = self.error(data, target)
         jacobian = self._weights[:, None] * self._jacobian_of(data, target)
@@ -161,11 +130,9 @@ class ArmSolver:
     def _share(self, error: Array, time: float) -> float:
         """Which part of the error is to be made good in this step: all of it in one straight motion."""
         share = -math.expm1(-GAIN * time)
-        way, turn = math.hypot(*error[:3]), math.hypot(*error[3:])
-        if share * way > self.caps.speed * time:
-            share = self.caps.speed * time / way
-        if share * turn > self.caps.turning * time:
-            share = self.caps.turning * time / turn
+        for way, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self._caps, strict=True):
+            if share * way > speed * time:
+                share = speed * time / way
         return share
 
     def _goal(self, data: mujoco.MjData, target: Pose) -> Array:

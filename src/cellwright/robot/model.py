@@ -1,15 +1,9 @@
 """Robot model of the engine: bodies, joints and shapes of a URDF robot, contact exclusions, and the floor.
 
-Links that a joint joins never do: their shapes overlap there by design. Links that are fixed to each other count as
-one. And pairs whose shapes overlap in the posture that the robot is put up in are left out as well: they would push
-each other apart for ever, and where they overlap then, it is the shapes that are too large.
-
-Joints are driven from outside, by `devices/joint_servos.py`. What a URDF leaves open is filled in as the original of
-the io_teleop node did: a link without mass weighs 1 kg, and the links that a gripper drives 0.1 kg (measured: with
-these the recorded motion of the QingLong is met, without them its wrists are four times too quick).
+Joints are driven from outside, by `servos.py`. What a URDF leaves open is filled in as the original of the io_teleop
+node did: a link without mass weighs 1 kg, and the links that a gripper drives 0.1 kg (measured: with these the recorded
+motion of the QingLong is met, without them its wrists are four times too quick).
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
@@ -22,7 +16,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.meshes import is_flat, read_mesh
@@ -31,7 +24,7 @@ from cellwright.config.parsing.tree import Place, Problem
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Link, RobotModel, position_of
 from cellwright.engine import colours
-from cellwright.engine.shapes import Mesh, add_mesh
+from cellwright.engine.shapes import GEOM_TYPES, Mesh, add_mesh
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose, Vector3
 
@@ -39,12 +32,9 @@ Pair = tuple[str, str]
 
 
 def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[str]) -> list[Pair]:
-    """Pairs of links that are joined, by one joint that moves or by any number that do not.
+    """Pairs of `touched` links that are joined, by one joint that is `moved` in the engine or by any number of others.
 
-    Args:
-        robot: the robot.
-        moved: the joints that move in the engine.
-        touched: links with shapes that are touched: others need no pair.
+    They never touch: their shapes overlap there by design.
     """
     group_of = {robot.root: 0}
     groups: list[list[str]] = [[robot.root]]
@@ -64,7 +54,10 @@ def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[st
 
 
 def overlapping_pairs(model: mujoco.MjModel, data: mujoco.MjData) -> list[Pair]:
-    """Pairs of bodies that reach into each other in the posture of `data`, each once."""
+    """Pairs of bodies that reach into each other in the posture of `data`, each once.
+
+    Where they do as the robot is put up, the shapes are too large, and would push each other apart for ever.
+    """
     mujoco.mj_fwdPosition(model, data)
     found = {
         (min(bodies), max(bodies))
@@ -136,20 +129,11 @@ DEFAULT_COLOUR = (0.62, 0.64, 0.67, 1.0)
 LEAST_LENGTH = 1e-4
 """Least half length of a shape [m]: the engine takes none that is thinner."""
 
-_GEOM_TYPES = {
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
-    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-}
-
 
 class ShapeBuilder:
     """Gives bodies their shapes; a mesh that many links use is loaded once.
 
-    Args:
-        spec: the model specification that the meshes go into.
-        is_touched: whether links may touch each other. If not, what is only touched is left out.
+    Where links may not touch each other (`is_touched`), what is only touched is left out.
     """
 
     def __init__(self, spec: Any, *, is_touched: bool) -> None:
@@ -169,24 +153,21 @@ class ShapeBuilder:
             x, y, z = shape.size
             halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, 0.0, 0.0)}.get(shape.kind, (x, y / 2, 0.0))
             size = tuple(max(half, LEAST_LENGTH) for half in halves)
-            geom = body.add_geom(type=_GEOM_TYPES[shape.kind], size=size, **pose_arguments(shape.pose))
+            geom = body.add_geom(type=GEOM_TYPES[shape.kind], size=size, **pose_arguments(shape.pose))
         geom.rgba = shape.colour or DEFAULT_COLOUR
         geom.contype = geom.conaffinity = int(is_touched)
         geom.group = 2 if shape.is_seen else 3
         geom.mass = 0.0
         return is_touched
 
-    def extent(self, shapes: Iterable[ModelShape]) -> NDArray[np.float64] | None:
-        """Edge lengths (3) [m] of the box around what is touched, along the axes of the link; None where nothing is."""
-        bounds = [self._bounds(shape) for shape in shapes if shape.is_touched]
-        if not bounds:
-            return None
-        lower, upper = np.min([each[0] for each in bounds], axis=0), np.max([each[1] for each in bounds], axis=0)
-        edges: NDArray[np.float64] = upper - lower
+    def extent(self, shapes: Iterable[ModelShape]) -> list[float]:
+        """Edge lengths (3) [m] of the box around what is touched, along the axes of the link; 0 where nothing is."""
+        corners = [corner for shape in shapes if shape.is_touched for corner in self._corners(shape)]
+        edges: list[float] = np.ptp(corners or [(0.0, 0.0, 0.0)], axis=0).tolist()
         return edges
 
-    def _bounds(self, shape: ModelShape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper corner [m] of the box around a shape's own box, along the axes of the link."""
+    def _corners(self, shape: ModelShape) -> list[Vector3]:
+        """Corners [m] of the box around a shape, in the frame of its link."""
         if shape.mesh is not None:
             vertices, _ = self._read(shape.mesh, shape.size)
             lower, upper = vertices.min(axis=0), vertices.max(axis=0)
@@ -195,8 +176,7 @@ class ShapeBuilder:
             halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, x, x), "cylinder": (x, x, y / 2)}
             upper = np.array(halves.get(shape.kind, (x, x, x + y / 2)))
             lower = -upper
-        corners = [shape.pose.transform((x, y, z)) for x, y, z in product(*zip(lower, upper, strict=True))]
-        return np.min(corners, axis=0), np.max(corners, axis=0)
+        return [shape.pose.transform((x, y, z)) for x, y, z in product(*zip(lower, upper, strict=True))]
 
     def _add_mesh(self, body: Any, shape: ModelShape, path: Path, *, is_touched: bool) -> Any:
         vertices, triangles = self._read(path, shape.size)
@@ -245,12 +225,9 @@ BASE_BODY = "cellwright base"
 """Name of the body that carries the robot: it has no place in the URDF, and moves as `target_base_move` says."""
 
 
-_RESERVED_NAMES = ("world", "cellwright ")  # the engine's name of the world, and how ours begin
-
-
 def body_of(link: str) -> str:
-    """Name of a link's body in the engine: the link's own, but for the few names that are taken there."""
-    return f"cellwright link {link}" if link == _RESERVED_NAMES[0] or link.startswith(_RESERVED_NAMES[1]) else link
+    """Name of a link's body in the engine: the link's own, but for those of the world and of bodies that are ours."""
+    return f"cellwright link {link}" if link == "world" or link.startswith("cellwright ") else link
 
 
 @dataclass(frozen=True)
@@ -273,10 +250,9 @@ class RobotWorld:
         robot, positions = self.config.robot, dict(self.config.start)
         leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
         for joint in leaders_first:
-            if joint.name in positions:
-                continue
-            place = position_of(robot, joint, positions)
-            positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
+            if joint.name not in positions:
+                place = position_of(robot, joint, positions)
+                positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
         for name, position in positions.items():
             data.qpos[self.model.joint(name).qposadr[0]] = position
 
@@ -284,10 +260,7 @@ class RobotWorld:
 def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_collision: bool = False) -> RobotWorld:
     """The world with a robot in it and nothing else, without gravity, as in the original.
 
-    Args:
-        config: the robot.
-        timestep: length of a step [s].
-        self_collision: whether links may touch each other; see `robot_contacts` for those that never do.
+    With `self_collision` links may touch each other, but for those that are joined or overlap as the robot is put up.
 
     Raises:
         DescriptionError: it is a robot that the engine cannot build.
@@ -334,9 +307,7 @@ def _refusing(config: RobotConfig) -> Iterator[None]:
 
 class _Builder:
     def __init__(self, spec: Any, config: RobotConfig, *, is_touched: bool) -> None:
-        self._spec = spec
-        self._robot: RobotModel = config.robot
-        self._config = config
+        self._spec, self._config, self._robot = spec, config, config.robot
         self._shapes = ShapeBuilder(spec, is_touched=is_touched)
         self.touched: set[str] = set()
         """Links with shapes that are touched."""
@@ -404,8 +375,7 @@ class _Builder:
 
     def _inertia_of_shapes(self, link: Link) -> tuple[float, ...]:
         """Of a link without mass: that of a box of 1 kg around what is touched; next to nothing where nothing is."""
-        extent = self._shapes.extent(link.shapes)
-        x, y, z = (0.0, 0.0, 0.0) if extent is None else extent.tolist()
+        x, y, z = self._shapes.extent(link.shapes)
         squares = (y * y + z * z, z * z + x * x, x * x + y * y)
         return (*(max(DEFAULT_MASS / 12 * square, _LEAST_INERTIA) for square in squares), 0.0, 0.0, 0.0)
 

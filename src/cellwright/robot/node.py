@@ -1,7 +1,5 @@
 """The robot controller node: the one place where robot, world, simulation, servos, safety and contract are joined."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
@@ -17,13 +15,13 @@ from cellwright.robot.base import Base
 from cellwright.robot.commander import Commander, Homing
 from cellwright.robot.commands import Commands
 from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
-from cellwright.robot.ee_poses import EePoses, EePoseTopics
+from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.grippers import gripper_ranges
-from cellwright.robot.inverse_kinematics import TipSpeedLimits
 from cellwright.robot.model import TIMESTEP, body_of, build_robot
 from cellwright.robot.publications import CameraTopics, Publications, add_cameras
-from cellwright.robot.safety import CommandGate, Notices, SafetySettings
+from cellwright.robot.safety import TIP_SPEED, TIP_TURNING, CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
+from cellwright.util.pose import Pose
 
 
 class RobotNode:
@@ -86,23 +84,19 @@ class RobotNode:
                 on_failure.pop_all()  # from here on it is closed by the thread that calls it
                 self.driver = live = LiveDriver(config, driver)
                 on_failure.callback(live.close)
-            self.bus = Bus(lambda: self.simulation.now, report)
-            told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
-            notices = Notices(lambda: self.simulation.now, report)
-            self.told = told
+            now = self.simulation.clock.read
+            self.bus = Bus(now, report)
+            self.told = told = stamp if stamp is not None and not sim_time else now
             """The time that messages carry [ns]."""
-            self.arrived = told()
-            """When the newest command came, as the stamps of messages count [ns]."""
-            self.bus.on_given.append(lambda _given: setattr(self, "arrived", told()))
-            gate = CommandGate(safety, lambda: self.simulation.now, lambda: self.arrived)
+            gate = CommandGate(safety, now, told)
+            self.bus.on_given.append(gate.note_arrival)
             self.commander = Commander(
-                self.driver, config.robot, safety, gate, notices, max_accelerations=config.max_accelerations
+                self.driver, config.robot, safety, gate, Notices(now, report), config.max_accelerations
             )
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
-            self.ee_poses = EePoses(
-                config, self.commander, caps=TipSpeedLimits.of(safety.tip_speed, safety.tip_turning)
-            )
+            caps = (safety.tip_speed or TIP_SPEED, safety.tip_turning or TIP_TURNING)
+            self.ee_poses = EePoses(config, self.commander, told, caps)
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
             grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
@@ -112,7 +106,7 @@ class RobotNode:
             handlers = (
                 Commands(config, self.commander, grippers, self.base),
                 self.homing,
-                EePoseTopics(config, self.commander, self.ee_poses, told),
+                self.ee_poses,
                 Publications(config.robot, self.driver, self.commander, grippers, told),
                 CameraTopics(self.cameras, told),
             )
@@ -140,11 +134,16 @@ class RobotNode:
         """Ids of bodies that are not there to be seen: none."""
         return ()
 
+    def link_pose(self, link: str) -> Pose:
+        """World_T_link, as the engine's model stands."""
+        self.simulation.refresh()
+        body = self.simulation.data.body(body_of(link))
+        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
+
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """What viewers draw beside the scene: `kind`, `sensors`: none, `tools`: the tips of the arms.
 
-        Args:
-            body_index: the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        `body_index` gives the index in the scene's bodies, 0 for what stands still, for an id of the engine.
         """
         model = self.simulation.model
         bodies = [body_index(int(model.body(body_of(arm.tip)).id)) for arm in self.config.arms]

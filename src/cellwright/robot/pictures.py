@@ -1,7 +1,5 @@
 """Pictures of robots: the camera stands where the whole robot is seen, and the light comes from behind it."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -38,18 +36,10 @@ def save_robot_picture(
     samples: int = 2,
     progress: Progress | None = None,
 ) -> None:
-    """Writes a picture of the whole robot as it stands to the file `path`, as PNG.
+    """Write a picture of the whole robot as it stands to the file `path`, as PNG; `data` is only read.
 
-    Args:
-        path: of the file.
-        world: the robot.
-        data: its state; only read.
-        width: of the picture, in pixels.
-        height: of the picture, in pixels.
-        turn: from where it is seen [rad]: 0 from its front (the x axis of its root link), positive from its left.
-        tilt: from how far above [rad], less than a right angle.
-        samples: rays along each side of a pixel in which surfaces meet.
-        progress: told how much of the picture is drawn.
+    It is seen from `turn` [rad] (0 from its front, the x axis of its root link; positive from its left) and `tilt`
+    above [rad], less than a right angle; with `samples` rays along each side of a pixel in which surfaces meet.
 
     Raises:
         UsageError: if an argument is out of range or the file cannot be written.
@@ -68,15 +58,9 @@ def robot_lamp(camera: Camera) -> Vector3:
 def camera_on(
     model: mujoco.MjModel, data: mujoco.MjData, heading: float, tilt: float, width: int, height: int
 ) -> Camera:
-    """A camera that has all that is seen of a robot in its picture.
+    """A camera that has all that is seen of a robot in its picture of so many pixels; `data` is only read.
 
-    Args:
-        model: the robot.
-        data: its state; only read.
-        heading: from where it looks at the robot [rad], about the world's z from x.
-        tilt: from how far above [rad], less than a right angle.
-        width: of the picture, in pixels.
-        height: of the picture, in pixels.
+    It looks from `heading` [rad], about the world's z from x, and `tilt` above [rad], less than a right angle.
 
     Raises:
         UsageError: if an argument is out of range.

@@ -1,11 +1,9 @@
 """Published topics of the robot's node: clock, joint states, gripper states, status, and camera images."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import partial, partialmethod
 
 import numpy as np
 
@@ -48,27 +46,10 @@ def add_cameras(
 
 
 class CameraTopics:
-    """Handlers of the topics of pictures, which are made only while somebody listens.
-
-    Args:
-        cameras: by name.
-        told: the time that messages carry [ns].
-    """
+    """Handlers of the topics of pictures, which are made only while somebody listens, at the time `told` [ns]."""
 
     def __init__(self, cameras: dict[str, PictureCamera], told: Callable[[], int]) -> None:
         self._cameras, self._told = cameras, told
-
-    def colour_picture(self, output: Output) -> None:
-        """Colours that a camera sees."""
-        self._stream(output, pictures.colour_message, colour=True)
-
-    def depth_picture(self, output: Output) -> None:
-        """Depths that a camera sees."""
-        self._stream(output, pictures.depth_message, depth=True)
-
-    def camera_info(self, output: Output) -> None:
-        """The matrix of a camera's pictures."""
-        self._stream(output, pictures.info_message)
 
     def _stream(
         self,
@@ -86,6 +67,10 @@ class CameraTopics:
 
         output.stream(partial(camera.look, colour=colour, depth=depth), build)
 
+    colour_picture = partialmethod(_stream, make=pictures.colour_message, colour=True)
+    depth_picture = partialmethod(_stream, make=pictures.depth_message, depth=True)
+    camera_info = partialmethod(_stream, make=pictures.info_message)
+
 
 STATUS_PERIOD = Fraction(1, 10)
 """Least time between two messages [s]."""
@@ -95,10 +80,6 @@ class StatusTopic(Device):
     """Publishes the status; a late listener gets the newest one.
 
     It counts what has come in since the process began, so it is no state: after a restore it is published anew.
-
-    Args:
-        output: the topic.
-        commander: whose status it is.
     """
 
     def __init__(self, output: Output, commander: Commander) -> None:
@@ -156,15 +137,7 @@ def _status_message(commander: Commander) -> str:
 
 
 class Publications:
-    """Handlers of the other topics that the node publishes.
-
-    Args:
-        robot: whose node it is.
-        driver: tells of the joints.
-        commander: tells of what is applied.
-        grippers: right, left.
-        told: the time that messages carry [ns].
-    """
+    """Handlers of the other topics that the node publishes, at the time `told` [ns]; grippers are right, left."""
 
     def __init__(
         self,

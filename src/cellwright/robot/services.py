@@ -1,7 +1,5 @@
 """A robot past its topics: services of the server with JSON in and out, for windows and for assembled robots."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -13,7 +11,6 @@ from cellwright.config.robot.config import Posture
 from cellwright.config.robot.model import Joint
 from cellwright.middleware.server.requests import Extra
 from cellwright.robot.commands import MAX_ENTRIES
-from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
@@ -24,23 +21,16 @@ class Offers(Protocol):
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
         """Take one; see `Server.offer`."""
-        ...
 
 
 class RobotServices:
-    """Answers for a robot. Joints and links go by index, poses are [[x, y, z], [qx, qy, qz, qw]] in the world.
-
-    Args:
-        node: the robot.
-    """
+    """Answers for a robot. Joints and links go by index, poses are [[x, y, z], [qx, qy, qz, qw]] in the world."""
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
         self._robot = node.config.robot
-        numbers = {name: number for number, name in enumerate(node.servos.joints)}
-        self._numbers = {
-            index: numbers[joint.name] for index, joint in enumerate(self._robot.joints) if joint.name in numbers
-        }
+        numbers = node.commander.numbers
+        self._numbers = {self._robot.joint_indices[name]: number for name, number in numbers.items()}
         movable = [joint.name for joint in self._robot.movable]
         self._places = [movable.index(name) for name in node.servos.joints]
 
@@ -109,15 +99,12 @@ class RobotServices:
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
-        targets = self._targets(asked)
-        self._check_freedom()
-        self._node.commander.aim(*targets)
+        self._node.commander.aim(*self._targets(asked))
         return {}
 
     def place(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put joints somewhere."""
         numbers, positions = self._targets(asked)
-        self._check_freedom()
         self._node.servos.place(numbers, positions)
         self._node.commander.aim(numbers, positions)
         return {}
@@ -164,6 +151,7 @@ class RobotServices:
                 raise RejectedCommandError(f"there is no joint with the index {index!r} that can be moved")
             if not isinstance(position, (int, float)) or not math.isfinite(position):
                 raise RejectedCommandError(f"a position must be a finite number, not {position!r}")
+        self._check_freedom()
         return [self._numbers[index] for index in indices], [float(position) for position in positions]
 
     def _described(self, index: int, joint: Joint) -> dict[str, Any]:
@@ -193,10 +181,7 @@ class RobotServices:
     def _pose(self, index: Any) -> Pose:
         if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
             raise RejectedCommandError(f"there is no link with the index {index!r}")
-        simulation = self._node.simulation
-        simulation.refresh()
-        body = simulation.data.body(body_of(self._robot.link_at(index)))
-        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
+        return self._node.link_pose(self._robot.link_at(index))
 
 
 def _asked_pose(asked: dict[str, Any]) -> Pose:

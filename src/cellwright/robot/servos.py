@@ -7,8 +7,6 @@ contacts at once. In MuJoCo it is the dry friction of a joint, whose reference i
 wanted; `drive` does so between the two halves of a step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from enum import StrEnum
@@ -52,14 +50,41 @@ class JointReadings(NamedTuple):
     efforts: Array
 
 
+class MimicJoints:
+    """The joints of a robot that mimic another: they go where that one has them, as far as their own limits let them.
+
+    Args:
+        joints: all joints with one degree of freedom, in the order of their numbers.
+        lower, upper: their limits [rad; m].
+
+    Attributes:
+        followers: the numbers of those that follow another.
+        leaders: name of the joint that is followed, by the name of the one that follows.
+    """
+
+    def __init__(self, joints: Sequence[Joint], lower: Array, upper: Array) -> None:
+        numbers = {joint.name: number for number, joint in enumerate(joints)}
+        mimics = {joint.name: joint.mimic for joint in joints if joint.mimic is not None}
+        self.leaders = {name: mimic.joint for name, mimic in mimics.items()}
+        self.followers = np.array([numbers[name] for name in mimics], dtype=int)
+        self._led_by = np.array([numbers[leader] for leader in self.leaders.values()], dtype=int)
+        self._multipliers = np.array([mimic.multiplier for mimic in mimics.values()])
+        self._offsets = np.array([mimic.offset for mimic in mimics.values()])
+        self._lower, self._upper = lower[self.followers], upper[self.followers]
+
+    def places(self, positions: Array, velocities: Array | None = None, frequency: float = 1.0) -> Array:
+        """Where the followers belong with all joints at positions [rad; m], or one step after that with velocities."""
+        places = self._multipliers * positions[self._led_by] + self._offsets
+        if velocities is not None:
+            places += self._multipliers * velocities[self._led_by] / frequency
+        found: Array = np.minimum(np.maximum(places, self._lower), self._upper)
+        return found
+
+
 class JointServos(Device):
     """The servos of all joints of a robot with one degree of freedom, in the order of their indices.
 
     A joint that mimics another is driven along with it, whatever target it is given, as far as its own limits let it.
-
-    Args:
-        robot: whose joints they are.
-        motion: how targets are reached.
     """
 
     def __init__(self, robot: RobotModel, motion: Motion = Motion.SERVO) -> None:
@@ -72,14 +97,7 @@ class JointServos(Device):
         self._velocity = np.array([fastest(joint) for joint in joints])
         effort = np.array([joint.limits.effort for joint in joints])
         self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)
-        self._robot = robot
-        numbers = {name: number for number, name in enumerate(self.joints)}
-        mimics = [(number, joint.mimic) for number, joint in enumerate(joints) if joint.mimic is not None]
-        self._followers = np.array([number for number, _ in mimics], dtype=int)
-        self._leaders = np.array([numbers[mimic.joint] for _, mimic in mimics], dtype=int)
-        self._multipliers = np.array([mimic.multiplier for _, mimic in mimics])
-        self._offsets = np.array([mimic.offset for _, mimic in mimics])
-        self._least, self._most = self.lower[self._followers], self.upper[self._followers]
+        self._mimics = MimicJoints(joints, self.lower, self.upper)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the joints, and let their dry friction be their drives."""
@@ -126,13 +144,17 @@ class JointServos(Device):
         data.qpos[self._qpos[chosen]] = values
         data.qvel[self._dof[chosen]] = 0.0
         data.ctrl[self._ctrl[chosen]] = values
-        self._place_followers()
+        if self._mimics.leaders:
+            followers, places = self._mimics.followers, self._mimics.places(data.qpos[self._qpos])
+            data.qpos[self._qpos[followers]] = data.ctrl[self._ctrl[followers]] = places
         self.simulation.touch()
 
     def read(self) -> JointReadings:
-        """The joints as they are now."""
-        data = self.simulation.data
-        return JointReadings(data.qpos[self._qpos], data.qvel[self._dof], self._efforts())
+        """The joints as they are now, with the efforts that the drives gave in the newest step."""
+        data, efforts = self.simulation.data, np.zeros(self.simulation.model.nv)
+        rows, dofs = self._drives()
+        efforts[dofs] = data.efc_force[rows]
+        return JointReadings(data.qpos[self._qpos], data.qvel[self._dof], efforts[self._dof])
 
     def drive(self) -> None:
         """Give each drive the velocity that it is to have at the end of this step."""
@@ -142,11 +164,10 @@ class JointServos(Device):
         wanted *= GAIN
         np.minimum(wanted, self._fastest, out=wanted)
         np.maximum(wanted, self._back, out=wanted)
-        if len(self._followers):
-            there = self._multipliers * position[self._leaders] + self._offsets
-            soon = there + self._multipliers * wanted[self._leaders] / self._frequency
-            within, soon = (np.minimum(np.maximum(each, self._least), self._most) for each in (there, soon))
-            wanted[self._followers] = (soon - within) * self._frequency + GAIN * (within - position[self._followers])
+        if self._mimics.leaders:
+            followers = self._mimics.followers
+            within, soon = self._mimics.places(position), self._mimics.places(position, wanted, self._frequency)
+            wanted[followers] = (soon - within) * self._frequency + GAIN * (within - position[followers])
         wanted -= self._velocities[self._dof]
         wanted *= self._frequency
         self._wanted[self._dof] = wanted
@@ -155,14 +176,6 @@ class JointServos(Device):
         # where the engine's solver begins: a drive that is not at its bound gives what is wanted, and one that is gives
         # about what it gave in the step before; what comes out is the same, with a quarter of the iterations
         np.copyto(self._guess, self._wanted, where=np.abs(self._wanted) < self._attainable)
-
-    def _efforts(self) -> Array:
-        """What the drives gave in the newest step."""
-        efforts = np.zeros(self.simulation.model.nv)
-        rows, dofs = self._drives()
-        efforts[dofs] = self.simulation.data.efc_force[rows]
-        found: Array = efforts[self._dof]
-        return found
 
     def _drives(self) -> tuple[slice, NDArray[np.intp]]:
         """Where the drives stand among the engine's constraints of this step, and whose degree of freedom each is.
@@ -178,14 +191,6 @@ class JointServos(Device):
             self._counts, self._rows = counts, slice(first, end)
             self._dofs_of_rows = data.efc_id[first:end].astype(np.intp)
         return self._rows, self._dofs_of_rows
-
-    def _place_followers(self) -> None:
-        if len(self._followers):
-            data = self.simulation.data
-            leaders = data.qpos[self._qpos[self._leaders]]
-            places = np.clip(self._multipliers * leaders + self._offsets, self._least, self._most)
-            data.qpos[self._qpos[self._followers]] = places
-            data.ctrl[self._ctrl[self._followers]] = data.qpos[self._qpos[self._followers]]
 
 
 def fastest(joint: Joint) -> float:

@@ -1,14 +1,7 @@
 """Files that are written whole or not at all, and files of lines that keep what was written whatever happens.
 
-What fails half-way, or is killed, leaves no half file behind.
-
-Every line is handed to the operating system whole and at once: SIGKILL takes away at most the end of the line that is
-being written at that moment.
-
-It outlives whatever ends the program, as any `LineFile`; `read_json_lines` leaves out a line that was cut short.
+Every line is handed to the operating system at once: SIGKILL takes away at most the end of the one being written.
 """
-
-from __future__ import annotations
 
 import errno
 import json
@@ -70,7 +63,8 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
         file = temporary.open("xb")
     except OSError:
         if not is_there:
-            _tell_of(path)
+            path.open("xb").close()  # it fails for the name that somebody gave, and not for another
+            path.unlink()
             raise
         with path.open("wb") as file:
             yield file
@@ -104,19 +98,13 @@ def in_its_place(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file, whole or not at all; see `whole_file`. Text is written as UTF-8, its line ends as they are.
+    """Write a file, whole or not at all; see `atomic_file`. Text is written as UTF-8, its line ends as they are.
 
     Raises:
         OSError: it cannot be written.
     """
     with atomic_file(path) as file:
         file.write(content.encode() if isinstance(content, str) else content)
-
-
-def _tell_of(path: Path) -> None:
-    """Fail as opening `path` itself fails, where it does: for the name that somebody gave, and not for another."""
-    path.open("xb").close()
-    path.unlink()
 
 
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end

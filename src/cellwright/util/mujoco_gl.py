@@ -1,7 +1,5 @@
 """The variable MUJOCO_GL, which says how MuJoCo draws. Cellwright never has it draw, and needs no such library."""
 
-from __future__ import annotations
-
 import os
 import sys
 from ctypes.util import find_library

@@ -3,8 +3,6 @@
 Nothing is imported before it is asked for by its name, so a package that is broken costs only who names it.
 """
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import os
@@ -115,14 +113,7 @@ class PluginFailedError(SimulationError):
 
 
 def guard_plugin(thing: T, kind: Kind, name: str, methods: Iterable[str]) -> T:
-    """Have what its methods raise come out as a PluginFailedError.
-
-    Args:
-        thing: an object of another package's class, which is changed and given back.
-        kind: what it is.
-        name: the name by which the package brings it along.
-        methods: those that are called while it is at work; they are to be there.
-    """
+    """Have what the methods of an object raise come out as a PluginFailedError; gives the object back."""
     for method in methods:
         setattr(thing, method, partial(call_plugin, kind, name, getattr(thing, method)))
     return thing
@@ -150,12 +141,7 @@ def is_class_path(name: str) -> bool:
 
 
 def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
-    """What stands at a place.
-
-    Args:
-        name: the place, of which `is_place` is true.
-        method: what a class that is meant has, for a suggestion where there is no such class.
-        error: the class of error to raise.
+    """What stands at a place, such as `path.py:Class`; the method is one that a class that is meant has.
 
     Raises:
         CellwrightError: there is no such file, module or class, or it fails when it is imported; of the class `error`.
@@ -170,13 +156,7 @@ def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
 
 
 def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> Callable[..., T]:
-    """What makes an object of somebody else's class; whatever that raises comes out as `error`, with the class's name.
-
-    Args:
-        name: of the class, as its author knows it.
-        found: the class.
-        error: the class of error to raise.
-    """
+    """What makes an object of somebody else's class; whatever that raises comes out as `error`, with its name."""
 
     def make(*arguments: Any) -> T:
         try:

@@ -1,22 +1,25 @@
-"""Start and end of a process: Ctrl-C while it loads, threads left running, standard streams that may be closed.
+"""Start and end of processes: Ctrl-C while one loads, threads left running, standard streams, and child processes.
 
 A run of ten minutes is worth more than what listens to it: `cellwright run … | head -1` goes to its end, with its log,
 its pictures and its exit status, though nobody reads on. A terminal that was closed ends no cell that is served.
 """
 
-from __future__ import annotations
-
 import atexit
 import errno
 import io
 import os
+import select
 import signal
+import subprocess
 import sys
 import threading
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from typing import IO, Any
+from pathlib import Path
+from typing import IO, Any, ClassVar
+
+from cellwright._package import FOLDER
 
 PATIENCE = 2.0
 """How long threads may take to end when their process is done [s]."""
@@ -42,12 +45,7 @@ def interrupts_end_the_process() -> Iterator[None]:
 
 
 def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
-    """End this process if threads go on that it would wait for, after `PATIENCE`; say so. Else return.
-
-    Args:
-        before: threads that are not ours.
-        status: exit status.
-    """
+    """End this process with a status if other threads than those `before` go on after `PATIENCE`, and say so."""
     own = {*before, threading.current_thread()}
     left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]
     end = time.monotonic() + PATIENCE
@@ -79,11 +77,7 @@ _NAP = 0.01  # [s]
 
 
 class TolerantStream(io.RawIOBase):
-    """Passes bytes on to a file, until that takes no more; then they go nowhere.
-
-    Args:
-        raw: where to.
-    """
+    """Passes bytes on to a file, until that takes no more; then they go nowhere."""
 
     def __init__(self, raw: io.RawIOBase) -> None:
         super().__init__()
@@ -142,11 +136,7 @@ class StandardStreams:
         self._keep("stderr")
 
     def status(self, status: int) -> int:
-        """Say the last, and tell on stderr if stdout did not take all.
-
-        Args:
-            status: the exit status, if it did.
-        """
+        """Say the last; the exit status, which is `NOT_SAID` in place of 0 where stdout did not take all."""
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         failure = None if self._stdout is None else self._stdout.failure
@@ -176,3 +166,123 @@ class StandardStreams:
         )
         setattr(sys, name, kept)
         return outlet
+
+
+_APART: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows alone
+_READING = 5.0  # [s] that the rest of what a child has written may take to be read
+_TAIL = 2000  # bytes
+
+
+def own_program(module: str, *arguments: str) -> list[str]:
+    """The command that runs `main` of a module of Cellwright, wherever this process has Cellwright from.
+
+    With `-P`, no file that lies where the command is called can stand in for a module that the program needs.
+    """
+    code = f"import sys; sys.path.append(sys.argv[1]); from {module} import main; main()"
+    return [sys.executable, "-P", "-c", code, str(Path(FOLDER).parent), *arguments]
+
+
+class ChildProcess:
+    """A program in a process of its own, with pipes to its stdin and from its stdout.
+
+    It is to end when its stdin does, and so with this process, however that ends. A Ctrl-C on the terminal is not for
+    it: this process ends it in good order.
+
+    Args:
+        command: program and arguments.
+        environment: of the program, whole; None: that of this process.
+        stderr: where it writes errors to, as for `subprocess.Popen`. A file is closed in the end.
+        read: reads its stdout to the end, in a thread of its own; None: nobody does.
+
+    Raises:
+        OSError: it cannot be started.
+    """
+
+    _popen: ClassVar[Callable[..., subprocess.Popen[bytes]]] = subprocess.Popen
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        *,
+        environment: Mapping[str, str] | None = None,
+        stderr: IO[bytes] | int | None = None,
+        read: Callable[[IO[bytes]], None] | None = None,
+    ) -> None:
+        self._log = None if stderr is None or isinstance(stderr, int) else stderr
+        try:
+            self._process = self._popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                env=None if environment is None else dict(environment),
+                start_new_session=os.name == "posix",
+                creationflags=_APART,
+            )
+        except OSError:
+            if self._log is not None:
+                self._log.close()
+            raise
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._stdin, self._stdout = self._process.stdin, self._process.stdout
+        self._reader: threading.Thread | None = None
+        if read is not None:
+            self._reader = threading.Thread(target=self._read_all, args=(read,), daemon=True)
+            self._reader.start()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self._process.poll() is None
+
+    def send(self, line: str) -> None:
+        """Write a line to its stdin; it is lost where the process has ended."""
+        with suppress(OSError):
+            self._stdin.write(f"{line}\n".encode())
+            self._stdin.flush()
+
+    def ready_line(self, timeout: float | None = None) -> str:
+        """Wait for the line that it says when it is ready, at most so long [s]; empty if it ends, or is late."""
+        try:
+            if timeout is not None and not select.select([self._stdout], (), (), timeout)[0]:
+                return ""
+            return self._stdout.readline().decode(errors="replace").strip()
+        except BaseException:  # a signal, while it starts
+            self.end(0.0)
+            raise
+
+    def last_words(self) -> str:
+        """The last line in the file that its stderr goes to; empty if there is none."""
+        try:
+            assert self._log is not None
+            self._log.seek(0)
+            lines = self._log.read()[-_TAIL:].decode(errors="replace").split("\n")
+        except (OSError, ValueError):
+            return ""
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+    def end(self, patience: float) -> None:
+        """Have it end by the end of its stdin, within so long [s]; else kill it."""
+        with suppress(OSError):  # what was written last has found no reader
+            self._stdin.close()
+        if not self._ends_within(patience):
+            self._process.kill()
+            self._process.wait()
+        if self._reader is None:
+            self._stdout.close()
+        else:
+            self._reader.join(_READING)
+        if self._log is not None:
+            self._log.close()
+
+    def _ends_within(self, patience: float) -> bool:
+        try:
+            self._process.wait(patience)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def _read_all(self, read: Callable[[IO[bytes]], None]) -> None:
+        with self._stdout:
+            read(self._stdout)

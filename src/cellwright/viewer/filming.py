@@ -1,23 +1,16 @@
 """A video of whatever is served or runs: frames at exact simulation times, and nothing that a run would notice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TypeAlias
 
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Watch
 from cellwright.middleware.bus import Served
-from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene.engine import SceneTaker
-from cellwright.rendering.video import Video
+from cellwright.rendering.video import Made, Video
 from cellwright.rendering.video_options import RATE, VideoOptions, period_of
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.pose import Vector3
-
-Made: TypeAlias = dict[str, float | str]
-"""What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""
 
 
 class Filming:
@@ -26,7 +19,7 @@ class Filming:
     Args:
         served: what is seen.
         wish: what the video is to be.
-        camera: where it is taken from, asked for each frame.
+        camera: where it is taken from.
         caption: a line to be written in its corner, asked for each frame.
         waits: hold time until a frame can be drawn; else frames are dropped where drawing is slower than time.
         warn: takes a line about what goes wrong, once.
@@ -42,7 +35,7 @@ class Filming:
         served: Served,
         wish: VideoOptions,
         *,
-        camera: Callable[[], Camera],
+        camera: Camera,
         caption: Callable[[], str],
         waits: bool,
         warn: Callable[[str], None],
@@ -50,19 +43,17 @@ class Filming:
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
         self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
-        self._period = period_of(wish.speed, RATE)
+        self._period = period_of(wish.speed)
         if self._period < (tick := served.simulation.clock.timestep):
             least = float(tick * RATE)
             raise UsageError(
                 f"{wish.file}: a video shows no more than a frame a tick: give a speed of {least:g} or more, "
                 f"not {wish.speed:g}"
             )
-        self._video = Video(wish.file, self._taker.scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
+        self._video = Video(wish, self._taker.scene, lamp=lamp, warn=warn)
         self._watch: Watch | None = None
         self.is_whole = True
         """Whether all that was to be seen is in it so far."""
-        if self._video.draws_with == RAYS:
-            warn(f"{wish.file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
 
     def start(self) -> None:
         """Take the first frame now, and others as time passes."""
@@ -84,18 +75,13 @@ class Filming:
                 f"{video.file}: {video.dropped} of {video.taken + video.dropped} frames were left out, for drawing "
                 "them took longer than time did"
             )
-        return {
-            "file": str(video.file),
-            "length": video.length,
-            "frames": video.taken + video.dropped,
-            "dropped": video.dropped,
-        }
+        return video.made
 
     def _take(self, _sample: int) -> None:
         simulation = self._served.simulation
         simulation.refresh()
         frame = self._taker.frame(simulation.data, simulation.now)
-        self._video.take(frame, self._camera(), self._caption(), waits=self._waits)
+        self._video.take(frame, self._camera, self._caption(), waits=self._waits)
         if self._video.error:
             self._fail(self._video.error)
             if self._watch is not None:
@@ -105,8 +91,3 @@ class Filming:
         if self.is_whole:
             self.is_whole = False
             self._warn(f"{self._video.file}: the video is not whole: {reason}")
-
-
-def still(camera: Camera) -> Callable[[], Camera]:
-    """A camera that stands where it stands."""
-    return lambda: camera

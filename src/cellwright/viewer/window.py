@@ -1,10 +1,7 @@
 """A window on a robot, MuJoCo's own: a process that asks the robot's node how it is, and that no step waits for."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -12,10 +9,11 @@ from pathlib import Path
 import mujoco
 
 from cellwright.util.errors import CellwrightError
+from cellwright.util.process import ChildProcess
 
 HOW_TO_GET_IT = "pip install 'cellwright[gui]' brings what it needs"
 
-_READY = b"ready"
+_READY = "ready"
 _TIME_TO_END = 0.7  # [s]
 
 
@@ -23,7 +21,7 @@ class WindowError(CellwrightError):
     """A window that cannot be opened; the text says why, and what to do."""
 
 
-class Window:
+class Window(ChildProcess):
     """A window that is open, or was.
 
     Args:
@@ -42,29 +40,15 @@ class Window:
             file = Path(folder) / "model.mjb"
             mujoco.mj_saveModel(model, str(file), None)
             command = [sys.executable, "-P", "-m", "cellwright.viewer.window_program"]
-            self._process = subprocess.Popen(  # noqa: S603
-                [*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""], stdout=subprocess.PIPE
-            )
-            assert self._process.stdout is not None
-            said = self._process.stdout.readline().strip()
+            super().__init__([*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""])
+            said = self.ready_line()
         if said != _READY:
             self.close()
-            raise WindowError(said.decode(errors="replace") or "no window can be opened: its process has ended")
-
-    @property
-    def is_open(self) -> bool:
-        """Whether it has not been closed yet."""
-        return self._process.poll() is None
+            raise WindowError(said or "no window can be opened: its process has ended")
 
     def close(self) -> None:
         """See that it is closed. By itself it closes when the node has ended; it is given a moment to do so."""
-        try:
-            self._process.wait(_TIME_TO_END)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        if self._process.stdout is not None:
-            self._process.stdout.close()
+        self.end(_TIME_TO_END)
 
 
 def hindrance() -> str:

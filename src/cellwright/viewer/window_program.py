@@ -43,7 +43,8 @@ def main(arguments: Sequence[str]) -> int:
 
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
-        _say(f"no window can be opened: {_text(glfw.get_error()[1])}")
+        said: Any = glfw.get_error()[1]
+        _say(f"no window can be opened: {said.decode(errors='replace') if isinstance(said, bytes) else said}")
         return 1
     _say("ready")
     try:
@@ -91,12 +92,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
 
 
 class RobotPicture:
-    """The engine's model as a robot's node tells of it.
-
-    Args:
-        model: whose joints and actuators have the names of the robot's joints.
-        data: written to.
-    """
+    """The engine's model as a robot's node tells of it; its joints and actuators are called as the robot's joints."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model, self._data = model, data
@@ -131,10 +127,6 @@ class RobotPicture:
         data.mocap_pos[0], data.mocap_quat[0] = state["carrier"][:3], state["carrier"][3:]
         self._targets[:] = data.ctrl[:] = state["targets"]
         mujoco.mj_forward(self._model, data)
-
-
-def _text(said: Any) -> str:
-    return said.decode(errors="replace") if isinstance(said, bytes) else str(said)
 
 
 def _say(line: str) -> None:

@@ -9,12 +9,13 @@ import pytest
 
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
+from cellwright.middleware.messages.control_msgs import JointTolerance as AskedTolerance
 from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, named, one_of_each
 
@@ -147,7 +148,7 @@ def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
     worst, fastest = 0.0, 0.0
     for _ in range(1000):
         precise.cell.step()
-        worst = max(worst, *map(abs, precise.arm.following().error_positions))
+        worst = max(worst, *map(abs, precise.arm.following().error[0]))
         fastest = max(fastest, *map(abs, precise.arm.following().desired.accelerations))
     assert fastest == pytest.approx(2.0, rel=0.01)
     assert worst < 0.3e-3  # 0.11; a setpoint that is a step late or early costs 2
@@ -161,7 +162,7 @@ def test_a_part_in_the_cup_does_not_disturb_the_precise_servo(precise: Floor) ->
     worst = 0.0
     for _ in range(900):
         precise.cell.step()
-        worst = max(worst, *map(abs, precise.arm.following().error_positions))
+        worst = max(worst, *map(abs, precise.arm.following().error[0]))
     assert worst < 1e-3
 
 

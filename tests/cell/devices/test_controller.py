@@ -19,7 +19,7 @@ OTHER = (-1.0, 2.5, -0.5, 0.5, 2.0, -2.0, 1.5)
 def test_the_first_posture_is_held_from_the_first_step() -> None:
     arm = controller()
     assert arm.state(0) == (list(START), [0.0] * 7, [0.0] * 7)
-    assert arm.settled_at(0)
+    assert arm.end <= 0
 
 
 def test_positions_alone_are_joined_by_straight_lines_from_the_desired_state() -> None:
@@ -30,8 +30,7 @@ def test_positions_alone_are_joined_by_straight_lines_from_the_desired_state() -
     assert arm.positions(SECOND + SECOND // 2) == pytest.approx(half)
     assert arm.velocities(SECOND) == pytest.approx([b - a for a, b in zip(START, TARGET, strict=True)])
     assert arm.positions(2 * SECOND) == list(TARGET)
-    assert not arm.settled_at(3 * SECOND - 1)
-    assert arm.settled_at(3 * SECOND)
+    assert arm.end == 3 * SECOND
     assert arm.state(3 * SECOND) == (list(OTHER), [0.0] * 7, [0.0] * 7)
 
 
@@ -189,9 +188,9 @@ def test_how_the_joints_follow() -> None:
     actual = [value - 0.01 for value in START]
     following = arm.following(0, actual, [0.5] * 7)
     assert following.desired == arm.state(0)
-    assert following.actual_positions == actual
-    assert following.error_positions == pytest.approx([0.01] * 7)
-    assert following.error_velocities == [-0.5] * 7
+    assert following.actual == (actual, [0.5] * 7)
+    assert following.error[0] == pytest.approx([0.01] * 7)
+    assert following.error[1] == [-0.5] * 7
 
 
 @pytest.mark.slow

@@ -61,13 +61,13 @@ def test_without_a_list_there_is_no_population() -> None:
 
 def test_nothing_appears_before_the_start(floor: Floor) -> None:
     floor.cell.conveyor.set_power(100.0)
-    assert not population(floor).enabled
+    assert not population(floor).running
     assert appearances(floor, 2.0) == []
 
 
 def test_parts_appear_when_they_are_due_one_a_step_until_the_pool_is_used_up(floor: Floor) -> None:
     start(floor)
-    assert population(floor).enabled
+    assert population(floor).running
     assert appearances(floor, 8.0) == [
         (500, "gear_part_clone_0"),
         (1000, "gear_part_clone_1"),
@@ -78,7 +78,7 @@ def test_parts_appear_when_they_are_due_one_a_step_until_the_pool_is_used_up(flo
         (2502, "gear_part_clone_5"),
         (3000, "disk_part_clone_1"),
     ]
-    assert population(floor).enabled
+    assert population(floor).running
 
 
 def test_a_part_appears_in_the_spawn_frame(floor: Floor) -> None:
@@ -120,10 +120,10 @@ def test_pause_resume_and_restart(floor: Floor) -> None:
     start(floor)
     floor.run(0.7)
     population(floor).control("pause")
-    assert not population(floor).enabled
+    assert not population(floor).running
     assert appearances(floor, 2.0) == []
     population(floor).control("resume")
-    assert population(floor).enabled
+    assert population(floor).running
     assert appearances(floor, 0.4) == [(3000, "gear_part_clone_1"), (3002, "gear_part_clone_2")]
     population(floor).control("restart")
     assert appearances(floor, 0.6) == [(3600, "gear_part_clone_3")]

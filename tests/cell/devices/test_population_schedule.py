@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.devices.conveyor import Appearance, PopulationSchedule
 from cellwright.config.trial.trial import BeltPart
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.util.pose import Pose
 
 SECOND = 1_000_000_000

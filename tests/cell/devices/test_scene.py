@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.logical_camera import SceneModel, collision_geoms
+from cellwright.cell.devices.logical_camera import collision_geoms
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import CYLINDER, add_agv, add_block, add_part, empty_spec, make_simulation, move, scene_of
 
@@ -110,15 +110,6 @@ def test_boxes_and_poses_are_those_of_the_moment_that_was_kept() -> None:
     assert scene.boxes(third)[1][0] == pytest.approx([0.02, 0.1, 0.02])
     assert scene.boxes(first)[0][0] == pytest.approx([0, 0, 0])
     assert scene.poses(np.array([0]), second) == [Pose((0.0, 0.0, 1.0))]
-
-
-def test_short_names_have_no_prefix() -> None:
-    def short(name: str) -> str:
-        return SceneModel(name, "gear_part", 1, (1,)).short_name
-
-    assert short("bin7|gear_part_3") == "gear_part_3"
-    assert short("a|populate_conveyor|gear_part_clone_0") == "gear_part_clone_0"
-    assert short("agv1") == "agv1"
 
 
 def test_an_empty_scene_has_no_boxes() -> None:

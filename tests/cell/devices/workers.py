@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene.scene import Frame, Scene
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.errors import RenderingError
@@ -37,16 +38,17 @@ class FakeWorker(RenderWorker):
         """How many pictures were asked for."""
         return len(self.asked)
 
-    def colour(self, frame: Frame, camera: Camera, width: int, height: int, **_: Any) -> Future[NDArray[np.uint8]]:
-        self.asked.append((frame, camera, ["colour"]))
-        return _Picture(self, np.full((height, width, 3), frame.time // 1_000_000 % 256, np.uint8))
+    def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
+        self.asked.append((frame, asked.camera, ["colour"]))
+        return _Picture(self, np.full((asked.height, asked.width, 3), frame.time // 1_000_000 % 256, np.uint8))
 
-    def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> Future[NDArray[np.float32]]:
+    def depth(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
+        camera = asked.camera
         if self.asked and self.asked[-1] == (frame, camera, ["colour"]):
             self.asked[-1][2].append("depth")
         else:
             self.asked.append((frame, camera, ["depth"]))
-        return _Picture(self, np.full((height, width), camera.eye[0], np.float32))
+        return _Picture(self, np.full((asked.height, asked.width), camera.eye[0], np.float32))
 
     def close(self, timeout: float = 0.0) -> None:
         self.is_closed = True

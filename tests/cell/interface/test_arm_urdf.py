@@ -22,8 +22,8 @@ GREY = (0.5, 0.5, 0.5, 1.0)
 
 def written(pose: Pose) -> Element:
     """An element that has the pose as its origin."""
-    robot = urdf.new_description("test")
-    urdf.add_fixed_joint(robot, "joint", "world", "link", pose)
+    robot = Element("robot")
+    urdf.add_joint(robot, "fixed", "joint", "world", "link", pose)
     found = robot.find("joint")
     assert found is not None
     return found
@@ -61,7 +61,7 @@ def test_numbers_are_written_without_noise() -> None:
     ids=["box", "cylinder", "sphere", "capsule"],
 )
 def test_shapes(shape: Shape, kinds: list[str], lowest: float) -> None:
-    robot = urdf.new_description("test")
+    robot = Element("robot")
     urdf.add_link(robot, "link", solid=[shape])
     for role in ("visual", "collision"):
         elements = [*robot.iter(role)]
@@ -82,7 +82,7 @@ def lowest_point(element: Element) -> float:
 
 
 def test_what_is_only_seen_is_not_touched() -> None:
-    robot = urdf.new_description("test")
+    robot = Element("robot")
     urdf.add_link(robot, "link", solid=[box(1, 1, 1, HERE, GREY)], seen=[cylinder(1, 1, HERE, GREY)])
     assert [each.tag for each in robot.iterfind("link/visual/geometry/*")] == ["box", "cylinder"]
     assert [each.tag for each in robot.iterfind("link/collision/geometry/*")] == ["box"]
@@ -93,7 +93,7 @@ def test_what_is_only_seen_is_not_touched() -> None:
 
 def test_inertia() -> None:
     form = Cylinder(12.0, 0.5, 1.0, middle=0.25)
-    robot = urdf.new_description("test")
+    robot = Element("robot")
     urdf.add_link(robot, "link", form=form)
     urdf.add_link(robot, "frame")
     (inertial,) = robot.iter("inertial")

@@ -48,7 +48,7 @@ def test_the_bus_has_what_the_table_has_and_nothing_else(trial: Trial, competiti
         else:
             assert info.subscribers == ("/gazebo",)
     services = {row.name: row.type for row in table if row.kind is Kind.SERVICE}
-    assert {info.name: info.type for info in cell.bus.services()} == services
+    assert {info.name: info.type.name for info in cell.bus.services()} == services
     assert cell.topics() == sorted({row.name for row in topics if row.direction is Direction.OUT})
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.middleware.bus.bus import MOST_LINES
+from cellwright.middleware.bus import MOST_LINES
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
 from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point

@@ -2,16 +2,16 @@ import pytest
 
 from cellwright.cell.kitting.effects import AnnouncementReason
 from cellwright.cell.kitting.inventory import TrayContents
-from cellwright.cell.kitting.referee import NOW, Announcements, Due, count_parts
+from cellwright.cell.kitting.referee import NOW, Announcements, count_parts
 from cellwright.config.trial.trial import Order
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from tests.cell.kitting.builders import order, thing
 
 GEAR, DISK, PULLEY = thing("gear_part"), thing("disk_part"), thing("pulley_part")
 BAD_GEAR = thing("gear_part", faulty=True)
-AT_ONCE = Due(NOW, AnnouncementReason.IDLE)
-BY_WANTED = Due(NOW, AnnouncementReason.WANTED_PARTS)
-BY_UNWANTED = Due(NOW, AnnouncementReason.UNWANTED_PARTS)
+AT_ONCE = (NOW, AnnouncementReason.IDLE)
+BY_WANTED = (NOW, AnnouncementReason.WANTED_PARTS)
+BY_UNWANTED = (NOW, AnnouncementReason.UNWANTED_PARTS)
 
 
 def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() -> None:
@@ -33,10 +33,10 @@ def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() 
     ("asked", "trays", "idle", "due"),
     [
         # by time
-        (order(start_time=0.0), [], True, Due(0, AnnouncementReason.TIME)),
-        (order(start_time=2.5), [], False, Due(2_500_000_000, AnnouncementReason.TIME)),
-        (order(start_time=-3.0), [], True, Due(-3_000_000_000, AnnouncementReason.TIME)),
-        (order(start_time=1e300), [], True, Due(NEVER, AnnouncementReason.TIME)),
+        (order(start_time=0.0), [], True, (0, AnnouncementReason.TIME)),
+        (order(start_time=2.5), [], False, (2_500_000_000, AnnouncementReason.TIME)),
+        (order(start_time=-3.0), [], True, (-3_000_000_000, AnnouncementReason.TIME)),
+        (order(start_time=1e300), [], True, (NEVER, AnnouncementReason.TIME)),
         # no condition, or one that is switched off
         (order(), [], True, None),
         (order(wanted_parts=0), [(GEAR,)], True, None),
@@ -60,7 +60,9 @@ def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() 
         (order(unwanted_parts=1), [(BAD_GEAR,)], False, None),
     ],
 )
-def test_when_an_order_is_due(asked: Order, trays: list[TrayContents], idle: bool, due: Due | None) -> None:
+def test_when_an_order_is_due(
+    asked: Order, trays: list[TrayContents], idle: bool, due: tuple[int, AnnouncementReason] | None
+) -> None:
     assert Announcements([asked]).due(trays, idle=idle) == due
 
 

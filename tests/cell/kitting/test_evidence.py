@@ -10,6 +10,7 @@ import pytest
 from cellwright.cell.kitting.evidence import (
     MAX_TILT,
     Evidence,
+    KitEvidence,
     evidence,
     evidence_to_json,
     kit_evidence,
@@ -42,8 +43,12 @@ def judged(*contents: TrayObject, wanted: Order, more: tuple[Order, ...] = ()) -
     return evidence(trial, scorer.game_score(12 * SECOND), 12 * SECOND)
 
 
+def kits_of(found: Evidence) -> list[KitEvidence]:
+    return [kit for order in found.orders for kit in order.kits]
+
+
 def sentences(found: Evidence) -> list[str]:
-    return [part.sentence() for kit in found.kits() for part in kit.parts]
+    return [part.sentence() for kit in kits_of(found) for part in kit.parts]
 
 
 def of_one(found: TrayObject, x: float = 0.0) -> str:
@@ -71,20 +76,20 @@ def test_a_place_off_the_tray_is_told_from_bad_play() -> None:
     )
     wanted = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
     found = judged(thing(x=0.2), wanted=wanted)
-    assert [part.cause for each in found.kits() for part in each.parts] == ["off tray"]
+    assert [part.cause for each in kits_of(found) for part in each.parts] == ["off tray"]
     assert (found.total, found.reach.total, found.reach.maximum) == (2.0, 2.0, 3.0)
 
 
 def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
     found = judged(thing(), wanted=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
-    causes = [(each.score.kit_type, [part.cause for part in each.parts]) for each in found.kits()]
+    causes = [(each.score.kit_type, [part.cause for part in each.parts]) for each in kits_of(found)]
     assert causes == [
         ("order_0_kit_0", ["placed"]),
         ("order_0_kit_1", ["not submitted"]),
         ("order_1_kit_0", ["not announced"] * 3),
     ]
     assert sentences(found)[1:3] == ["its kit was never submitted", "its order was never announced"]
-    assert [each.bonus_sentence for each in found.kits()] == [
+    assert [each.bonus_sentence for each in kits_of(found)] == [
         "the tray held exactly what was ordered",
         "its kit was never submitted",
         "its order was never announced",
@@ -95,8 +100,8 @@ def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
 def test_the_bonus_says_why_not() -> None:
     wanted = order(0, start_time=0.0)
     short, besides = judged(wanted=wanted), judged(thing(), thing("disk_part"), wanted=wanted)
-    assert [each.bonus_sentence for each in short.kits()] == ["an ordered part is not there, so there is no bonus"]
-    assert [each.bonus_sentence for each in besides.kits()] == [
+    assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is not there, so there is no bonus"]
+    assert [each.bonus_sentence for each in kits_of(besides)] == [
         "the tray holds more than was ordered, so there is no bonus"
     ]
 
@@ -104,7 +109,7 @@ def test_the_bonus_says_why_not() -> None:
 def test_points_in_the_evidence_are_the_referee_s() -> None:
     wanted = order(0, KINDS, start_time=0.0)
     found = judged(thing(), thing("disk_part", x=0.1), wanted=wanted)
-    (each,) = found.kits()
+    (each,) = kits_of(found)
     assert sum(part.presence for part in each.parts) == each.score.part_presence == 2.0
     assert sum(part.pose for part in each.parts) == each.score.part_pose == 2.0
     assert found.total == each.score.total == 4.0
@@ -129,7 +134,7 @@ def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
 
 def test_the_fate_of_a_missing_part_is_told_in_words_and_as_values() -> None:
     found = judged(wanted=order(0, start_time=0.0))
-    (each,) = found.kits()
+    (each,) = kits_of(found)
     fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
     known = kit_evidence(each.score, each.reach, fates=(fate,))
     (part,) = json.loads(json.dumps(kit_to_json(known)))["parts"]

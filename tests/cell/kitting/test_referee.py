@@ -20,7 +20,7 @@ from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, filling, order, thing
 
@@ -107,9 +107,9 @@ def test_a_competition_is_started_once(before: CompetitionState) -> None:
 
 def test_starting() -> None:
     judge = in_state(INIT)
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
     assert judge.start(0) == (StateChanged(READY),)
-    assert judge.next_deadline() == 1
+    assert judge.next_deadline == 1
     assert judge.update(0) == ()
     assert judge.process_time(TICK) == 0
     judge.update(TICK)
@@ -121,12 +121,12 @@ def test_a_competition_can_be_ended_in_any_state(before: CompetitionState) -> No
     judge = in_state(before)
     assert judge.end(TICK) == (StateChanged(END_GAME),)
     assert judge.update(TICK) == ()
-    assert judge.next_deadline() == TICK + 1
+    assert judge.next_deadline == TICK + 1
     effects = judge.update(2 * TICK)
     assert effects[0] == StateChanged(DONE)
     assert [type(effect) for effect in effects[1:]] == ([] if before is DONE else [TrialEnded])
     assert judge.end_reason is EndReason.COMMAND
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
 
 
 def test_ending_what_is_ending_changes_nothing() -> None:
@@ -159,7 +159,7 @@ def test_a_trial_without_orders_is_over_at_once() -> None:
 def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
     judge = going(FIRST, limit=10.0)
     judge.update(TICK)
-    assert judge.next_deadline() == 10 * SECOND + 1
+    assert judge.next_deadline == 10 * SECOND + 1
     assert judge.update(10 * SECOND) == ()
     assert judge.submit(TRAY_1, "order_0_kit_9", 10 * SECOND).score.total == 0.0
     assert short(judge.update(10 * SECOND + TICK)) == [END_GAME]
@@ -171,7 +171,7 @@ def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
 
 def test_what_is_due_exactly_at_the_time_limit_still_happens() -> None:
     judge = going(order(0, start_time=10.0), limit=10.0)
-    assert judge.next_deadline() == 10 * SECOND
+    assert judge.next_deadline == 10 * SECOND
     assert short(judge.update(10 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
     assert short(judge.update(10 * SECOND + 1)) == [END_GAME]
 
@@ -184,7 +184,7 @@ def test_a_limit_of_zero_ends_a_trial_before_anything_is_announced() -> None:
 
 def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() -> None:
     judge = going(order(0))
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
     assert judge.update(10**6 * SECOND) == ()
     assert judge.state is GO
     assert [each.order_id for each in judge._announcements.waiting] == ["order_0"]
@@ -192,10 +192,10 @@ def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() ->
 
 def test_an_order_is_announced_at_the_first_step_at_its_time() -> None:
     judge = going(order(0, start_time=3.0))
-    assert judge.next_deadline() == 3 * SECOND
+    assert judge.next_deadline == 3 * SECOND
     assert judge.update(3 * SECOND - 1) == ()
     assert short(judge.update(3 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
-    assert judge.active_orders == ("order_0",)
+    assert judge.active_orders == ["order_0"]
     assert not judge._announcements.waiting
 
 
@@ -203,22 +203,22 @@ def test_one_order_is_announced_in_a_step() -> None:
     judge = going(*(order(number, start_time=0.0) for number in range(3)))
     for number, interrupts in enumerate((None, "order_0", "order_1")):
         now = (number + 1) * TICK
-        assert judge.next_deadline() <= now
+        assert judge.next_deadline <= now
         assert short(judge.update(now)) == [(f"order_{number}", AnnouncementReason.TIME, interrupts)]
         assert judge.update(now) == ()
-    assert judge.active_orders == ("order_0", "order_1", "order_2")
-    assert judge.next_deadline() == NEVER
+    assert judge.active_orders == ["order_0", "order_1", "order_2"]
+    assert judge.next_deadline == NEVER
 
 
 def test_a_kit_ends_the_trial() -> None:
     judge = going(FIRST)
     judge.update(TICK)
     judge.tray_changed(TRAY_1, filling(FIRST))
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
     submitted = judge.submit(TRAY_1, "order_0_kit_0", 5 * SECOND)
     assert (submitted.tray_id, submitted.kit_type, submitted.is_repeated) == (TRAY_1, "order_0_kit_0", False)
     assert submitted.score.total == 6.0
-    assert judge.next_deadline() <= 5 * SECOND
+    assert judge.next_deadline <= 5 * SECOND
     assert short(judge.update(5 * SECOND)) == [("order_0", "complete", None), END_GAME]
     (_, ended) = judge.update(5 * SECOND + TICK)
     assert ended == TrialEnded(EndReason.ORDERS_COMPLETE, judge.score(0), 5 * SECOND)
@@ -230,20 +230,20 @@ def test_wanted_parts_interrupt_and_the_first_order_is_resumed() -> None:
     judge = going(FIRST, URGENT)
     judge.update(TICK)
     judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part", faulty=True)])
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
     judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part")])
     assert short(judge.update(2 * TICK)) == [("order_1", AnnouncementReason.WANTED_PARTS, "order_0")]
     judge.submit(TRAY_2, "order_1_kit_0", SECOND)
     assert short(judge.update(SECOND)) == [("order_1", "complete", "order_0")]
-    assert judge.active_orders == ("order_0",)
-    assert judge.next_deadline() == NEVER
+    assert judge.active_orders == ["order_0"]
+    assert judge.next_deadline == NEVER
 
 
 def test_unwanted_parts_interrupt() -> None:
     judge = going(FIRST, UNWANTING)
     judge.update(TICK)
     judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part")])
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
     judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part"), thing("gear_part")])
     assert short(judge.update(2 * TICK)) == [("order_2", AnnouncementReason.UNWANTED_PARTS, "order_0")]
 
@@ -253,7 +253,7 @@ def test_a_conditional_order_comes_when_no_order_is_in_progress() -> None:
     judge.update(TICK)
     judge.submit(TRAY_1, "order_0_kit_0", SECOND)
     assert short(judge.update(SECOND)) == [("order_0", "complete", None)]
-    assert judge.next_deadline() == SECOND + 1
+    assert judge.next_deadline == SECOND + 1
     assert short(judge.update(SECOND + TICK)) == [("order_1", AnnouncementReason.IDLE, None)]
 
 
@@ -321,11 +321,11 @@ def test_an_unknown_tray_is_refused() -> None:
 
 def test_parts_travel_only_while_the_game_is_on() -> None:
     judge = referee(FIRST)
-    judge.gripper_changed(0, enabled=True, attached=True)
+    judge.scorer.gripper_changed(0, enabled=True, attached=True)
     judge.start(SECOND)
     judge.update(2 * SECOND)
-    judge.gripper_changed(5 * SECOND, enabled=True, attached=False)
-    judge.gripper_changed(6 * SECOND, enabled=True, attached=True)
+    judge.scorer.gripper_changed(5 * SECOND, enabled=True, attached=False)
+    judge.scorer.gripper_changed(6 * SECOND, enabled=True, attached=True)
     judge.end(7 * SECOND)
     assert judge.score(9 * SECOND).part_travel_time == 4 * SECOND
 
@@ -337,7 +337,7 @@ def test_reset_makes_it_new() -> None:
     judge.update(SECOND)
     judge.reset()
     assert judge.get_state() == Referee(Trial("test", orders=(FIRST,))).get_state()
-    assert judge.next_deadline() == NEVER
+    assert judge.next_deadline == NEVER
     assert judge.start(0) == (StateChanged(READY),)
 
 
@@ -348,7 +348,7 @@ def test_state_goes_through_json() -> None:
     judge.update(2 * TICK)
     copy.set_state(json.loads(json.dumps(judge.get_state(), sort_keys=True)))
     assert copy.get_state() == judge.get_state()
-    assert copy.next_deadline() == judge.next_deadline()
+    assert copy.next_deadline == judge.next_deadline
     for each in (judge, copy):
         assert each.submit(TRAY_1, "order_1_kit_0", SECOND).score.total == 2.0
         assert short(each.update(SECOND)) == [("order_1", "complete", "order_0")]

@@ -118,7 +118,7 @@ class Run:
                 case "tray":
                     self.referee.tray_changed(each.tray, each.things)
                 case "gripper":
-                    self.referee.gripper_changed(now, enabled=True, attached=each.carrying)
+                    self.referee.scorer.gripper_changed(now, enabled=True, attached=each.carrying)
                 case _:
                     submitted = self.referee.submit(each.tray, each.kit_type, now)
                     self.effects.append(submitted)
@@ -128,7 +128,7 @@ class Run:
                 self.judged.append(False)
 
     def turn(self, now: int) -> None:
-        if self.cadence == "deadlines" and now < self.referee.next_deadline():
+        if self.cadence == "deadlines" and now < self.referee.next_deadline:
             return
         self.calls += 1
         self.take(self.referee.update(now), now)

@@ -4,12 +4,11 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell.kitting.inventory import TrayObject, Trays, part_type, trimmed_name
+from cellwright.cell.kitting.inventory import TrayContents, TrayObject, part_type, trimmed_name
 from cellwright.cell.kitting.kit_score import KitScore
 from cellwright.cell.kitting.scorer import GameScore, Scorer
 from cellwright.config.trial.trial import Kit, KitObject, Order
 from cellwright.engine.clock import nanoseconds, seconds
-from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 from tests.conftest import load_cases
 
@@ -55,7 +54,7 @@ class Player:
 
     def __init__(self, case: dict[str, Any]) -> None:
         self.scorer = Scorer([order(each) for each in case["ops"] if each["op"] == "order"])
-        self.trays = Trays()
+        self.trays: dict[str, TrayContents] = {}
         self.now = 0
         self.scorer.begin(self.now)
 
@@ -66,16 +65,14 @@ class Player:
         self.scorer.announce(operation["order_id"], self.now)
 
     def tray(self, operation: dict[str, Any]) -> None:
-        contents = [
+        contents = tuple(
             TrayObject(f"{each['type']}_{number}", each["type"], each["is_faulty"], pose(each))
             for number, each in enumerate(operation["objects"])
-        ]
-        self.trays.report(operation["tray"], contents)
+        )
+        self.trays[operation["tray"]] = contents
 
     def submit(self, operation: dict[str, Any]) -> dict[str, Any]:
-        try:
-            contents = self.trays.contents(operation["tray"])
-        except UnknownNameError:
+        if (contents := self.trays.get(operation["tray"])) is None:
             return {"error": "unknown_tray"}
         return kit_score(self.scorer.submit(operation["kit_type"], contents, self.now))
 

@@ -1,11 +1,9 @@
 import json
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.kitting.scorer import Stopwatch
-from cellwright.util.errors import UsageError
 
 
 @given(st.lists(st.tuples(st.integers(0, 10**9), st.booleans()), max_size=20), st.integers(0, 10**9))
@@ -20,10 +18,3 @@ def test_it_adds_up_the_time_while_it_runs(presses: list[tuple[int, bool]], rest
         copy = Stopwatch()
         copy.set_state(json.loads(json.dumps(watch.get_state())))
         assert copy.elapsed(now + 7) == watch.elapsed(now + 7)
-
-
-def test_time_does_not_run_backwards() -> None:
-    watch = Stopwatch()
-    watch.run(10)
-    with pytest.raises(UsageError, match="backwards"):
-        watch.halt(9)

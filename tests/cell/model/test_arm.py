@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS, initial_positions
+from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, Trial
 from cellwright.util.errors import UnknownNameError
@@ -136,7 +136,7 @@ def test_initial_posture(original: Bench) -> None:
     assert joint_value(asked, "elbow_joint") == 2.0
     assert joint_value(asked, "wrist_1_joint") == 3.77
     with pytest.raises(UnknownNameError, match="arm joint"):
-        initial_positions({"elbow": 1.0})
+        Bench(cell(has_arm=True, initial_joint_states={"elbow": 1.0}))
 
 
 def test_initial_posture_is_held_from_the_first_step() -> None:

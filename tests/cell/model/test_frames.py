@@ -14,9 +14,7 @@ from cellwright.cell.model.frames import (
     SHELF_SURFACE,
     SPAWN_FRAME,
     TRAY_IDS,
-    bin_frame,
     load_point,
-    part_frames,
     shelf_slot,
 )
 from cellwright.cell.model.parts import PART_TYPES, part_type
@@ -30,14 +28,9 @@ def test_trays_stand_where_the_description_says() -> None:
         assert world_T_tray.yaw == pytest.approx(TRAY_FRAMES[tray].yaw)
 
 
-def test_frames_of_parts_depend_on_the_agvs() -> None:
-    assert part_frames() == dict(REFERENCE_FRAMES)
-    assert set(part_frames()) - set(part_frames(agvs=False)) == set(TRAY_FRAMES)
-
-
 def test_bins_are_turned_a_quarter() -> None:
-    assert bin_frame("bin7").position == (-0.3, 0.23, 0.0)
-    assert bin_frame("bin7").yaw == pytest.approx(math.pi / 2, abs=1e-5)
+    assert REFERENCE_FRAMES["bin7::link"].position == (-0.3, 0.23, 0.0)
+    assert REFERENCE_FRAMES["bin7::link"].yaw == pytest.approx(math.pi / 2, abs=1e-5)
 
 
 def test_load_points() -> None:

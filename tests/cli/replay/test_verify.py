@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from cellwright.cli.main import main
-from cellwright.cli.replay.report import show_verdict
+from cellwright.cli.replay.actions import show_verdict
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording

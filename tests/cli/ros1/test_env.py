@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli import ros1 as ros1_env
-from cellwright.middleware.ros1.packages.tools import RosSystem
+from cellwright.middleware.ros1.host.installation import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT

@@ -52,10 +52,10 @@ class Sends:
 class NoPage:
     """Stands for a page's process, which has tests of its own."""
 
-    is_open = True
+    is_running = True
 
     def close(self) -> None:
-        self.is_open = False
+        self.is_running = False
 
 
 @pytest.fixture(autouse=True)
@@ -200,7 +200,7 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
                 with pytest.raises(CellwrightError, match="the run is over"):
                     control(link, action=action)
             assert "reset" not in told["control"]["refused"], "it may begin anew"
-            no_page.is_open = False
+            no_page.is_running = False
 
         with looking(crowd, look):
             assert not crowd.wait()
@@ -218,7 +218,7 @@ def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPa
 
         with looking(crowd, end), ended_as_by_ctrl_c():
             assert not crowd.wait()
-        assert no_page.is_open
+        assert no_page.is_running
 
 
 @pytest.mark.slow

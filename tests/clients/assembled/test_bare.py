@@ -32,7 +32,7 @@ def test_the_module_of_the_ros_package_knows_the_interpreter(tmp_path: Path) -> 
     for name in ("__init__", "robot_module"):
         path = tmp_path / "io_teleop_robot_utils" / f"{name}.py"
         path.parent.mkdir(exist_ok=True)
-        path.write_bytes(files[f"io_teleop_robot_utils/{name}.py"].content)
+        path.write_bytes(files[f"io_teleop_robot_utils/{name}.py"])
     program = "import sys; sys.path.insert(0, sys.argv[1])\n"
     program += "from io_teleop_robot_utils.robot_module import AssembledRobot\nprint(AssembledRobot.python)"
     assert run(program, str(tmp_path)) == f"{sys.executable}\n"

@@ -5,19 +5,16 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from typing import IO, Any
 
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.client import ros1_transport
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
 from cellwright.clients.client.ros1_transport import Ros1Transport
@@ -36,6 +33,7 @@ from cellwright.util.errors import (
     UnknownNameError,
     UsageError,
 )
+from cellwright.util.process import ChildProcess
 from tests import watching
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
@@ -63,9 +61,9 @@ TOPICS = [
 ]
 
 
-def forked_relay(command: list[str], *, env: dict[str, str], **_: object) -> WarmProcess:
+def forked_relay(command: list[str], *, env: dict[str, str], stderr: IO[bytes], **_: object) -> WarmProcess:
     """A relay without the start of an interpreter, in place of `subprocess.Popen`."""
-    return warm_ros().popen(command, folder=Path.cwd(), environment=env, stdin=True)
+    return warm_ros().popen(command, folder=Path.cwd(), environment=env, stdin=True, stderr=stderr)
 
 
 @contextmanager
@@ -79,9 +77,7 @@ def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros
     """
     with pytest.MonkeyPatch.context() as patched:
         if not cold:
-            patched.setattr(
-                ros1_transport, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": forked_relay})
-            )
+            patched.setattr(ChildProcess, "_popen", staticmethod(forked_relay))
         transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
     try:
         yield transport
@@ -259,19 +255,19 @@ def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, mak
     with pytest.raises(RunEndedError, match="the cell has ended"):
         transport.advance(None, lambda: False)
     transport.close()
-    assert transport._relay.returncode is not None
+    assert not transport._relay.is_running
 
 
 def test_the_relay_ends_with_the_client(locked: tuple[FakeCell, Ros1Transport]) -> None:
     _, transport = locked
     transport.close()
-    assert transport._relay.returncode == 0
+    assert transport._relay._process.returncode == 0
     transport.close()
 
 
 def test_a_relay_that_is_killed_ends_the_run(locked: tuple[FakeCell, Ros1Transport]) -> None:
     _, transport = locked
-    os.kill(transport._relay.pid, signal.SIGKILL)
+    os.kill(transport._relay._process.pid, signal.SIGKILL)
     with pytest.raises(RunEndedError):
         transport.advance(None, lambda: False)
 

@@ -18,7 +18,7 @@ from cellwright.clients.client import socket_transport as socket_module
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess, Transport
 from cellwright.clients.client.session import NodeClient
-from cellwright.clients.client.socket_transport import SocketTransport, _error_of
+from cellwright.clients.client.socket_transport import SocketTransport, accepted
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -345,9 +345,9 @@ def test_what_is_no_cell_is_told_from_one(said: bytes) -> None:
 def test_what_a_cell_says_cannot_play_with_the_terminal() -> None:
     said = Frame(Kind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
     with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
-        raise _error_of(said)
+        accepted(said)
     with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
-        raise _error_of(replace(said, name="UnknownNameError"))
+        accepted(replace(said, name="UnknownNameError"))
 
 
 def test_a_client_connects_to_an_address_as_people_write_it() -> None:

@@ -49,7 +49,7 @@ def robot() -> Told:
 
 @pytest.fixture
 def jog(robot: Told) -> Jog:
-    return Jog(robot, LIMITS)
+    return Jog(cast("OperatedRobot", robot), LIMITS)
 
 
 def near(value: float) -> float:
@@ -224,7 +224,7 @@ def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: Told
 @given(keys=st.lists(st.sampled_from(KEYS), max_size=60))
 def test_no_keys_send_a_joint_past_its_limits_or_far_away(keys: list[str]) -> None:
     robot = Told()
-    jog = Jog(robot, LIMITS)
+    jog = Jog(cast("OperatedRobot", robot), LIMITS)
     for key in keys:
         order = jog.press(key)
         if isinstance(order, MoveJoints):

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cli.operate.link import NodeConnection
+from cellwright.cli.operate import NodeConnection
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators.keyboard import Jog, Keyboard

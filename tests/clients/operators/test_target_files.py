@@ -33,7 +33,8 @@ def test_a_csv_file(tmp_path: Path) -> None:
     )
     assert targets.duration == 0.5
     assert targets.first == {"head": 0.1, "elbow": 0.1}
-    assert targets.reach == {"head": (0.1, 0.2), "elbow": (-3.0, 0.1)}
+    reach = {name: (min(values), max(values)) for name, values in targets.positions.items()}
+    assert reach == {"head": (0.1, 0.2), "elbow": (-3.0, 0.1)}
 
 
 def test_lines_of_json_with_grippers(tmp_path: Path) -> None:

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.parsing.expressions import evaluate
+from cellwright.config.parsing.expressions import evaluate, expression_value
+from cellwright.config.parsing.tree import Leaf, Place
 from cellwright.util.errors import ExpressionError
 
 MATH = {name: getattr(math, name) for name in vars(math) if not name.startswith("_")}
@@ -161,3 +162,8 @@ def test_messages_help() -> None:
         evaluate("radian(30)")
     with pytest.raises(ExpressionError, match="write the minus sign as -"):
         evaluate("−pi")
+
+
+def test_a_whole_number_beyond_all_floats_is_too_large() -> None:
+    with pytest.raises(ExpressionError, match=r"^179769.*… is too large$"):
+        expression_value(Leaf(2**1024 - 1, Place(0, "a.yaml", 1), "xyz[0]"))

@@ -1,21 +1,10 @@
-"""Sections read by their keys: what is missing, unknown or refused is reported, and the rest arrives by field."""
+"""Sections read by their keys: what is missing, unknown or refused is reported, and the rest arrives by name."""
 
 from dataclasses import dataclass
 
 import pytest
 
-from cellwright.config.parsing.reader import (
-    REQUIRED,
-    Key,
-    Keys,
-    Reader,
-    choice,
-    number,
-    numbers,
-    one_of,
-    section,
-    whole,
-)
+from cellwright.config.parsing.reader import Keys, Reader, choice, number, numbers, one_of, section, whole
 from cellwright.config.parsing.sources import JoinedText, Text
 from cellwright.config.parsing.tree import Problems, Table
 from cellwright.config.parsing.yaml_source import parse
@@ -24,17 +13,14 @@ from cellwright.config.parsing.yaml_source import parse
 @dataclass(frozen=True)
 class Lamp:
     power: float
-    colour: str = "white"
+    color: str = "white"
     is_on: bool = False
 
 
 KEYS = Keys(
-    Key("power", "W", "how bright it is", read=number(0.0, 100.0, "W")),
-    Key("color", "`white` or `red`", "its colour", read=one_of(("white", "red"), "colour"), field="colour"),
-    Key("is_on", "true or false", "whether it shines", read=Reader.truth),
-    Key("note", "text", "for people alone"),
-    of=Lamp,
-    strict="property",
+    {"power": number(0.0, 100.0, "W")},
+    {"color": one_of(("white", "red"), "colour"), "is_on": Reader.truth, "note": None},
+    "property",
 )
 
 
@@ -45,18 +31,12 @@ def table(text: str) -> tuple[Table, Reader]:
     return root, Reader(problems)
 
 
-def test_values_arrive_by_field() -> None:
+def test_values_arrive_by_name() -> None:
     root, reader = table("{power: 5, color: red, note: old}")
     values = KEYS.read(root, reader)
-    assert (values, reader.problems.errors) == ({"power": 5.0, "colour": "red"}, ())
+    assert (values, reader.problems.errors) == ({"power": 5.0, "color": "red"}, ())
     assert KEYS.complete(values)
     assert Lamp(**values) == Lamp(5.0, "red")
-
-
-def test_defaults_are_those_of_the_dataclass() -> None:
-    assert [key.default for key in KEYS] == [REQUIRED, "`white`", False, "none"]
-    assert KEYS.required == ("power",)
-    assert "| `lamp.color` | `white` or `red` | its colour | `white` |" in KEYS.table("lamp.")
 
 
 @pytest.mark.parametrize(
@@ -81,7 +61,7 @@ def test_slips(text: str, said: str) -> None:
 
 def test_unknown_entries_are_warnings_where_keys_are_not_strict() -> None:
     root, reader = table("{a: 1, b: 2, c: 3}")
-    assert Keys(Key("a", "", "", read=Reader.whole)).read(root, reader, ("b",)) == {"a": 1}
+    assert Keys(optional={"a": Reader.whole}).read(root, reader, ("b",)) == {"a": 1}
     assert [str(each) for each in reader.problems.warnings] == ["lamp.yaml:1: c: unknown entry, ignored"]
 
 

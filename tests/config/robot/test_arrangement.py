@@ -23,7 +23,7 @@ def test_groups_have_their_keys_in_the_file(small: RobotConfig) -> None:
     found = {key: (joints, home) for key, joints, home in groups(small)}
     assert list(found) == ["arms[0]", "arms[1]", "grippers[0]", "grippers[1]", "head", "waist", "dorsal"]
     assert found["arms[1]"] == (("l1", "l2"), (-0.1, 0.2))
-    assert found["grippers[0]"] == (("r_finger", "r_thumb"), None)
+    assert found["grippers[0]"] == (("r_finger", "r_thumb"), (0.0, -0.04))
 
 
 def test_what_is_fastened_does_not_move(small: RobotConfig) -> None:

@@ -9,9 +9,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.config.robot.config import Arm, Gripper, Posture, RobotConfig
-from cellwright.config.robot.config_keys import READ, UNUSED
-from cellwright.config.robot.robots import read_robot_config
+from cellwright.config.robot.config import UNUSED, Arm, Gripper, Posture, RobotConfig
+from cellwright.config.robot.robots import ENTRIES, read_robot_config
 from cellwright.util.errors import DescriptionError
 from tests.config.robot.small_robot import CONFIG, INDICES, urdf, write
 from tests.conftest import load_cases
@@ -53,7 +52,6 @@ def test_groups(small: RobotConfig) -> None:
     assert small.waist == Posture(("spin",), (0.5,))
     assert small.command_links == ("r_hand", "l_hand")
     assert small.reference_links == ("torso", None)
-    assert small.wo_controller is False
     assert small.fixed_link is None
 
 
@@ -142,14 +140,15 @@ def test_a_folder_or_nothing_is_refused(tmp_path: Path) -> None:
 
 
 def test_all_keys_are_known_and_none_twice() -> None:
-    assert not set(READ) & set(UNUSED)
-    assert len(READ) == len(set(READ))
+    assert not set(ENTRIES.names) & set(UNUSED)
 
 
 WHOLE: dict[str, Any] = yaml.safe_load(CONFIG)
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(string.printable, max_size=8),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from([*READ, "x"]), inner, max_size=3),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from([*ENTRIES.names, "x"]), inner, max_size=3)
+    ),
     max_leaves=6,
 )
 

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cellwright.config.robot import config_keys
-from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.robots import bundled, find_robot, load_robot, read_robot_config
+from cellwright.config.robot.config import UNUSED, RobotConfig
+from cellwright.config.robot.robots import ENTRIES, bundled, find_robot, load_robot, read_robot_config
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robot-configuration.md").read_text()
 
@@ -37,4 +36,4 @@ def test_the_example_is_the_robot_that_comes_along(example: RobotConfig) -> None
 def test_the_bundled_configurations_use_known_entries_only() -> None:
     for name in bundled():
         entries = yaml.safe_load(find_robot(name).read_text())
-        assert set(entries) <= {*config_keys.READ, *config_keys.UNUSED}
+        assert set(entries) <= {*ENTRIES.names, *UNUSED}

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Items, Leaf, Place, Problems, Scalar
-from cellwright.config.robot.group_reader import MOST_LISTED, References, listed, numbered
+from cellwright.config.robot.group_reader import MOST_LISTED, GroupReader, listed, numbered
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.robots import load_robot
 from tests.config.robot.small_robot import INDICES, urdf
@@ -28,7 +29,7 @@ def leaf(value: Scalar) -> Leaf:
 def test_an_index_and_its_name_are_the_same(order: str, robot: RobotModel) -> None:
     joints = numbered(robot, order)
     problems = Problems()
-    references = References(robot, joints, problems)
+    references = GroupReader(robot, joints, Reader(problems))
     for index, joint in enumerate(joints):
         if joint.is_driven:
             assert references.joint(leaf(index), may_follow=True) is joint
@@ -44,7 +45,7 @@ def test_the_two_ways_of_counting(robot: RobotModel) -> None:
 
 def test_the_root_only_where_it_may_be(robot: RobotModel) -> None:
     problems = Problems()
-    references = References(robot, robot.joints, problems)
+    references = GroupReader(robot, robot.joints, Reader(problems))
     assert references.link(leaf(-1), may_be_root=True) == references.link(leaf("base"), may_be_root=True) == "base"
     assert references.link(leaf(-1)) is references.link(leaf("base")) is None
     assert len(problems.errors) == 2
@@ -54,14 +55,14 @@ def test_the_root_only_where_it_may_be(robot: RobotModel) -> None:
 def test_anything_is_a_joint_or_one_error_with_its_place(robot: RobotModel, value: Scalar) -> None:
     for kind in ("joint", "link"):
         problems = Problems()
-        found = getattr(References(robot, robot.joints, problems), kind)(leaf(value))
+        found = getattr(GroupReader(robot, robot.joints, Reader(problems)), kind)(leaf(value))
         assert [str(problem).startswith("a.yml:7: key: ") for problem in problems.errors] == [True] * (found is None)
 
 
 @given(st.lists(st.integers(-2, 15), max_size=6))
 def test_a_list_has_each_joint_once(robot: RobotModel, indices: list[int]) -> None:
     problems = Problems()
-    found = References(robot, robot.joints, problems).joints(Items(tuple(map(leaf, indices)), HERE, "key"))
+    found = GroupReader(robot, robot.joints, Reader(problems)).joints(Items(tuple(map(leaf, indices)), HERE, "key"))
     movable = {index for index, joint in enumerate(robot.joints) if joint.is_driven and joint.mimic is None}
     is_sound = bool(indices) and set(indices) <= movable and len(set(indices)) == len(indices)
     assert (found is not None) == is_sound == (problems.errors == ())

@@ -174,6 +174,6 @@ def test_a_service_is_served_once_and_answers_in_its_type(cell: Cell) -> None:
 
 def test_services_are_listed(cell: Cell) -> None:
     agv, submit = cell.bus.services()
-    assert (agv.name, agv.type, agv.node) == ("/ariac/agv1", "osrf_gear/AGVControl", "/cell")
-    assert (submit.name, submit.type, submit.node) == ("/ariac/submit_tray", "osrf_gear/SubmitTray", "")
+    assert (agv.name, agv.type.name, agv.node) == ("/ariac/agv1", "osrf_gear/AGVControl", "/cell")
+    assert (submit.name, submit.type.name, submit.node) == ("/ariac/submit_tray", "osrf_gear/SubmitTray", "")
     assert cell.bus.service("/ariac/agv1") == agv

@@ -3,8 +3,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import Refusals
-from cellwright.middleware.bus.bus import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS
+from cellwright.middleware.bus import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS, Refusals
 
 SECOND = 10**9
 

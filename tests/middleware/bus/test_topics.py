@@ -60,7 +60,6 @@ def test_cancelling(bus: Bus) -> None:
     publisher.publish(String("x"))
     assert heard == [("second", "x")]
     assert bus.topic("/state").subscribers == ("/two",)
-    assert first.topic == "/state"
 
 
 def test_one_callback_may_listen_twice(bus: Bus) -> None:
@@ -226,7 +225,6 @@ def test_only_the_topics_class_is_published(bus: Bus) -> None:
     publisher = bus.advertise("/state", "std_msgs/String")
     with pytest.raises(UsageError, match="/state carries std_msgs/String, not osrf_gear/VacuumGripperState"):
         publisher.publish(VacuumGripperState())
-    assert publisher.topic == "/state"
 
 
 def test_a_topic_has_one_type_and_one_direction(bus: Bus) -> None:

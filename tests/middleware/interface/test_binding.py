@@ -29,7 +29,7 @@ from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.commander import Homing
 from cellwright.robot.commands import Commands as RobotCommands
-from cellwright.robot.ee_poses import EePoseTopics
+from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
 from cellwright.robot.publications import CameraTopics
 from cellwright.robot.publications import Publications as RobotPublications
@@ -135,7 +135,7 @@ def test_tables_load_without_the_engine(module: str) -> None:
     ("table", "classes"),
     [
         ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction)),
-        (IO_TELEOP, (RobotCommands, Homing, EePoseTopics, RobotPublications, CameraTopics)),
+        (IO_TELEOP, (RobotCommands, Homing, EePoses, RobotPublications, CameraTopics)),
     ],
     ids=["cell", "robot"],
 )
@@ -145,7 +145,8 @@ def test_handlers_and_rows_belong_together(table: tuple[Row, ...], classes: tupl
         name
         for each in classes
         for name, method in vars(each).items()
-        if {"row", "_row", "output"} & set(getattr(getattr(method, "__code__", None), "co_varnames", ()))
+        if {"row", "_row", "output"}
+        & set(getattr(getattr(getattr(method, "func", method), "__code__", None), "co_varnames", ()))
         if not name.startswith("_")
     }
     assert takers - {"refuse", "silence"} == named - {"clock"}

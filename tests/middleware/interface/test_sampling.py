@@ -6,8 +6,8 @@ from cellwright.cell.cell import Cell
 from cellwright.engine.sensor import Reading
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
-from cellwright.middleware.interface.sampling import Sampled, Streamed, advertise
-from cellwright.middleware.interface.table import Pace, Row, Where, says
+from cellwright.middleware.interface.binding import Output
+from cellwright.middleware.interface.table import Pace, Where, says
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Float64
 from tests.cells import BARE
@@ -19,7 +19,8 @@ class Bench:
     def __init__(self, rate: int | Pace, *, latch: bool = False) -> None:
         self.simulation: Simulation = Cell(BARE).simulation
         self.bus = Bus(lambda: self.simulation.now)
-        self.row: Row = says("/probe", "std_msgs/Float64", rate, Where.ALWAYS, "Time.", latch=latch)
+        row = says("/probe", "std_msgs/Float64", rate, Where.ALWAYS, "Time.", latch=latch)
+        self.output = Output(self.bus, self.simulation, row)
         self.built: list[float] = []
         self.heard: list[float] = []
         self.silent = False
@@ -40,7 +41,7 @@ class Bench:
 
 def test_nothing_is_built_for_nobody() -> None:
     bench = Bench(100)
-    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
+    bench.output.sample(bench.build)
     bench.steps(10)
     assert bench.built == []
     first = bench.bus.subscribe("/probe", bench.hear)
@@ -59,7 +60,7 @@ def test_nothing_is_built_for_nobody() -> None:
 
 def test_each_step() -> None:
     bench = Bench(Pace.EACH_STEP)
-    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
+    bench.output.sample(bench.build)
     bench.bus.subscribe("/probe", bench.hear)
     bench.steps(3)
     assert bench.heard == [0.002, 0.004, 0.006]
@@ -68,14 +69,14 @@ def test_each_step() -> None:
 def test_one_who_waited_from_the_start_is_served() -> None:
     bench = Bench(100)
     bench.bus.subscribe("/probe", bench.hear)
-    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
+    bench.output.sample(bench.build)
     bench.steps(5)
     assert bench.heard == [0.01]
 
 
 def test_a_message_out_of_turn_and_none_at_all() -> None:
     bench = Bench(100)
-    sampled = Sampled(bench.bus, bench.simulation, bench.row, bench.build)
+    sampled = bench.output.sample(bench.build)
     sampled.publish()
     assert bench.built == []
     bench.bus.subscribe("/probe", bench.hear)
@@ -91,7 +92,7 @@ def test_a_message_out_of_turn_and_none_at_all() -> None:
 @pytest.mark.parametrize("others", [0, 1])
 def test_a_late_listener_gets_the_newest_sample_whoever_has_listened(others: int) -> None:
     bench = Bench(100, latch=True)
-    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
+    bench.output.sample(bench.build)
     for _ in range(others):
         bench.bus.subscribe("/probe", lambda _: None)
     bench.steps(7)
@@ -111,7 +112,7 @@ def test_a_stream_is_listened_to_once_and_only_while_somebody_is_there() -> None
         taps.append(take)
         return lambda: events.append("leave")
 
-    Streamed(bench.bus, bench.row, listen, lambda reading: Float64(float(reading.sample)) if reading.sample else None)
+    bench.output.stream(listen, lambda reading: Float64(float(reading.sample)) if reading.sample else None)
     assert events == []
     both = [bench.bus.subscribe("/probe", bench.hear) for _ in range(2)]
     for sample in (0, 1):
@@ -128,6 +129,6 @@ def test_a_stream_is_listened_to_once_and_only_while_somebody_is_there() -> None
 @pytest.mark.parametrize(("rate", "text"), [(50, "50 Hz"), (Pace.ON_EVENT, "on event")])
 def test_a_publisher_is_as_its_row_says(rate: int | Pace, text: str) -> None:
     bench = Bench(rate, latch=True)
-    advertise(bench.bus, bench.row)
+    bench.output.advertise()
     info = bench.bus.topic("/probe")
     assert (info.type, info.rate, info.latch, info.publishers) == ("std_msgs/Float64", text, True, ("/gazebo",))

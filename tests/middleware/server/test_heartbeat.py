@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.engine.loop import Loop, StopCondition
-from cellwright.middleware.server import client_connection
-from cellwright.middleware.server.client_connection import LATE, MAX_HELD, PING_PERIOD, REGAINED, Heartbeat, HoldBudget
+from cellwright.middleware.server import clients
+from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAINED, Heartbeat, HoldBudget
 from cellwright.middleware.wire.frames import Frame, Kind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
@@ -90,7 +90,7 @@ def test_a_pause_is_not_charged() -> None:
 
 
 def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client_connection, "MAX_HELD", 0.3)
+    monkeypatch.setattr(clients, "MAX_HELD", 0.3)
     talk = Talk()
     with served(talk.node) as hall:
         asks(hall, "/silent")

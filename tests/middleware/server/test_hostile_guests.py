@@ -18,10 +18,9 @@ from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server import client_registry as guests_module
+from cellwright.middleware.server import clients as guests_module
 from cellwright.middleware.server import server as server_module
-from cellwright.middleware.server.client_connection import BEHIND, FULL, LONGEST_HELLO, ClientConnection
-from cellwright.middleware.server.client_registry import MOST_GUESTS
+from cellwright.middleware.server.clients import BEHIND, FULL, LONGEST_HELLO, MOST_GUESTS, ClientConnection
 from cellwright.middleware.server.requests import MAX_PENDING_ADVANCES, MOST_SUBSCRIPTIONS
 from cellwright.middleware.wire.frames import LONGEST_FRAME, LONGEST_SAID, Decoder, Frame, Kind, advance, hello
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way

@@ -32,7 +32,7 @@ def test_everything_said_is_in_it(tmp_path: Path) -> None:
         }
         found = [(each.topic, time, from_ros1(data, String).data) for each, time, data in bag.messages()]
     with Recording(tmp_path / "a.mcap") as recording:
-        said = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]  # type: ignore[attr-defined]
+        said = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
     assert found == said
     assert found[0][1] == 1, "rosbag play passes over what is said at 0"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["a.bag", "a.mcap"]

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.records import Chunk, Footer, McapRecord, Message, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
+from zstandard import ZstdCompressor
 
-from cellwright.recording.format.chunks import MESSAGE_OVERHEAD, ChunkMaker, WrittenChunk, encoded_records
+from cellwright.recording.format.chunks import MESSAGE_OVERHEAD, WrittenChunk, encoded_records, make_chunk
 from cellwright.recording.format.format import MAGIC, Entry
 from tests.recording.format.test_waiting import handed_in
 
@@ -38,7 +39,7 @@ def read(chunk: WrittenChunk) -> tuple[Chunk, list[MessageIndex]]:
 @pytest.mark.slow
 @given(entries)
 def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
-    chunk, _ = read(ChunkMaker().make(handed_in(given), 0))
+    chunk, _ = read(make_chunk(ZstdCompressor(), handed_in(given), 0))
     found = [each for each in breakup_chunk(chunk, validate_crc=True) if isinstance(each, Message)]
     assert [(each.channel_id, each.log_time, each.data) for each in found] == given
     assert all(each.publish_time == each.log_time and each.sequence == 0 for each in found)
@@ -48,7 +49,7 @@ def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
 
 @given(entries, st.integers(0, 1 << 40))
 def test_its_indexes_lead_to_each_of_them(given: list[Entry], offset: int) -> None:
-    made = ChunkMaker().make(handed_in(given), offset)
+    made = make_chunk(ZstdCompressor(), handed_in(given), offset)
     chunk, indexes = read(made)
     sizes = [MESSAGE_OVERHEAD + len(data) for _, _, data in given]
     places = [end - size for end, size in zip(accumulate(sizes), sizes, strict=True)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -14,13 +15,13 @@ from cellwright.engine.clock import Clock
 from cellwright.middleware.bus import Bus, Given, How
 from cellwright.middleware.messages.standard import Bool
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse
-from cellwright.recording.format.commands import Command, CommandNotes
+from cellwright.recording.format.commands import Command, note_commands
 from cellwright.util.errors import RecordingError, RejectedCommandError
 
 GOOD = {"tick": 3, "kind": "publish", "name": "/a", "type": "std_msgs/Bool", "node": "/n", "stamp": None, "data": ""}
 
 
-def noted() -> tuple[Bus, list[Command], list[Any], CommandNotes]:
+def noted() -> tuple[Bus, list[Command], list[Any], Callable[[], None]]:
     """A bus that hears a topic and serves a service, what was noted, and what was done."""
     clock = Clock(Fraction(1, 100))
     done: list[Any] = []
@@ -39,11 +40,11 @@ def noted() -> tuple[Bus, list[Command], list[Any], CommandNotes]:
     bus.listen("/hear", "std_msgs/Bool", hear)
     bus.serve("/serve", "std_srvs/SetBool", answer)
     clock.set_tick(7)
-    return bus, commands, done, CommandNotes(bus, clock, commands.append, lambda: 99)
+    return bus, commands, done, note_commands(bus, clock, commands.append, lambda: 99)
 
 
 def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
-    bus, commands, done, notes = noted()
+    bus, commands, done, leave = noted()
     bus.publish("/hear", Bool(data=True), node="/a")
     with pytest.raises(RejectedCommandError):
         bus.publish("/hear", Bool(data=False), node="/b")
@@ -58,7 +59,7 @@ def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
         (7, How.CALL, "/serve", "std_srvs/SetBool", "/c", 99),
         (7, How.EXTRA, "cellwright/place", "", "/d", 99),
     ]
-    notes.close()
+    leave()
     bus.publish("/hear", Bool(data=True))
     assert len(commands) == 4
 

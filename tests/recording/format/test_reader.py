@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.recording.format import format as names
-from cellwright.recording.format import scanned_file
+from cellwright.recording.format import reader
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording
@@ -47,7 +47,7 @@ def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
 @settings(max_examples=30, deadline=None)
 def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept: int) -> None:
     with pytest.MonkeyPatch.context() as patch, Recording(whole) as recording:
-        patch.setattr(scanned_file, "_KEPT", kept)
+        patch.setattr(reader, "_KEPT", kept)
         found = [each.time for each in recording.messages(["/shout"], start=first * 1_000_000, until=last * 1_000_000)]
         assert found == [n * 1_000_000 for n in range(1, 300, 2) if first <= n < last]
         newest = recording.newest("/talk", last * 1_000_000)

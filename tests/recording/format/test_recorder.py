@@ -12,7 +12,6 @@ from cellwright.cell.cell import Cell
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.recording.format import format as names
-from cellwright.recording.format.commands import play
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording, recorded_frames
 from cellwright.recording.format.recorder import Recorder
@@ -73,7 +72,9 @@ def test_what_came_from_outside_brings_it_about_again(recorded: tuple[Path, str]
         (1, "publish", "/ariac/arm/command"),
         (1, "publish", "/ariac/arm/command"),
     ]
-    play(cell.simulation, cell.bus, commands)
+    for command in commands:
+        cell.simulation.step_until(cell.simulation.clock.time_of(command.tick))
+        command.carry_out(cell.bus)
     cell.simulation.step_until(cell.simulation.clock.time_of(hashes[-1]["tick"]))
     assert cell.state_hash() == hashes[-1]["hash"] == recorded[1]
 
@@ -90,7 +91,7 @@ def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
             topic = recording.topics[each.name]
             assert (topic.type, topic.direction, topic.latch) == (each.type, each.direction.value, each.latch)
         score = recording.decode(next(recording.messages(["/ariac/current_score"])))
-        assert score.data == 0.0  # type: ignore[attr-defined]
+        assert score.data == 0.0
 
 
 def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, str]) -> None:

@@ -66,7 +66,7 @@ class Memory(Recording):
         first, last = 0 if start is None else start, self.end_time + 1 if until is None else until
         return (e for e in self.list if first <= e.time < last and (topics is None or e.topic in topics))
 
-    def newest(self, topic: str, time: int, *, at_least: int | None = None) -> RecordedMessage | None:
+    def newest(self, topic: str, time: int) -> RecordedMessage | None:
         """The newest of a topic by a time."""
         found = [e for e in self.list if e.topic == topic and e.time <= time]
         return found[-1] if found else None

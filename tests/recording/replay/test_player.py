@@ -116,7 +116,7 @@ def test_a_message_that_cannot_be_read_is_counted_and_left_out() -> None:
     recorded.simulation.step_until(4 * SECOND)
 
     assert [message.data for message in came] == ["first", "second"]
-    assert recorded.player.unreadable == 1
+    assert recorded.unreadable == 1
 
 
 def test_going_back_before_the_first_order_there_is_none() -> None:
@@ -157,11 +157,11 @@ def test_whatever_was_sought_before_the_moment_looks_as_if_it_had_been_played_to
 
     assert jumping.simulation.now == straight.simulation.now
     assert jumping.simulation.clock.tick == straight.simulation.clock.tick
-    frame, other = jumping.player.sight.frame(), straight.player.sight.frame()
+    frame, other = jumping.sight.frame(), straight.sight.frame()
     assert frame is not None
     assert other is not None
     assert frame.encode() == other.encode()
-    assert jumping.player.sight.panel() == straight.player.sight.panel()
+    assert jumping.sight.panel() == straight.sight.panel()
     assert _latched(jumping) == _latched(straight)
 
 

@@ -70,13 +70,10 @@ def test_a_subscriber_hears_what_was_recorded(played: tuple[Ground, Path]) -> No
     with Recording(path) as recording:
         states = [recording.decode(each) for each in recording.messages([STATES])]
         goals = [recording.decode(each) for each in recording.messages([COMMAND])]
-    recorded = [
-        [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec, each.position.tolist()]  # type: ignore[attr-defined]
-        for each in states
-    ]
+    recorded = [[each.header.stamp.sec * 10**9 + each.header.stamp.nanosec, each.position.tolist()] for each in states]
     first, second = heard["ends"][:2]
     assert heard["states"][first:second] == recorded, "all of a round, and nothing else"
-    assert heard["goals"][0] == list(goals[0].points[0].positions)  # type: ignore[attr-defined]
+    assert heard["goals"][0] == list(goals[0].points[0].positions)
     assert set(heard["orders"]) == {"order_0"}
 
 

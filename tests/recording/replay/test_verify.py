@@ -17,7 +17,7 @@ from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.replay.rebuild import Rebuilt, Stamps
-from cellwright.recording.replay.verify import Answer, HashPoint, Step, Verdict, Verification, recorded_steps
+from cellwright.recording.replay.verify import Answer, HashPoint, Step, Verdict, recorded_steps, verify
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import RecordingError, RejectedCommandError
@@ -41,13 +41,13 @@ def taken(path: Path) -> list[Step]:
 
 def again(taken: list[Step], cell: Cell | None = None) -> Verdict:
     """What comes of these steps in a new cell."""
-    return Verification(Rebuilt(cell or Cell(cellwright.load_trial("lesson")))).run(taken)
+    return verify(Rebuilt(cell or Cell(cellwright.load_trial("lesson"))), taken)
 
 
 @pytest.mark.slow
 def test_the_same_commands_come_to_the_same_state(taken: list[Step]) -> None:
     times: list[int] = []
-    verdict = Verification(Rebuilt(Cell(cellwright.load_trial("lesson"))), times.append).run(taken)
+    verdict = verify(Rebuilt(Cell(cellwright.load_trial("lesson"))), taken, times.append)
 
     assert verdict.answer is Answer.EQUAL
     assert verdict.hashes == 4  # one a second, and one at the end
@@ -132,7 +132,7 @@ def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
         taken = list(recorded_steps(recording))
     stamps = Stamps()
     anew = RobotNode(config, safety=safety, stamp=stamps)
-    verdict = Verification(Rebuilt(anew, stamps)).run(taken)
+    verdict = verify(Rebuilt(anew, stamps), taken)
 
     assert verdict.answer is Answer.EQUAL
     assert verdict.commands == 2

@@ -13,12 +13,14 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Studio, View
+from cellwright.rendering.cameras.studio import Order, Studio
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
 
-VIEW = View(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
+
+def ask(studio: Studio) -> Order | None:
+    return studio.ask(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
 
 
 def room() -> Simulation:
@@ -42,13 +44,13 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
         simulation.step()
-        orders.append(studio.ask(VIEW))
+        orders.append(ask(studio))
     for order, distance in zip(orders, (0.8, 1.3), strict=True):  # what is drawn of a part is four times as large
         assert order is not None
         drawn = studio.fetch(order)
         assert drawn is not None
-        assert drawn.depth is not None
-        assert drawn.depth[6, 8] == pytest.approx(distance, abs=1e-4)
+        assert drawn[1] is not None
+        assert drawn[1][6, 8] == pytest.approx(distance, abs=1e-4)
     process = process_of(studio)
     studio.close()
     assert process.poll() is not None
@@ -58,23 +60,23 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
 def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
     studio = Studio(room(), report=lines.append)
-    order = studio.ask(VIEW)
+    order = ask(studio)
     assert order is not None
     assert studio.fetch(order) is not None
-    late = studio.ask(VIEW)
+    late = ask(studio)
     assert late is not None
     os.kill(process_of(studio).pid, signal.SIGKILL)
-    found = [studio.fetch(late), *(None if order is None else studio.fetch(order) for order in [studio.ask(VIEW)] * 2)]
+    found = [studio.fetch(late), *(None if order is None else studio.fetch(order) for order in [ask(studio)] * 2)]
     assert found[1:] == [None, None]
     assert len(lines) == 1
     assert lines[0].startswith("cameras take no more pictures in this run: the process that draws has ended")
-    assert studio.ask(VIEW) is None
+    assert ask(studio) is None
     studio.reopen()
-    again = studio.ask(VIEW)
+    again = ask(studio)
     assert again is not None
     drawn = studio.fetch(again)
     assert drawn is not None
-    assert np.isfinite(drawn.depth).any()  # type: ignore[arg-type]
+    assert np.isfinite(drawn[1]).any()  # type: ignore[arg-type]
     studio.close()
 
 
@@ -87,7 +89,7 @@ def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
         return workers[-1]
 
     studio = Studio(room(), start)
-    studio.ask(VIEW)
+    ask(studio)
     del studio
     gc.collect()
     assert workers[0].is_closed
@@ -96,9 +98,9 @@ def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
 def test_cameras_of_one_tick_share_its_frame() -> None:
     studio = Studio(simulation := room(), FakeWorker)
     for _ in range(2):
-        studio.ask(VIEW)
+        ask(studio)
     simulation.step()
-    studio.ask(VIEW)
+    ask(studio)
     worker: Any = studio._worker
     first, second, third = (frame for frame, _, _ in worker.asked)
     assert first is second

@@ -13,13 +13,12 @@ from cellwright.rendering.scene.engine import SceneTaker
 XML = """
 <mujoco>
   <asset>
-    <material name="blue" rgba="0 0 1 1"/>
     <mesh name="wedge" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/>
   </asset>
   <worldbody>
     <geom name="floor" type="plane" size="5 4 .1" group="2"/>
     <body name="stand" pos="1 0 0" euler="0 0 90">
-      <geom type="box" size=".1 .2 .3" pos="1 0 0" material="blue" group="1"/>
+      <geom type="box" size=".1 .2 .3" pos="1 0 0" rgba="0 0 1 1" group="1"/>
       <body name="arm" pos="0 0 1">
         <joint name="swing" axis="0 0 1"/>
         <geom type="capsule" size=".05 .3" pos=".3 0 0" rgba="1 0 0 .5" group="3"/>

@@ -32,7 +32,7 @@ def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
 
 def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
     shapes = {shape.form: shape for shape in small()[2].scene.shapes}
-    assert shapes[Form.BOX].colour == (0.0, 0.0, 1.0, 1.0)  # its material's
+    assert shapes[Form.BOX].colour == (0.0, 0.0, 1.0, 1.0)
     assert shapes[Form.CAPSULE].size[:2] == pytest.approx((0.05, 0.3))
     assert shapes[Form.CAPSULE].colour[3] == 0.5
     assert {form: shape.layer for form, shape in shapes.items()} == {

@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.renderer import CastRenderer
+from cellwright.rendering.picture import CastRenderer, PictureRequest
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
@@ -33,8 +33,8 @@ def is_red(picture: np.ndarray) -> np.ndarray:
 def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
     assert "OpenGL" in worker.ready.result(TIMEOUT)
     frame = ball_at(0.3, 0, 1)
-    drawn = worker.colour(frame, CAMERA, 160, 120, samples=4).result(TIMEOUT).astype(float)
-    cast = CastRenderer(BALL).colour(frame, CAMERA, 160, 120)
+    drawn = worker.colour(frame, PictureRequest(CAMERA, 160, 120, samples=4)).result(TIMEOUT).astype(float)
+    cast = CastRenderer(BALL).colour(frame, PictureRequest(CAMERA, 160, 120))
     assert drawn.shape == (120, 160, 3)
     assert (is_red(drawn) ^ is_red(cast)).mean() < 0.01  # a rim of pixels
     assert np.abs(drawn - cast).mean() < 8  # of 255: light, floor, tiles, haze and sky
@@ -42,8 +42,8 @@ def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
 
 def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
     frame = ball_at(0.3, 0, 1)
-    drawn = worker.depth(frame, CAMERA, 64, 48).result(TIMEOUT)
-    cast = CastRenderer(BALL).depth(frame, CAMERA, 64, 48)
+    drawn = worker.depth(frame, PictureRequest(CAMERA, 64, 48)).result(TIMEOUT)
+    cast = CastRenderer(BALL).depth(frame, PictureRequest(CAMERA, 64, 48))
     assert drawn.dtype == np.float32
     both = np.isfinite(drawn) & np.isfinite(cast) & (cast < 40)
     assert np.isinf(drawn[0]).all()
@@ -54,8 +54,10 @@ def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
 
 
 def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker: RenderWorker) -> None:
-    gone = worker.colour(ball_at(0, 0, 1, shown=False), CAMERA, 160, 120).result(TIMEOUT)
-    left, right = (worker.colour(ball_at(x, 0, 1), CAMERA, 160, 120).result(TIMEOUT) for x in (-0.5, 0.5))
+    gone = worker.colour(ball_at(0, 0, 1, shown=False), PictureRequest(CAMERA, 160, 120)).result(TIMEOUT)
+    left, right = (
+        worker.colour(ball_at(x, 0, 1), PictureRequest(CAMERA, 160, 120)).result(TIMEOUT) for x in (-0.5, 0.5)
+    )
     assert not is_red(gone).any()
     assert np.nonzero(is_red(left))[1].mean() < 70 < 90 < np.nonzero(is_red(right))[1].mean()
 
@@ -63,14 +65,14 @@ def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker:
 def test_shadows_can_be_left_out(worker: RenderWorker) -> None:
     above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
     with_them, without = (
-        worker.colour(ball_at(0, 0, 1), above, 120, 90, shadows=shadows).result(TIMEOUT).astype(float)
+        worker.colour(ball_at(0, 0, 1), PictureRequest(above, 120, 90, shadows=shadows)).result(TIMEOUT).astype(float)
         for shadows in (True, False)
     )
     assert (without.mean(axis=2) - with_them.mean(axis=2) > 25).sum() > 30
 
 
 def test_the_same_frame_gives_the_same_picture(worker: RenderWorker) -> None:
-    pictures = [worker.colour(ball_at(0, 0, 1), CAMERA, 160, 120) for _ in range(3)]
+    pictures = [worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, 160, 120)) for _ in range(3)]
     assert len({pending.result(TIMEOUT).tobytes() for pending in pictures}) == 1
 
 
@@ -78,7 +80,9 @@ def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: Ren
     above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
 
     def drawn(x: float, camera: Camera) -> bytes:
-        return worker.colour(ball_at(x, 0, 1), camera, 80, 60, about=(0, 0, 0)).result(TIMEOUT).tobytes()
+        return (
+            worker.colour(ball_at(x, 0, 1), PictureRequest(camera, 80, 60, about=(0, 0, 0))).result(TIMEOUT).tobytes()
+        )
 
     alone = {x: drawn(x, above) for x in (0.0, 0.5)}
     assert alone[0.0] != alone[0.5]
@@ -87,7 +91,10 @@ def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: Ren
 
 
 def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker) -> None:
-    bad, good = worker.colour(ball_at(0, 0, 1), CAMERA, -3, 120), worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6)
+    bad, good = (
+        worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, -3, 120)),
+        worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)),
+    )
     with pytest.raises(RenderingError, match="-3"):
         bad.result(TIMEOUT)
     assert good.result(TIMEOUT).shape == (6, 8)
@@ -98,7 +105,7 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
     with RenderWorker(BALL, most=2) as worker:
         worker.ready.result(TIMEOUT)
         os.kill(worker._process.pid, signal.SIGSTOP)
-        waiting = [worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6) for _ in range(2)]
+        waiting = [worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)) for _ in range(2)]
         assert not worker.has_room
         assert not worker.wait_for_room(0.01)
         with pytest.raises(TimeoutError):
@@ -109,7 +116,7 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
                 pending.result(TIMEOUT)
         assert worker.error
         with pytest.raises(RenderingError, match="has ended"):
-            worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6).result(TIMEOUT)
+            worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)).result(TIMEOUT)
 
 
 @pytest.mark.slow
@@ -119,7 +126,7 @@ def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest
     with RenderWorker(BALL) as worker:
         said = worker.ready.result(TIMEOUT)
         assert said == "rays" or (way == "osmesa" and "OpenGL" in said)
-        picture = worker.colour(ball_at(0, 0, 1), CAMERA, 40, 30, samples=1).result(TIMEOUT)
+        picture = worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, 40, 30, samples=1)).result(TIMEOUT)
         assert is_red(picture).any()
 
 

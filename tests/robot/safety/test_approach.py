@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.robot.safety import Guard, SafetySettings
+from cellwright.robot.safety import NO_SOURCE, Guard, SafetySettings, TargetLimiter
 from cellwright.robot.servos import FARTHEST, Array
-from cellwright.robot.target_limiter import NO_SOURCE, TargetLimiter
 from cellwright.util.errors import RejectedCommandError
 
 JOINTS = ("turn", "slide", "wheel")

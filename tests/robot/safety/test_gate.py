@@ -24,6 +24,7 @@ class Watched:
         return round(self.time * SECOND)
 
     def take(self, node: str, stamp: float = 0.0, topic: str = TOPIC) -> None:
+        self.gate.note_arrival()
         self.gate.check(topic, node, round(stamp * SECOND))
         self.gate.confirm(topic, node, round(stamp * SECOND))
 

@@ -108,5 +108,3 @@ def test_a_result_survives_json() -> None:
 def test_results_in_words() -> None:
     assert (LOST.name, LOST.ending, LOST.is_lost, LOST.is_done) == ("tiny seed 3", "lost: wall limit", True, False)
     assert (CRASHED.ending, CRASHED.is_lost) == ("the agent crashed", False)
-    assert result().real_time_factor == 10.0
-    assert result(wall=0.0).real_time_factor == 0.0

@@ -35,7 +35,7 @@ def told(*, competition: bool = False) -> dict[str, Any]:
 def opened() -> Iterator[tuple[Any, CellPanels]]:
     with page(told()) as found:
         panels = CellPanels()
-        panels.attach(found)
+        panels.page = found
         panels.begin(None)  # type: ignore[arg-type]
         panels.panel(told())
         yield found, panels
@@ -88,7 +88,7 @@ def test_what_does_not_succeed_is_told(opened: tuple[Any, CellPanels]) -> None:
 def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
     with page(told(competition=True)) as found:
         panels = CellPanels()
-        panels.attach(found)
+        panels.page = found
         panels.begin(None)  # type: ignore[arg-type]
         panels.panel(told(competition=True))
         assert [handle.visible for handle in panels._doing] == 5 * [False]
@@ -102,7 +102,7 @@ def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
     with page(told()) as found:
         panels = CellPanels()
         panels.away("nobody was ever there")
-        panels.attach(found)
+        panels.page = found
         panels.begin(None)  # type: ignore[arg-type]
         panels.panel(told() | {"refused": {"belt": "the run is over"}})
         assert [handle.visible for handle in panels._doing] == 5 * [False]

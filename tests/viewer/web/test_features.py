@@ -52,7 +52,7 @@ def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Frame
 
 def begun(feature: Feature, **about: Any) -> FakePage:
     page = FakePage(ALIKE, **about)
-    feature.attach(page)  # type: ignore[arg-type]
+    feature.page = page  # type: ignore[assignment]
     feature.begin(ALIKE)
     return page
 
@@ -194,7 +194,7 @@ def test_names_and_frames_of_what_is_there() -> None:
     page = FakePage(ALIKE)
     overlays = (Names(), Axes())
     for overlay in overlays:
-        overlay.attach(page)  # type: ignore[arg-type]
+        overlay.page = page  # type: ignore[assignment]
         overlay.begin(ALIKE)
     show(overlays, Moment.of(frame()))
     assert page.nodes == {}

@@ -65,7 +65,7 @@ def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
     finally:
         page.close()
         hall.server.close("the test is over")
-    assert not page.is_open
+    assert not page.is_running
 
 
 @QUICK_PAGES
@@ -179,7 +179,7 @@ def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
         ones, others = Onlooker(page.url), Onlooker(other.url)
         hall.until(lambda: ones.sees(TRAY) and others.sees(TRAY))
         other._process.kill()
-        hall.until(lambda: not other.is_open)
+        hall.until(lambda: not other.is_running)
         other.close()
         asked = len(hall.asked)
         hall.until(lambda: len(hall.asked) > asked + 10)
@@ -209,7 +209,7 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
             bad.close()
         moves = len(hall.asked)
         hall.until(lambda: len(hall.asked) > moves + 10)
-        assert page.is_open
+        assert page.is_running
         late = Onlooker(page.url)
         hall.until(lambda: late.sees(TRAY))
         late.close()
@@ -229,14 +229,14 @@ def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> No
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     os.kill(page._process.pid, signal.SIGTERM)
     assert gone.wait(TIMEOUT)
-    assert not page.is_open
+    assert not page.is_running
     page.close()
 
     gone.clear()
     before = threading.enumerate()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     page.close()
-    assert not page.is_open
+    assert not page.is_running
     wait_until(lambda: {*threading.enumerate()} <= {*before}, "end of the thread that watches the page")
     assert not gone.is_set()
 

@@ -43,9 +43,6 @@ class Sound(Feature):
     def away(self, reason: str) -> None:
         self._note("away")
 
-    def back(self) -> None:
-        self._note("back")
-
     def _note(self, what: str) -> None:
         self.told_of.append(what)
 
@@ -67,7 +64,7 @@ class Broken(Sound):
             raise ZeroDivisionError(what)
 
 
-@pytest.mark.parametrize("at", ["begin", "wants", "show", "told", "panel", "away", "back"])
+@pytest.mark.parametrize("at", ["begin", "wants", "show", "told", "panel", "away"])
 def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog: pytest.LogCaptureFixture) -> None:
     broken, sound = Broken(at), Sound()
     page = Page(MagicMock(), ("127.0.0.1", 1), (broken, sound))

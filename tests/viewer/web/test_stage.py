@@ -22,7 +22,7 @@ def test_shadows_unless_it_is_to_be_plain_and_at_a_click(
         monkeypatch.setenv(PLAIN, said)
     page = MagicMock(about={})
     feature = stage()
-    feature.attach(page)
+    feature.page = page
     feature.begin(MagicMock())
     light = page.server.scene.add_light_directional
     assert light.call_args.kwargs["cast_shadow"] is shadows

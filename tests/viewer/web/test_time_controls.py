@@ -20,7 +20,7 @@ def panel(**refused: str) -> dict[str, Any]:
 def opened() -> Iterator[tuple[Any, TimeControls]]:
     with page() as found:
         controls = TimeControls()
-        controls.attach(found)
+        controls.page = found
         controls.begin(None)  # type: ignore[arg-type]
         controls.panel(panel())
         yield found, controls
@@ -120,7 +120,7 @@ def test_a_refusal_is_told(opened: tuple[Any, TimeControls]) -> None:
 def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
     with page() as found:
         controls = TimeControls()
-        controls.attach(found)
+        controls.page = found
         controls.begin(None)  # type: ignore[arg-type]
         told = {**panel(), "kind": "recording", "begin": 0.0, "end": 20.0, "time": 5.04}
         del told["clock"]
@@ -136,7 +136,7 @@ def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
 def test_the_slider_is_that_of_what_is_served_there_now() -> None:
     with page() as found:
         controls = TimeControls()
-        controls.attach(found)
+        controls.page = found
         controls.begin(None)  # type: ignore[arg-type]
 
         def ends() -> tuple[bool, float, float]:

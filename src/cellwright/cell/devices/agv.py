@@ -9,9 +9,7 @@ is reached when the original reaches it; between them the two differ by less tha
 the way back.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import ClassVar, Final, Literal, TypeAlias
@@ -50,34 +48,14 @@ RETURN_FRAMES: Final[KeyFrames] = (
 )
 
 
-class AgvPath:
-    """Where an AGV is, by the time since it set out; before and after its way it stands.
+def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
+    """Where the origin of AGV 1 is, x and y in the world frame, from when it sets out; AGV 2 goes the mirror image.
 
-    Positions and velocities are those of the AGV's origin in the world frame, x and y. Its height and heading stay.
-
-    Args:
-        frames: the key frames.
-        agv: 1, or 2, whose way is the mirror image.
+    Before and after its way it stands. Its height and heading stay.
     """
-
-    def __init__(self, frames: KeyFrames, agv: int) -> None:
-        times = [round(Fraction(time) / PACE * NANOSECONDS) for time, _, _ in frames]
-        side = 1.0 if agv == 1 else -1.0
-        self.duration = times[-1]
-        """How long the way takes [ns]."""
-        self._axes = Trajectory(
-            [_through(times, [x for _, x, _ in frames]), _through(times, [side * y for *_, y in frames])]
-        )
-
-    def position_at(self, time: int) -> tuple[float, float]:
-        """Where it is `time` [ns] after it set out [m]."""
-        x, y = self._axes.positions(time)
-        return x, y
-
-    def velocity_at(self, time: int) -> tuple[float, float]:
-        """Its velocity `time` [ns] after it set out [m/s]."""
-        x, y = self._axes.velocities(time)
-        return x, y
+    times = [round(Fraction(time) / PACE * NANOSECONDS) for time, _, _ in frames]
+    side = 1.0 if agv == 1 else -1.0
+    return Trajectory([_through(times, [x for _, x, _ in frames]), _through(times, [side * y for *_, y in frames])])
 
 
 def _through(times: list[int], values: list[float]) -> list[Segment]:
@@ -112,24 +90,22 @@ class Agv(Device):
         self.state: AgvState = "ready_to_deliver"
         self.kit_type = ""
         self.on_submit: list[Callable[[Agv, str], None]] = []
-        self._paths = {"delivering": AgvPath(DELIVERY_FRAMES, number), "returning": AgvPath(RETURN_FRAMES, number)}
-        self._station = self._paths["delivering"].position_at(0)
+        self._paths = {"delivering": agv_path(DELIVERY_FRAMES, number), "returning": agv_path(RETURN_FRAMES, number)}
+        self._station = self._paths["delivering"].positions(0)
         self._departed = 0
-        self._ctrl = (0, 0)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the servos of its two slides."""
         super().attach(simulation)
         model = simulation.model
-        first, second = (model.actuator_ctrladr[model.actuator(f"{self.name}_{axis}").id] for axis in "xy")
-        self._ctrl = (int(first), int(second))
+        self._ctrl = [int(model.actuator_ctrladr[model.actuator(f"{self.name}_{axis}").id]) for axis in "xy"]
 
     def reset(self) -> None:
         """Stand at the station, ready."""
         self.state = "ready_to_deliver"
         self.kit_type = ""
         self._departed = 0
-        self._drive(*self._station, 0.0, 0.0)
+        self._drive(self._station)
         self.set_stepping(False)
 
     def send(self, kit_type: str) -> bool:
@@ -157,7 +133,7 @@ class Agv(Device):
         else:
             self.state = "ready_to_deliver"
             self.set_stepping(False)
-            self._drive(*self._station, 0.0, 0.0)
+            self._drive(self._station)
 
     def handle_turn(self) -> None:
         """Set off for the station."""
@@ -167,21 +143,19 @@ class Agv(Device):
         """Drive along the way."""
         path = self._paths.get(self.state)
         if path is not None:
-            since = self.simulation.now - self._departed
             clock = self.simulation.clock
-            x, y = path.position_at(since)
-            self._drive(x, y, *path.velocity_at(clock.time_of(clock.tick + 1) - self._departed))
+            velocity = path.velocities(clock.time_of(clock.tick + 1) - self._departed)
+            self._drive(path.positions(clock.now - self._departed), velocity)
 
     def _set_off(self, state: Literal["delivering", "returning"]) -> None:
         self.state = state
         self._departed = self.simulation.now
-        self.simulation.schedule(self, "arrive", at=self._departed + self._paths[state].duration)
+        self.simulation.schedule(self, "arrive", at=self._departed + self._paths[state].end)
         self.set_stepping(True)
         self.simulation.wake(self.simulation.model.body(self.name).id)
 
-    def _drive(self, x: float, y: float, vx: float, vy: float) -> None:
-        """Setpoints of the two slides: position in the world frame [m] and velocity [m/s]."""
+    def _drive(self, position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0)) -> None:
+        """Setpoints of the two slides: x and y in the world frame [m], and velocities [m/s]."""
         ctrl = self.simulation.data.ctrl
-        ix, iy = self._ctrl
-        ctrl[ix], ctrl[ix + 1] = x - self._station[0], vx
-        ctrl[iy], ctrl[iy + 1] = y - self._station[1], vy
+        for slide, at, start, speed in zip(self._ctrl, position, self._station, velocity, strict=True):
+            ctrl[slide], ctrl[slide + 1] = at - start, speed

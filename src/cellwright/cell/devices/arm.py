@@ -1,7 +1,5 @@
 """The arm on its rail: joint servos in the engine, driven by a joint trajectory controller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
@@ -65,19 +63,11 @@ class Arm(Device):
         self._drive()
 
     def command(self, trajectory: JointTrajectory) -> None:
-        """Follow a trajectory that came on the command topic.
-
-        Raises:
-            RejectedTrajectoryError: it cannot be followed; the arm keeps to its old one.
-        """
+        """Follow a trajectory that came on the command topic; see `JointTrajectoryController.command`."""
         self._with_goal(lambda: self.controller.command(trajectory, self.simulation.now))
 
     def accept(self, request: GoalRequest) -> TrajectoryGoal:
-        """Follow the trajectory of an action goal.
-
-        Raises:
-            RejectedTrajectoryError: it cannot be followed; the arm keeps to its old one.
-        """
+        """Follow the trajectory of an action goal; see `JointTrajectoryController.accept`."""
         return self._with_goal(lambda: self.controller.accept(request, self.simulation.now))
 
     def cancel(self) -> bool:
@@ -101,7 +91,7 @@ class Arm(Device):
         now = self.simulation.now
         self._drive()
         goal = self.controller.goal
-        if (goal is None or not goal.active) and self.controller.settled_at(now):
+        if (goal is None or not goal.active) and now >= self.controller.end:
             self.set_stepping(False)
 
     def after_step(self) -> None:

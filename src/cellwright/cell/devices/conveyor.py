@@ -1,7 +1,5 @@
 """Conveyor belt: its drive, the parts that come on it by a schedule, and the deletion wall at its end."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -10,13 +8,13 @@ from fractions import Fraction
 from math import ceil
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from cellwright.cell.devices.parts import Parts
+from cellwright.cell.devices.parts import LARGEST_PART, Parts
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
-from cellwright.config.trial.trial import BeltPart
-from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
+from cellwright.config.trial.trial import BeltPart, Trial
+from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.simulation import Device, PlainState, Simulation, State
 from cellwright.util.pose import Pose
 
@@ -38,7 +36,6 @@ class Conveyor(Device):
         self.power = 0.0
         self.on_power: list[Callable[[Conveyor], None]] = []
         """Those who are told when the power has been set."""
-        self._geom = -1
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the belt."""
@@ -98,9 +95,6 @@ class Conveyor(Device):
 WALL_PERIOD = Fraction(1, 5)
 """Time between two looks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
 
-_WALL_REACH = 0.4
-"""No part is larger [m]: an origin further from the wall than this cannot touch it."""
-
 
 class DeletionWall(Device):
     """Removes parts that touch the wall's volume."""
@@ -108,7 +102,6 @@ class DeletionWall(Device):
     def __init__(self, parts: Parts) -> None:
         super().__init__("deletion_wall")
         self.parts = parts
-        self._geom = -1
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the wall."""
@@ -123,11 +116,11 @@ class DeletionWall(Device):
         """Look for parts that touch the wall."""
         self._schedule(number + 1)
         centre = self.simulation.model.geom_pos[self._geom]
-        half = self.simulation.model.geom_size[self._geom] + _WALL_REACH
+        half = self.simulation.model.geom_size[self._geom] + LARGEST_PART
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
             if self.parts.touches(part, self._geom, cutoff=1e-3):
-                self.parts.put_away(part, "deletion wall")
+                self.parts.put_away(part, Removal.DELETION_WALL)
 
     def _schedule(self, look: int) -> None:
         self.simulation.schedule(self, "look", look, at=nanoseconds(look * WALL_PERIOD))
@@ -207,12 +200,7 @@ class PopulationSchedule(PlainState):
         self.running = True
 
     def set_power(self, power: float, now: int) -> None:
-        """Go on at the pace of the belt from `now` [ns] on.
-
-        Args:
-            power: power of the belt, 0 to 100.
-            now: the time [ns].
-        """
+        """Go on at the pace of the belt, at 0 to 100 % of its power, from `now` [ns] on."""
         self._anchor, self._progress = now, self.progress(now)
         self._rate = Fraction(power) / 100
 
@@ -265,20 +253,14 @@ PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Population(PopulationSchedule, Device):
-    """Puts parts on the belt. The list runs at the pace of the belt, and begins `delay` [s] late."""
+    """Puts the parts of a trial on the belt. The list runs at the pace of the belt."""
 
-    def __init__(
-        self, belt_parts: Sequence[BeltPart], cycles: int, conveyor: Conveyor, parts: Parts, delay: float = 0.0
-    ) -> None:
+    def __init__(self, trial: Trial, conveyor: Conveyor, parts: Parts) -> None:
         Device.__init__(self, "population")
-        PopulationSchedule.__init__(self, belt_parts, cycles, delay)
+        cycles, delay = trial.options.belt_population_cycles, trial.circumstances.belt_delay
+        PopulationSchedule.__init__(self, trial.belt_parts, cycles, delay)
         self.parts = parts
         conveyor.on_power.append(self._take_power)
-
-    @property
-    def enabled(self) -> bool:
-        """Whether the list is being gone through."""
-        return self.running
 
     def control(self, action: PopulationAction) -> None:
         """Pause, resume where it was paused, or restart the list from its beginning."""

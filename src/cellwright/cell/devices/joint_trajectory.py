@@ -14,8 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
-from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NANOSECONDS, NEVER
 
 Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
 
@@ -27,11 +26,7 @@ ALWAYS = -NEVER
 class TrajectoryPoint:
     """A point that a commanded trajectory goes through, as it came: nothing in it has been checked.
 
-    Attributes:
-        positions: one per name of the trajectory [rad or m].
-        velocities: [rad/s or m/s], as many as positions, or none.
-        accelerations: [rad/s^2 or m/s^2], as many as positions, or none.
-        time_from_start_ns: when to be there, after the start of the trajectory [ns].
+    Positions [rad or m] are one per name of the trajectory; velocities and accelerations are as many, or none.
     """
 
     positions: Sequence[float]

@@ -1,13 +1,12 @@
 """Kit trays: what lies on the plate of each, reported once a second, and the demonstration tray."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.agv import plate_name
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import TRAY_IDS
@@ -23,7 +22,8 @@ REPORT_PERIOD = Fraction(1)
 CONTACT_DISTANCE = 5e-4
 """A part closer to the plate than this [m] stands on it. A sleeping part has no contacts to go by, so distance does."""
 
-_LOWER, _UPPER = (-0.5, -0.6, -0.1), (0.5, 0.6, 0.3)
+_ASIDE, _DOWN, _UP = 0.6, 0.1, 0.3
+"""How far the space above a tray reaches from its link [m], whichever way the tray is turned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +48,6 @@ class KitTray(Device):
         self.link = TRAY_IDS[f"agv{number}"]
         self.contents: tuple[TrayPart, ...] = ()
         self.on_report: list[Callable[[KitTray], None]] = []
-        self._body = -1
-        self._plate = -1
 
     def attach(self, simulation: Simulation) -> None:
         """Look up link and plate."""
@@ -78,16 +76,18 @@ class KitTray(Device):
         """What stands on the plate or is locked to it now, in the order of the parts."""
         world_T_tray = self.world_T_tray
         tray_T_world = world_T_tray.inverse()
+        x, y, z = world_T_tray.position
+        lower, upper = (x - _ASIDE, y - _ASIDE, z - _DOWN), (x + _ASIDE, y + _ASIDE, z + _UP)
         return tuple(
             TrayPart(part.name, tray_T_world @ self.parts.pose(part))
-            for part in self.parts.inside(*_box_around(world_T_tray))
+            for part in self.parts.inside(lower, upper)
             if self._is_locked(part) or self.parts.touches(part, self._plate, within=CONTACT_DISTANCE, cutoff=0.01)
         )
 
     def is_below(self, point: Vector3) -> bool:
         """Whether a point of the world [m] is above the plate, within 0.3 m of it."""
         x, y, z = self.world_T_tray.inverse().transform(point)
-        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UPPER[2]
+        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UP
 
     def lock(self) -> None:
         """Fix the reported parts to the tray, each where it is, so that none is lost on the way.
@@ -106,7 +106,7 @@ class KitTray(Device):
         """Take the locked parts out of the cell."""
         for part in self.parts.all:
             if self._is_locked(part):
-                self.parts.put_away(part, "delivery")
+                self.parts.put_away(part, Removal.DELIVERY)
         self._tell()
 
     def remove_all(self) -> None:
@@ -135,13 +135,6 @@ class KitTray(Device):
 
     def _is_locked(self, part: WorldPart) -> bool:
         return bool(self.simulation.data.eq_active[part.locks[self.number - 1]])
-
-
-def _box_around(world_T_tray: Pose) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """A box of the world frame that holds the space above the tray, whichever way the tray is turned."""
-    radius = max(*(abs(value) for value in (*_LOWER[:2], *_UPPER[:2])))
-    x, y, z = world_T_tray.position
-    return (x - radius, y - radius, z + _LOWER[2]), (x + radius, y + radius, z + _UPPER[2])
 
 
 DROP_HEIGHT = 0.1

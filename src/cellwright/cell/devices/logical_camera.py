@@ -1,7 +1,5 @@
 """Logical cameras: the scene of models with their boxes, the view frustum, detections, and quality control sensors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.model import parts
 from cellwright.cell.model.frames import AGV_T_TRAY
 from cellwright.engine.sensor import Reading, Sensor, SensorOptions
@@ -23,12 +22,8 @@ from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_
 class Frustum:
     """A pyramid without its top, along the +x axis of a camera; +y is left and +z is up in its view.
 
-    Args:
-        world_T_camera: pose of the camera; the tip of the pyramid is its origin.
-        near: distance of the near plane [m].
-        far: distance of the far plane [m].
-        horizontal_fov: angle between the left and the right side [rad].
-        aspect: width of the view over its height.
+    Its tip is the camera's origin. `near` and `far` are the distances of its planes [m], `horizontal_fov` is the angle
+    between the left and the right side [rad], `aspect` the width of the view over its height.
     """
 
     def __init__(self, world_T_camera: Pose, *, near: float, far: float, horizontal_fov: float, aspect: float) -> None:
@@ -48,7 +43,7 @@ class Frustum:
         self._spans = np.abs(self._normals)
 
     def meets(self, centres: NDArray[np.float64], halves: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which boxes the view takes in: those that lie wholly behind none of its six planes.
+        """Which boxes the view takes in: those that lie wholly behind none of its six planes. Shape (n,).
 
         This is the test of `gazebo::LogicalCamera`: nothing hides anything, and a box that lies outside across an
         edge of the view, in front of each single plane, counts as seen.
@@ -56,9 +51,6 @@ class Frustum:
         Args:
             centres: middles of boxes along the world's axes [m], shape (n, 3).
             halves: half their sizes [m], shape (n, 3).
-
-        Returns:
-            Shape (n,).
         """
         inside = centres @ self._normals - self._offsets
         reach = halves @ self._spans
@@ -73,13 +65,10 @@ def _unit(vector: Vector3) -> Vector3:
 
 @dataclass(frozen=True, slots=True)
 class SceneModel:
-    """A model in the scene.
+    """A model in the scene: its body has the model's frame, and its geoms are those that can touch anything.
 
     Attributes:
         name: full model name (`bin7|piston_rod_part_3`, `agv1`, `kit_tray_1`).
-        type: its type (`piston_rod_part`, `agv1`, `kit_tray`).
-        body: id of the body whose frame is the model's.
-        geoms: ids of its collision geoms.
         nested_in: name of the model that it is nested in, if it is.
     """
 
@@ -88,11 +77,6 @@ class SceneModel:
     body: int
     geoms: tuple[int, ...]
     nested_in: str | None = None
-
-    @property
-    def short_name(self) -> str:
-        """The name without what comes before its last `|`: `piston_rod_part_3`."""
-        return self.name.rpartition("|")[2]
 
 
 def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
@@ -114,13 +98,8 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
 class Scene:
     """All models, and the boxes around them as of a moment that was kept: cameras that look in one tick share the work.
 
-    A moment is the engine's `qpos`. Looking at one leaves the engine's data as they are.
-
-    Args:
-        model: the engine's model.
-        data: the engine's data.
-        models: every model that a camera may see, each of another name and with a collision geom.
-        own_types: part types that this cell has besides those that every camera knows.
+    A moment is the engine's `qpos`. Looking at one leaves the engine's data as they are. Each of the models has another
+    name, and a collision geom; `own_types` are the part types that this cell has besides those that every camera knows.
     """
 
     def __init__(
@@ -219,7 +198,6 @@ class Detection:
 
     Attributes:
         name: its full name in the cell, which a message does not tell.
-        type: its type.
         camera_T_model: where the camera takes it to be.
         frames: the frames that the camera makes known for it; none for a tray, two for an AGV (its own and that of
             the tray on it).
@@ -233,13 +211,7 @@ class Detection:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraReading(Reading):
-    """One picture; what is in view is found out when it is needed, as of the moment of the picture.
-
-    Attributes:
-        world_T_camera: pose of the camera.
-        camera_frame: the frame of the camera itself.
-        detect: finds the detections.
-    """
+    """One picture; what is in view is found out when it is needed, as of the moment of the picture."""
 
     world_T_camera: Pose
     camera_frame: Frame
@@ -257,16 +229,10 @@ class CameraReading(Reading):
 
 
 class LogicalCamera(Sensor[CameraReading]):
-    """A logical camera; it looks along the +x axis of its pose.
+    """A logical camera; it looks along the +x axis of its pose. Arguments as in `Sensor`, and what there is to see.
 
     A model is in view when the box around it meets the frustum; a tray is when its AGV is. AGVs are told exactly;
     parts and trays with noise in all six coordinates.
-
-    Args:
-        name: as in `Sensor`.
-        world_T_sensor: as in `Sensor`.
-        scene: what there is to see.
-        options: as in `Sensor`.
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
@@ -325,7 +291,7 @@ class LogicalCamera(Sensor[CameraReading]):
     def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]
         camera_T_model = self._camera_T_world @ world_T_model
-        child = f"{self.name}_{model.short_name}_frame"
+        child = f"{self.name}_{trimmed_name(model.name)}_frame"
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
             # the AGV is told exactly; the noise goes into the place of its tray, which is known, not measured
@@ -338,12 +304,7 @@ class LogicalCamera(Sensor[CameraReading]):
 
 
 def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
-    """A pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own.
-
-    Args:
-        pose: the true pose.
-        noise: six standard normal numbers.
-    """
+    """A pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own; six standard normal numbers."""
     dx, dy, dz, roll, pitch, yaw = noise.tolist()
     x, y, z = pose.position
     turn = quaternion_from_rpy(ANGLE_SD * roll, ANGLE_SD * pitch, ANGLE_SD * yaw)
@@ -359,13 +320,9 @@ WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
 
 
 class QualityControlSensor(LogicalCamera):
-    """The sensor `quality_control_sensor_N` over the tray of AGV N.
+    """The sensor `quality_control_sensor_N` over the tray of AGV N. It tells the faulty parts.
 
-    Args:
-        number: 1 or 2.
-        scene: what there is to see.
-        faulty_parts: names of the faulty parts, without what comes before the last `|` of a model's name.
-        options: as in `Sensor`.
+    These go by their names without what comes before the last `|` of a model's name.
     """
 
     near: ClassVar[float] = 0.73
@@ -382,4 +339,4 @@ class QualityControlSensor(LogicalCamera):
     def tells(self, model: SceneModel) -> bool:
         """Whether the sensor reports this model when it is in view: a faulty part."""
         is_part = model.type in PART_TYPES or model.type in self.scene.own_types
-        return is_part and model.short_name in self.faulty_parts
+        return is_part and trimmed_name(model.name) in self.faulty_parts

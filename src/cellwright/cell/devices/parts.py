@@ -7,20 +7,22 @@ pressed deeper is pushed back, friction holds, and no energy comes out of the ov
 rests and costs nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.parts import separation_speed
 from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
+
+LARGEST_PART = 0.4
+"""No part is larger [m]: one whose origin is further from something than this does not touch it."""
 
 
 def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose) -> None:
@@ -38,10 +40,6 @@ def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose
     data.eq_active[weld] = 1
     for each in (int(model.eq_obj1id[weld]), int(model.eq_obj2id[weld])):
         simulation.wake(each)
-
-
-Removal: TypeAlias = Literal["deletion wall", "delivery", "clearing"]
-"""What takes a part out of the cell: the end of the belt, an AGV that arrives with it, or a hand that clears a tray."""
 
 
 class Parts(Device):
@@ -113,7 +111,7 @@ class Parts(Device):
         for listener in self.on_placed:
             listener(part.body)
 
-    def put_away(self, part: WorldPart, by: Removal = "clearing") -> None:
+    def put_away(self, part: WorldPart, by: Removal = Removal.CLEARING) -> None:
         """Take a part out of play, onto its shelf slot."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
@@ -159,11 +157,7 @@ _AWAKE = 1  # of MjData.body_awake; 0 is asleep, -1 static
 
 
 class Overlaps(Device):
-    """Watches the parts that overlap something.
-
-    Args:
-        parts: the parts of the cell.
-    """
+    """Watches the parts that overlap something."""
 
     def __init__(self, parts: Parts) -> None:
         super().__init__("overlaps")

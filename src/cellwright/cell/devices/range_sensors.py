@@ -1,12 +1,10 @@
 """Range sensors: rays from one point, and the break beam, proximity sensor and laser profiler that cast them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import mujoco
 import numpy as np
@@ -23,8 +21,6 @@ _SOLID_GROUP_MASK = np.array([group in SOLID_GROUPS for group in range(mujoco.mj
 
 _MARGIN = 1e-6
 """Added to the radius of the ball around a geom [m]: rounding must not make a ray miss what the engine has it meet."""
-
-_AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 _SHOWN_RAYS = 8
 """Viewers are shown one of so many rays of a profile."""
@@ -46,16 +42,10 @@ def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> l
 
 
 class Rays:
-    """A bundle of rays that start `nearest` away from one point and end `farthest` away from it.
+    """A bundle of rays that start `nearest` away from one point and end `farthest` away from it [m].
 
     What lies nearer than `nearest` does not stop a ray: it begins behind it. A ray that begins within a solid meets
-    the solid's far side.
-
-    Args:
-        world_T_source: the point, and the frame of the directions.
-        directions: unit vectors.
-        nearest: distance at which the rays begin [m].
-        farthest: distance at which they end [m].
+    the solid's far side. The directions are unit vectors in the frame of the point, `world_T_source`.
     """
 
     def __init__(
@@ -66,7 +56,8 @@ class Rays:
         self.count = len(directions)
         self._source = np.array(world_T_source.position)
         self._directions = np.array([world_T_source.rotate(direction) for direction in directions])
-        self._axes = np.array([world_T_source.rotate(axis) for axis in _AXES])
+        axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        self._axes = np.array([world_T_source.rotate(axis) for axis in axes])
         ends = farthest * np.array([[0.0, 0.0, 0.0], *directions]).T
         low, high = ends.min(axis=1, keepdims=True), ends.max(axis=1, keepdims=True)
         self._middle, self._half = self._axes @ self._source[:, None] + (low + high) / 2, (high - low) / 2
@@ -126,20 +117,9 @@ class Rays:
         """How far rays go from the source before they end [m], shape (count,); `inf` where nothing stops them."""
         count = len(directions)
         found = np.empty(count)
-        mujoco.mj_multiRay(
-            model,
-            data,
-            self._source,
-            directions.ravel(),
-            _SOLID_GROUP_MASK,
-            with_fixed,
-            -1,  # no body left out
-            np.empty(count, dtype=np.int32),  # which geom: nobody asks
-            found,
-            None,
-            count,
-            self.farthest,
-        )
+        flat, geoms, without = directions.ravel(), np.empty(count, dtype=np.int32), -1  # -1: no body left out
+        options = (flat, _SOLID_GROUP_MASK, with_fixed, without, geoms, found, None, count, self.farthest)
+        mujoco.mj_multiRay(model, data, self._source, *options)
         return np.where((found >= 0.0) & (found <= self.farthest), found, math.inf)
 
     def _beyond_nearest(self, simulation: Simulation, direction: NDArray[np.float64]) -> float:
@@ -150,64 +130,76 @@ class Rays:
         return distance if found >= 0.0 and distance <= self.farthest else math.inf
 
 
-def _shown(length: float) -> float | None:
-    return round(float(length), 4) if math.isfinite(length) else None
-
+R = TypeVar("R", bound=Reading)
 
 RANGE_SD = 0.001
 """Standard deviation of a measured range [m]."""
 
-BEAM_START = 0.025
-"""Where the ray begins, along the +x axis of the sensor [m]."""
 
-BEAM_LENGTH = 1.0
-"""[m]"""
+class RangeSensor(Sensor[R]):
+    """Base of sensors that cast rays from one point. Arguments as in `Sensor`."""
+
+    source: ClassVar[Vector3]
+    """Where the rays come from, in the sensor's frame [m]."""
+    directions: ClassVar[list[Vector3]]
+    nearest: ClassVar[float] = 0.0
+    farthest: ClassVar[float]
+    """Ranges from the source [m]."""
+    figures: ClassVar[dict[str, Any]]
+    """What viewers draw of it besides its pose; see `Sensor.describe`."""
+
+    def attach(self, simulation: Simulation) -> None:
+        """Take a place in a simulation and lay the rays."""
+        super().attach(simulation)
+        source = self.world_T_sensor @ Pose(self.source)
+        self._rays = Rays(source, self.directions, nearest=self.nearest, farthest=self.farthest)
+
+    def describe(self) -> dict[str, Any]:
+        """What viewers draw of it: a ray, a cone or a fan."""
+        return super().describe() | self.figures
+
+
+def _shown(length: float) -> float | None:
+    return round(float(length), 4) if math.isfinite(length) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamReading(Reading):
-    """Whether the beam is interrupted.
-
-    Attributes:
-        detected: whether something stands in the beam.
-        range: distance to it from the beginning of the ray [m], `inf` when the beam is whole.
-    """
+    """Whether something stands in the beam, and how far from the ray's beginning [m]; `inf` when nothing does."""
 
     detected: bool
     range: float
 
 
-class BreakBeam(Sensor[BeamReading]):
-    """A break beam; the ray runs along the +x axis of its pose. Arguments as in `Sensor`.
+class BreakBeam(RangeSensor[BeamReading]):
+    """A break beam; the ray runs along the +x axis of its pose.
 
     It measures whoever listens: whether a reading is a change must not depend on that.
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 20)
+    source: ClassVar[Vector3] = (0.025, 0.0, 0.0)
+    directions: ClassVar[list[Vector3]] = [(1.0, 0.0, 0.0)]
+    farthest: ClassVar[float] = 1.0
+    figures: ClassVar[dict[str, Any]] = {"form": "beam", "near": source[0], "far": farthest}
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation and lay the ray."""
+        """Take a place in a simulation and begin to measure."""
         super().attach(simulation)
-        source = self.world_T_sensor @ Pose((BEAM_START, 0.0, 0.0))
-        self._ray = Rays(source, [(1.0, 0.0, 0.0)], farthest=BEAM_LENGTH)
         self._detected = self._has_changed = False
         self._arm()
 
     def measure(self, index: int) -> BeamReading:
         """Whether the beam is interrupted now."""
-        found = float(self._ray.cast(self.simulation)[0])
+        found = float(self._rays.cast(self.simulation)[0])
         if math.isfinite(found):
             noisy = found + RANGE_SD * float(self.normal(index, 1)[0])
-            found = min(max(noisy, 0.0), BEAM_LENGTH)
+            found = min(max(noisy, 0.0), self.farthest)
         # at either end of the ray the beam counts as whole, as it did in the original cell
-        detected = 0.0 < found < BEAM_LENGTH
+        detected = 0.0 < found < self.farthest
         return BeamReading(
             time_ns=self.simulation.now, sample=index, detected=detected, range=found if detected else math.inf
         )
-
-    def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a ray."""
-        return super().describe() | {"form": "beam", "near": BEAM_START, "far": BEAM_LENGTH}
 
     def overlay(self) -> dict[str, Any]:
         """What viewers draw of a reading now."""
@@ -215,12 +207,9 @@ class BreakBeam(Sensor[BeamReading]):
         return {"sees": reading.detected, "ranges": [_shown(reading.range)]}
 
     def listen_changes(self, callback: Callable[[BeamReading], None]) -> Callable[[], None]:
-        """Have those readings given to `callback` that differ from the one before in `detected`.
+        """As `listen`, for those readings that differ from the one before in `detected`.
 
         The beam counts as whole before the first reading of a run.
-
-        Returns:
-            A function that ends it. Calling it again does nothing.
         """
 
         def take(reading: BeamReading) -> None:
@@ -257,71 +246,48 @@ class BreakBeam(Sensor[BeamReading]):
         super()._disarm()
 
 
-CONE_START = 0.023
-"""Where the source of the rays is, along the +x axis of the sensor [m]."""
-
-PROXIMITY_MIN_RANGE = 0.01
-PROXIMITY_MAX_RANGE = 0.15
-"""Ranges from the source [m]."""
-
 CONE_HALF_ANGLE = 0.0625
-"""Half the opening of the cone, horizontally and vertically [rad]."""
-
-RAYS_A_SIDE = 5
+"""Half the opening of the proximity sensor's cone, horizontally and vertically [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProximityReading(Reading):
-    """Distance to the nearest thing in the cone [m], `MAX_RANGE` when there is nothing."""
+    """Distance to the nearest thing in the cone [m], that of the far end when there is nothing."""
 
     range: float
 
 
-class ProximitySensor(Sensor[ProximityReading]):
-    """A proximity sensor; it looks along the +x axis of its pose. Arguments as in `Sensor`."""
+class ProximitySensor(RangeSensor[ProximityReading]):
+    """A proximity sensor; it looks along the +x axis of its pose, with 5 x 5 rays."""
 
     default_period: ClassVar[Fraction] = Fraction(1, 20)
-
-    def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation and lay the rays."""
-        super().attach(simulation)
-        angles = np.linspace(-CONE_HALF_ANGLE, CONE_HALF_ANGLE, RAYS_A_SIDE)
-        source = self.world_T_sensor @ Pose((CONE_START, 0.0, 0.0))
-        self._rays = Rays(source, ray_fan(angles, angles), nearest=PROXIMITY_MIN_RANGE, farthest=PROXIMITY_MAX_RANGE)
+    source: ClassVar[Vector3] = (0.023, 0.0, 0.0)
+    directions: ClassVar[list[Vector3]] = ray_fan(*[np.linspace(-CONE_HALF_ANGLE, CONE_HALF_ANGLE, 5)] * 2)
+    nearest: ClassVar[float] = 0.01
+    farthest: ClassVar[float] = 0.15
+    figures: ClassVar[dict[str, Any]] = {"form": "cone", "near": source[0], "far": farthest, "angle": CONE_HALF_ANGLE}
 
     def measure(self, index: int) -> ProximityReading:
         """How near the nearest thing is now."""
         nearest = float(self._rays.cast(self.simulation).min())
-        if nearest < PROXIMITY_MAX_RANGE:
+        if nearest < self.farthest:
             # noise on the nearest range: the least of 25 noisy ranges would be too short on average
             noisy = nearest + RANGE_SD * float(self.normal(index, 1)[0])
-            nearest = max(noisy, PROXIMITY_MIN_RANGE)
-        return ProximityReading(time_ns=self.simulation.now, sample=index, range=min(nearest, PROXIMITY_MAX_RANGE))
-
-    def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a cone."""
-        figures = {"near": CONE_START, "far": PROXIMITY_MAX_RANGE, "angle": CONE_HALF_ANGLE}
-        return super().describe() | {"form": "cone"} | figures
+            nearest = max(noisy, self.nearest)
+        return ProximityReading(time_ns=self.simulation.now, sample=index, range=min(nearest, self.farthest))
 
     def overlay(self) -> dict[str, Any]:
         """What viewers draw of a reading now."""
         found = self.read().range
-        return {"sees": found < PROXIMITY_MAX_RANGE, "ranges": [_shown(found)]}
+        return {"sees": found < self.farthest, "ranges": [_shown(found)]}
 
-
-FAN_HEIGHT = 0.06
-"""Where the source of the rays is, along the +z axis of the sensor [m]."""
 
 FAN_HALF_ANGLE = 0.251
-"""Half the opening of the fan, about the z axis of the sensor [rad]."""
+"""Half the opening of the laser profiler's fan, about the z axis of the sensor [rad]."""
 
 FAN_RAY_COUNT = 400
 FAN_ANGLE_STEP = 2 * FAN_HALF_ANGLE / (FAN_RAY_COUNT - 1)
 """Angle between two neighbouring rays [rad]."""
-
-PROFILER_MIN_RANGE = 0.181
-PROFILER_MAX_RANGE = 0.725
-"""Ranges from the source [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -336,17 +302,17 @@ class ProfileReading(Reading):
     ranges: NDArray[np.float64]
 
 
-class LaserProfiler(Sensor[ProfileReading]):
-    """A laser profiler; its fan lies about +x in the x-y plane of its pose. Arguments as in `Sensor`."""
+class LaserProfiler(RangeSensor[ProfileReading]):
+    """A laser profiler; its fan lies about +x in the x-y plane of its pose."""
 
     default_period: ClassVar[Fraction] = Fraction(1, 100)
-
-    def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation and lay the rays."""
-        super().attach(simulation)
-        angles = np.linspace(-FAN_HALF_ANGLE, FAN_HALF_ANGLE, FAN_RAY_COUNT)
-        source = self.world_T_sensor @ Pose((0.0, 0.0, FAN_HEIGHT))
-        self._rays = Rays(source, ray_fan(angles, np.zeros(1)), nearest=PROFILER_MIN_RANGE, farthest=PROFILER_MAX_RANGE)
+    source: ClassVar[Vector3] = (0.0, 0.0, 0.06)
+    directions: ClassVar[list[Vector3]] = ray_fan(
+        np.linspace(-FAN_HALF_ANGLE, FAN_HALF_ANGLE, FAN_RAY_COUNT), np.zeros(1)
+    )
+    nearest: ClassVar[float] = 0.181
+    farthest: ClassVar[float] = 0.725
+    figures: ClassVar[dict[str, Any]] = {"form": "fan", "near": 0.0, "far": farthest, "angle": FAN_HALF_ANGLE}
 
     def measure(self, index: int) -> ProfileReading:
         """The outline now."""
@@ -354,15 +320,13 @@ class LaserProfiler(Sensor[ProfileReading]):
         hits = ranges < math.inf
         if hits.any():
             noisy = ranges + RANGE_SD * self.normal(index, FAN_RAY_COUNT)
-            ranges = np.where(hits, np.minimum(np.maximum(noisy, PROFILER_MIN_RANGE), PROFILER_MAX_RANGE), math.inf)
+            ranges = np.where(hits, np.minimum(np.maximum(noisy, self.nearest), self.farthest), math.inf)
         ranges.flags.writeable = False
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)
 
     def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a fan."""
-        source = self.world_T_sensor @ Pose((0.0, 0.0, FAN_HEIGHT))
-        figures = {"near": 0.0, "far": PROFILER_MAX_RANGE, "angle": FAN_HALF_ANGLE}
-        return super().describe() | {"form": "fan", "position": source.position} | figures
+        """What viewers draw of it: a fan that begins at the source."""
+        return super().describe() | {"position": (self.world_T_sensor @ Pose(self.source)).position}
 
     def overlay(self) -> dict[str, Any]:
         """What viewers draw of a reading now."""

@@ -5,10 +5,8 @@ undefined: names that come twice, too few positions, numbers that are none. Limi
 enforced here, as they were not there. A device samples the controller and drives the joints.
 
 It is sampled with `positions(time)` and `velocities(time)`, lists in the order of the joints, about 1 us each for
-seven joints; once `settled_at(time)` is true they stay as they are until the next command.
+seven joints; from `end` on they stay as they are until the next command.
 """
-
-from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -48,12 +46,9 @@ class RejectedTrajectoryError(RejectedCommandError):
 
 @dataclass(frozen=True, slots=True)
 class CheckedTrajectory:
-    """What is left to do of a trajectory that was found good.
+    """What is left to do of a trajectory that was found good: the points that lie after now, from its start [ns] on.
 
-    Attributes:
-        start: its start [ns].
-        joints: for each of its joints, in its own order, the index of that joint in the controller.
-        points: those of its points that lie after now.
+    `joints` are the controller's indices of its joints, in the order of the trajectory.
     """
 
     start: int
@@ -67,11 +62,7 @@ class CheckedTrajectory:
 
 
 def check_count(points: Sequence[object]) -> None:
-    """Refuse more points than are taken.
-
-    Raises:
-        RejectedTrajectoryError: there are more.
-    """
+    """Refuse more points than are taken, with a RejectedTrajectoryError."""
     if len(points) > MOST_POINTS:
         raise _invalid_goal(f"{len(points)} points are too many: {MOST_POINTS} are the most")
 
@@ -193,21 +184,17 @@ def _invalid_joints(reason: str) -> RejectedTrajectoryError:
 
 
 class Following(NamedTuple):
-    """How the joints follow: the state topic's and the action feedback's content. `error` is desired minus actual."""
+    """How the joints follow: what they are to do, their positions and velocities, and desired minus actual."""
 
     desired: JointsState
-    actual_positions: list[float]
-    actual_velocities: list[float]
-    error_positions: list[float]
-    error_velocities: list[float]
+    actual: tuple[list[float], list[float]]
+    error: tuple[list[float], list[float]]
 
 
 class JointTrajectoryController:
     """Follows joint trajectories.
 
-    Args:
-        joint_names: its joints, in its order.
-        settings: tolerances, stop duration and whether a command may leave joints out.
+    The settings say the tolerances, how long it takes to stop, and whether a command may leave joints out.
     """
 
     def __init__(self, joint_names: Sequence[str], settings: ArmSettings | None = None) -> None:
@@ -255,14 +242,13 @@ class JointTrajectoryController:
         """
         names = self.joint_names
         joints = check_names(request.trajectory.joint_names, names, allow_partial=self.allow_partial)
-        if not request.is_finite():
-            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, "a tolerance is not a finite number")
+        asked = (*request.path_tolerances, *request.goal_tolerances)
+        if not all(isfinite(each.position) and isfinite(each.velocity) for each in asked):
+            raise _invalid_goal("a tolerance is not a finite number")
         if request.trajectory.points:
             checked = check_trajectory(request.trajectory, names, now, allow_partial=self.allow_partial)
             self._follow(splice(self._trajectory, checked, now))
-            tolerances = self.tolerances.overridden(
-                names, request.path_tolerances, request.goal_tolerances, request.goal_time_tolerance_ns
-            )
+            tolerances = self.tolerances.overridden(names, request)
             goal = TrajectoryGoal(request.goal_id, names, joints, checked.start, checked.end, tolerances)
         else:
             self._stop(now)
@@ -281,13 +267,7 @@ class JointTrajectoryController:
         return True
 
     def update(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> None:
-        """Judge the active goal, if there is one, by where the joints are at `now` [ns].
-
-        Args:
-            now: the time [ns].
-            positions: actual position of each joint [rad or m].
-            velocities: actual velocity of each joint [rad/s or m/s].
-        """
+        """Judge the active goal, if there is one, by actual positions and velocities of the joints at `now` [ns]."""
         goal = self.goal
         if goal is not None and goal.active:
             position_errors = [d - a for d, a in zip(self.positions(now), positions, strict=True)]
@@ -298,10 +278,6 @@ class JointTrajectoryController:
     def end(self) -> int:
         """From this time [ns] on the joints are to rest, unless another command comes."""
         return self._trajectory.end
-
-    def settled_at(self, time: int) -> bool:
-        """Whether what is to be done stays the same from `time` [ns] on, unless another command comes."""
-        return time >= self._trajectory.end
 
     def state(self, time: int) -> JointsState:
         """Desired positions, velocities and accelerations at `time` [ns]."""
@@ -321,13 +297,9 @@ class JointTrajectoryController:
     def following(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> Following:
         """How the joints follow at `now` [ns], given their actual positions and velocities."""
         desired = self.state(now)
-        return Following(
-            desired,
-            list(positions),
-            list(velocities),
-            [d - a for d, a in zip(desired.positions, positions, strict=True)],
-            [d - a for d, a in zip(desired.velocities, velocities, strict=True)],
-        )
+        off = [d - a for d, a in zip(desired.positions, positions, strict=True)]
+        slip = [d - a for d, a in zip(desired.velocities, velocities, strict=True)]
+        return Following(desired, (list(positions), list(velocities)), (off, slip))
 
     def get_state(self) -> dict[str, Any]:
         """The trajectory and the last goal, as JSON values."""

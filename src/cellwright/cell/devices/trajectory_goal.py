@@ -6,30 +6,24 @@ control_msgs/FollowJointTrajectoryResult.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from cellwright.cell.devices.joint_trajectory import JointTrajectory
 from cellwright.engine.clock import seconds
 
 
-@dataclass(frozen=True, slots=True)
-class AskedTolerance:
-    """A tolerance that a goal asks for: position [rad or m], velocity [rad/s or m/s].
+class AskedTolerance(Protocol):
+    """A tolerance that a goal asks for: joint, position [rad or m], velocity [rad/s or m/s].
 
     0 leaves the controller's own tolerance, a negative number lifts it.
     """
 
-    joint_name: str
-    position: float = 0.0
-    velocity: float = 0.0
-
-    def is_finite(self) -> bool:
-        """Whether both are numbers."""
-        return math.isfinite(self.position) and math.isfinite(self.velocity)
+    name: str
+    position: float
+    velocity: float
 
 
 class Tolerance(NamedTuple):
@@ -46,9 +40,9 @@ class Tolerance(NamedTuple):
             return f"velocity is off by {abs(velocity_error):.4g}, {self.velocity:.4g} is allowed"
         return ""
 
-    def overridden(self, position: float, velocity: float) -> Tolerance:
-        """This tolerance with what a goal asks for [rad; m] and [rad/s; m/s]."""
-        return Tolerance(_override(self.position, position), _override(self.velocity, velocity))
+    def overridden(self, asked: AskedTolerance) -> Tolerance:
+        """This tolerance with what a goal asks for."""
+        return Tolerance(_override(self.position, asked.position), _override(self.velocity, asked.velocity))
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +56,12 @@ class Tolerances:
     goal: tuple[Tolerance, ...]
     goal_time: int | None = 0
 
-    def overridden(
-        self, joint_names: Sequence[str], path: Sequence[AskedTolerance], goal: Sequence[AskedTolerance], goal_time: int
-    ) -> Tolerances:
-        """These tolerances with what a goal asks for; `goal_time` [ns] follows the same rule as the others."""
+    def overridden(self, joint_names: Sequence[str], request: GoalRequest) -> Tolerances:
+        """These tolerances with what a goal asks for."""
+        goal_time = request.goal_time_tolerance_ns
         return Tolerances(
-            _overridden(self.path, path, joint_names),
-            _overridden(self.goal, goal, joint_names),
+            _overridden(self.path, request.path_tolerances, joint_names),
+            _overridden(self.goal, request.goal_tolerances, joint_names),
             self.goal_time if goal_time == 0 else None if goal_time < 0 else goal_time,
         )
 
@@ -82,9 +75,9 @@ def _overridden(
 ) -> tuple[Tolerance, ...]:
     result = list(own)
     for one in asked:
-        if one.joint_name in joint_names:
-            index = joint_names.index(one.joint_name)
-            result[index] = result[index].overridden(one.position, one.velocity)
+        if one.name in joint_names:
+            index = joint_names.index(one.name)
+            result[index] = result[index].overridden(one)
     return tuple(result)
 
 
@@ -123,25 +116,13 @@ class GoalRequest:
     goal_tolerances: Sequence[AskedTolerance] = ()
     goal_time_tolerance_ns: int = 0
 
-    def is_finite(self) -> bool:
-        """Whether all tolerances that it asks for are numbers."""
-        return all(asked.is_finite() for asked in (*self.path_tolerances, *self.goal_tolerances))
-
 
 class TrajectoryGoal:
-    """A goal that was taken, from its start to its end.
+    """A goal that was taken, from its start to its end [ns], about some of the controller's joints, given by index.
 
     While the trajectory runs each joint has to stay within its path tolerance. From the trajectory's end on a joint
     has arrived as soon as it was within its goal tolerance once; the goal has succeeded when all have, and is aborted
     if one has not when the goal time is over. A goal that was aborted leaves the arm on its trajectory.
-
-    Args:
-        goal_id: what the sender calls it.
-        joint_names: all joints of the controller.
-        joints: indices of those that the goal is about.
-        start: when its trajectory starts [ns].
-        end: when its trajectory ends [ns].
-        tolerances: what it is held to.
     """
 
     def __init__(
@@ -171,12 +152,9 @@ class TrajectoryGoal:
         return self.status is GoalStatus.ACTIVE
 
     def update(self, time: int, position_errors: Sequence[float], velocity_errors: Sequence[float]) -> GoalStatus:
-        """Judge where the joints are.
+        """Judge where the joints are at `time` [ns].
 
-        Args:
-            time: now [ns].
-            position_errors: desired minus actual position of each joint of the controller [rad or m].
-            velocity_errors: desired minus actual velocity of each joint of the controller [rad/s or m/s].
+        Errors are desired minus actual values, of each joint of the controller.
         """
         if self.status is not GoalStatus.ACTIVE or time < self.start:
             return self.status

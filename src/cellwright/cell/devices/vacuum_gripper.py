@@ -6,24 +6,21 @@ by one (not below zero) at a look without. A part is taken hold of at a look whe
 cup stands square enough on the part. Switching does not reset the counter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import acos, degrees
-from typing import ClassVar, Final, Literal
+from typing import ClassVar, Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.devices.parts import LARGEST_PART, Parts, engage_weld
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.furniture import BELT_GEOM
-from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NANOSECONDS, NEVER
 from cellwright.engine.simulation import Device, PlainState, Simulation
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -52,26 +49,12 @@ class Touched(Enum):
 class CupContact:
     """One contact of the suction face.
 
-    Attributes:
-        name: what is touched.
-        kind: which kind of thing that is.
-        alignment: cosine between the contact normal and the axis of the cup, 1 when the cup stands square on it.
+    `alignment` is the cosine between the contact normal and the axis of the cup, 1 when the cup stands square on it.
     """
 
     name: str
     kind: Touched
     alignment: float
-
-
-@dataclass(frozen=True, slots=True)
-class SuctionDecision:
-    """What a look at the contacts comes to: take hold of `part`, lose it to a forced drop, or go on as it is."""
-
-    action: Literal["attach", "drop", "none"] = "none"
-    part: str | None = None
-
-
-NO_ACTION: Final = SuctionDecision()
 
 
 class VacuumCheck(PlainState):
@@ -82,15 +65,7 @@ class VacuumCheck(PlainState):
             that time after each whole 0.1 s only, as if the gripper had a clock of its own.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = (
-        "enabled",
-        "part",
-        "counter",
-        "reason",
-        "lost_reason",
-        "next_look",
-        "_last_look",
-    )
+    STATE: ClassVar = ("enabled", "part", "counter", "reason", "lost_reason", "next_look", "_last_look")
 
     def __init__(self, phase: int | None = None) -> None:
         self.phase = None if phase is None else phase % CHECK_PERIOD
@@ -137,33 +112,25 @@ class VacuumCheck(PlainState):
             self.reason = self.lost_reason = reason
         return part
 
-    def check(
-        self, now: int, contacts: Sequence[CupContact], is_dropped: Callable[[str], bool] = lambda _: False
-    ) -> SuctionDecision:
-        """Look at the contacts, not before `next_look`.
+    def check(self, now: int, contacts: Sequence[CupContact], *, is_dropped: bool = False) -> None:
+        """Look at all contacts of the cup's suction face, not before `next_look`; `part` says what comes of it.
 
-        Args:
-            now: the time [ns].
-            contacts: all contacts of the cup's suction face.
-            is_dropped: whether a part that is held is to be dropped where it is now.
-
-        Returns:
-            what to do; it is already noted here as done.
+        A part that is held is lost if it is to be dropped where it is now.
         """
         self._last_look = now
         self.next_look = self._look_after(now + 1)
         counted = [contact for contact in contacts if contact.kind is not Touched.FIXED]
         self.counter = self.counter + 1 if counted else max(0, self.counter - 1)
         if self.part is not None:
-            return SuctionDecision("drop", self.lose("forced drop")) if is_dropped(self.part) else NO_ACTION
+            if is_dropped:
+                self.lose("forced drop")
+            return
         parts = [contact for contact in counted if contact.kind is Touched.PART]
         square = [contact for contact in parts if contact.alignment > ALIGNMENT_NEEDED]
         self.reason = _no_grip_reason(contacts, counted, parts)
         if square and self.counter > CONTACTS_NEEDED:
             best = min(square, key=lambda contact: (-contact.alignment, contact.name))
             self.part, self.reason = best.name, ""
-            return SuctionDecision("attach", best.name)
-        return NO_ACTION
 
     def _look_after(self, time: int) -> int:
         """When the first look at or after `time` [ns] may be taken."""
@@ -190,20 +157,12 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
 _NEAR = 1e-3
 """What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""
 
-_REACH = 0.4
-"""No part is larger [m]: an origin further from the cup than this cannot be near it."""
-
 
 class VacuumGripper(VacuumCheck, Device):
     """The gripper: `set_enabled` switches the vacuum, and each look of the suction logic is carried out.
 
-    Whoever is in `on_change` is told when
-    it is switched, takes hold or lets go. `drop_target(name, world_T_part)`, if it is set, is asked at each look
-    whether a held part is to be lost, and where to.
-
-    Args:
-        parts: what can be taken hold of.
-        phase: when in each 0.1 s it looks for them [ns]; None: as soon as it is switched on.
+    `on_change` is called when it is switched, takes hold or lets go. `drop_target(name, world_T_part)`, if it is set,
+    is asked at each look whether a held part is to be lost, and where to. For `phase` see `VacuumCheck`.
     """
 
     def __init__(self, parts: Parts, phase: int | None = None) -> None:
@@ -236,22 +195,17 @@ class VacuumGripper(VacuumCheck, Device):
 
     def handle_look(self) -> None:
         """Look at the contacts."""
-        targets: dict[str, Pose] = {}
-
-        def is_dropped(name: str) -> bool:
-            target = self.drop_target(name, self.parts.pose(self.parts.part(name)))
-            if target is not None:
-                targets[name] = target
-            return target is not None
-
-        verdict = self.check(self.simulation.now, self.contacts(), is_dropped)
-        if verdict.action == "attach" and verdict.part is not None:
-            self._hold(self.parts.part(verdict.part))
-        elif verdict.action == "drop" and verdict.part is not None:
-            self._release(verdict.part)
-            self.parts.place(self.parts.part(verdict.part), targets[verdict.part])
+        held, target = self.part, None
+        if held is not None:
+            target = self.drop_target(held, self.parts.pose(self.parts.part(held)))
+        self.check(self.simulation.now, self.contacts(), is_dropped=target is not None)
+        if held is None and self.part is not None:
+            self._hold(self.parts.part(self.part))
+        elif held is not None and target is not None:
+            self._release(held)
+            self.parts.place(self.parts.part(held), target)
         self._plan()
-        if verdict.action != "none":
+        if self.part != held:
             self._tell()
 
     def contacts(self) -> list[CupContact]:
@@ -280,7 +234,7 @@ class VacuumGripper(VacuumCheck, Device):
         centre = data.xpos[self._body]
         ends: NDArray[np.float64] = np.zeros(6)
         found = []
-        for part in self.parts.inside(centre - _REACH, centre + _REACH):
+        for part in self.parts.inside(centre - LARGEST_PART, centre + LARGEST_PART):
             for geom in part.geoms:
                 distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
                 if distance < _NEAR and distance != 0.0:

@@ -4,29 +4,19 @@ A goal that cannot be followed is rejected at once with the reason in its result
 times a second, and ends succeeded, aborted (outside its tolerances) or preempted (cancelled, or something else came).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from cellwright.cell.devices.arm import Arm
 from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, TrajectoryGoal
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of
-from cellwright.cell.interface.publications import following_points
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
-from cellwright.middleware.messages.control_msgs import (
-    FollowJointTrajectoryActionFeedback,
-    FollowJointTrajectoryActionGoal,
-    FollowJointTrajectoryActionResult,
-    FollowJointTrajectoryFeedback,
-    FollowJointTrajectoryResult,
-    JointTolerance,
-)
-from cellwright.middleware.messages.conversions import header, nanoseconds, stamp
+from cellwright.middleware.messages import control_msgs
+from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
 ACTIVE, REJECTED = 1, 5
@@ -49,9 +39,6 @@ class TrajectoryAction(Device):
 
     It remembers its goals as the original did, and what it remembers is part of the state: which goals a cancellation
     is meant for depends on it.
-
-    Args:
-        arm: what follows the goals.
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -80,7 +67,7 @@ class TrajectoryAction(Device):
             for name, given, code, text, ended in state["goals"]
         }
 
-    def take_goal(self, _row: Row, message: FollowJointTrajectoryActionGoal, node: str) -> None:
+    def take_goal(self, _row: Row, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, or reject it with a result."""
         now = self.simulation.now
         if len(message.goal_id.id) > LONGEST_ID:
@@ -94,7 +81,9 @@ class TrajectoryAction(Device):
         if current is not None and current.active and current.goal_id == name:
             raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
         try:
-            self._arm.accept(request_of(message, name))
+            asked = message.goal
+            trajectory, patience = trajectory_of(asked.trajectory), nanoseconds(asked.goal_time_tolerance)
+            self._arm.accept(GoalRequest(name, trajectory, asked.path_tolerance, asked.goal_tolerance, patience))
         except RejectedTrajectoryError as error:
             reason = str(error)[:_LONGEST_TEXT]  # names in it come from outside
             self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)
@@ -115,7 +104,9 @@ class TrajectoryAction(Device):
 
     def goal_status(self, output: Output) -> None:
         """What became of the goals."""
-        self._status = output.sample(self._told)
+        self._status = output.sample(
+            lambda: GoalStatusArray(header("", self.simulation.now), [each for each, _ in self._recent().values()])
+        )
 
     def goal_feedback(self, output: Output) -> None:
         """How the goal is followed, while there is one."""
@@ -136,20 +127,23 @@ class TrajectoryAction(Device):
         now = self.simulation.now
         status = self._statuses[name][0]
         self._result.publish(
-            FollowJointTrajectoryActionResult(header("", now), status, FollowJointTrajectoryResult(code, reason))
+            control_msgs.FollowJointTrajectoryActionResult(
+                header("", now), status, control_msgs.FollowJointTrajectoryResult(code, reason)
+            )
         )
 
-    def _told(self) -> GoalStatusArray:
-        return GoalStatusArray(header("", self.simulation.now), [status for status, _ in self._recent().values()])
-
-    def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
+    def _progress(self) -> control_msgs.FollowJointTrajectoryActionFeedback | None:
         goal = self._current()
         if goal is None:
             return None
         now = self.simulation.now
-        names, points = self._arm.controller.joint_names, following_points(self._arm.following())
-        content = FollowJointTrajectoryFeedback(header("", now), list(names), *points)
-        return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
+        points = (trajectory_point(*each) for each in self._arm.following())
+        content = control_msgs.FollowJointTrajectoryFeedback(
+            header("", now), list(self._arm.controller.joint_names), *points
+        )
+        return control_msgs.FollowJointTrajectoryActionFeedback(
+            header("", now), self._statuses[goal.goal_id][0], content
+        )
 
     def _current(self) -> TrajectoryGoal | None:
         """The goal that is being followed, if it came on the topic."""
@@ -181,19 +175,3 @@ class TrajectoryAction(Device):
         while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
             number += 1
         return name
-
-
-def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRequest:
-    """A goal from its message."""
-    goal = message.goal
-    return GoalRequest(
-        goal_id,
-        trajectory_of(goal.trajectory),
-        tuple(map(_tolerance, goal.path_tolerance)),
-        tuple(map(_tolerance, goal.goal_tolerance)),
-        nanoseconds(goal.goal_time_tolerance),
-    )
-
-
-def _tolerance(message: JointTolerance) -> AskedTolerance:
-    return AskedTolerance(message.name, message.position, message.velocity)

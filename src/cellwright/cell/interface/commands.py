@@ -1,53 +1,35 @@
 """Command topics and services of the kit-building cell: handlers of the 2017 interface."""
 
-from __future__ import annotations
-
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
-from functools import cached_property
 from typing import cast, get_args
 
 from cellwright.cell.devices.conveyor import PopulationAction
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.trajectory_controller import check_count
 from cellwright.cell.interface.devices import CellDevices, present
-from cellwright.cell.model.own_models import own_part_types
+from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
-from cellwright.config.trial.trial import Trial
 from cellwright.middleware.interface.table import Row
-from cellwright.middleware.messages import Message, service_type
+from cellwright.middleware.messages import Message, osrf_gear, service_type
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
 from cellwright.middleware.messages.conversions import floats, nanoseconds
-from cellwright.middleware.messages.osrf_gear import (
-    AGVControlRequest,
-    AGVControlResponse,
-    ConveyorBeltControlRequest,
-    ConveyorBeltControlResponse,
-    GetMaterialLocationsRequest,
-    GetMaterialLocationsResponse,
-    PopulationControlRequest,
-    PopulationControlResponse,
-    StorageUnit,
-    SubmitTrayRequest,
-    SubmitTrayResponse,
-    VacuumGripperControlRequest,
-    VacuumGripperControlResponse,
-)
 from cellwright.middleware.messages.standard import JointTrajectory as JointTrajectoryMessage
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 
 
-def part_types_json(trial: Trial) -> str:
-    """The part types of a trial's own, by name, as a JSON object; lengths in m, mass in kg.
+def part_types_json(own: Mapping[str, OwnPartType]) -> str:
+    """The part types of a trial's own, by name, as a JSON object; lengths in m, mass in kg. A type takes some 30 ms.
 
     Each has its `mass`, and `tops` with the fields of `cell.model.part_tops.PartTop`, the first as it was modelled.
     Where parts are, this does not tell.
     """
     found = {
-        name: {"mass": own.form.mass, "tops": [asdict(top) for top in part_tops(own.form)]}
-        for name, own in own_part_types(trial).items()
+        name: {"mass": each.form.mass, "tops": [asdict(top) for top in part_tops(each.form)]}
+        for name, each in own.items()
     }
     return json.dumps(found, sort_keys=True)
 
@@ -58,12 +40,12 @@ NOT_ALLOWED = "not allowed in a competition"
 class Commands:
     """Handlers of the topics and services that clients send to.
 
-    Args:
-        cell: what they act on.
+    What is told of the trial's own part types is worked out at once, before time runs.
     """
 
-    def __init__(self, cell: CellDevices) -> None:
+    def __init__(self, cell: CellDevices, own_types: Mapping[str, OwnPartType]) -> None:
         self._cell = cell
+        self._own_types = part_types_json(own_types)
 
     def start_competition(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Start the trial."""
@@ -79,19 +61,15 @@ class Commands:
         return TriggerResponse(success=True, message="competition ended successfully!")
 
     def material_locations(
-        self, _row: Row, request: GetMaterialLocationsRequest, _node: str
-    ) -> GetMaterialLocationsResponse:
+        self, _row: Row, request: osrf_gear.GetMaterialLocationsRequest, _node: str
+    ) -> osrf_gear.GetMaterialLocationsResponse:
         """Storage units of a type by name; none of an unknown type."""
         units = self._cell.trial.material_locations.get(request.material_type, ())
-        return GetMaterialLocationsResponse([StorageUnit(unit) for unit in sorted(units)])
+        return osrf_gear.GetMaterialLocationsResponse([osrf_gear.StorageUnit(unit) for unit in sorted(units)])
 
     def part_types(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """The part types of the trial's own."""
         return TriggerResponse(success=True, message=self._own_types)
-
-    @cached_property
-    def _own_types(self) -> str:
-        return part_types_json(self._cell.trial)
 
     def note_intention(self, _row: Row, message: String, node: str) -> None:
         """Note what the agent says that it is about."""
@@ -113,15 +91,15 @@ class Commands:
         return QueryTrajectoryStateResponse(list(controller.joint_names), *map(floats, state))
 
     def control_gripper(
-        self, _row: Row, request: VacuumGripperControlRequest, _node: str
-    ) -> VacuumGripperControlResponse:
+        self, _row: Row, request: osrf_gear.VacuumGripperControlRequest, _node: str
+    ) -> osrf_gear.VacuumGripperControlResponse:
         """Switch the suction."""
         present(self._cell.gripper).set_enabled(request.enable)
-        return VacuumGripperControlResponse(success=True)
+        return osrf_gear.VacuumGripperControlResponse(success=True)
 
-    def send_agv(self, row: Row, request: AGVControlRequest, _node: str) -> AGVControlResponse:
+    def send_agv(self, row: Row, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:
         """Send an AGV off."""
-        return AGVControlResponse(success=self._cell.agvs[int(row.subject or 0)].send(request.kit_type))
+        return osrf_gear.AGVControlResponse(success=self._cell.agvs[int(row.subject or 0)].send(request.kit_type))
 
     def refuse(self, row: Row, _request: Message, node: str) -> Message:
         """Refuse what is cheating in a competition, and report it."""
@@ -133,29 +111,31 @@ class Commands:
         return response
 
     def control_conveyor(
-        self, _row: Row, request: ConveyorBeltControlRequest, _node: str
-    ) -> ConveyorBeltControlResponse:
+        self, _row: Row, request: osrf_gear.ConveyorBeltControlRequest, _node: str
+    ) -> osrf_gear.ConveyorBeltControlResponse:
         """Set the belt's power; one outside 0..100 leaves it as it is, and is answered with success all the same."""
         self._cell.conveyor.set_power(request.state.power)
-        return ConveyorBeltControlResponse(success=True)
+        return osrf_gear.ConveyorBeltControlResponse(success=True)
 
-    def control_population(self, _row: Row, request: PopulationControlRequest, _node: str) -> PopulationControlResponse:
+    def control_population(
+        self, _row: Row, request: osrf_gear.PopulationControlRequest, _node: str
+    ) -> osrf_gear.PopulationControlResponse:
         """Steer the flow of parts onto the belt."""
         actions = get_args(PopulationAction)
         if request.action not in actions:
             raise ServiceFailedError(f"population/control: {request.action!r} is none of {', '.join(actions)}")
         present(self._cell.population).control(cast("PopulationAction", request.action))
-        return PopulationControlResponse(success=True)
+        return osrf_gear.PopulationControlResponse(success=True)
 
-    def submit_tray(self, _row: Row, request: SubmitTrayRequest, _node: str) -> SubmitTrayResponse:
+    def submit_tray(self, _row: Row, request: osrf_gear.SubmitTrayRequest, _node: str) -> osrf_gear.SubmitTrayResponse:
         """Have a tray judged as a kit."""
         try:
             submitted = self._cell.competition.submit(request.tray_id, request.kit_type)
         except UnknownNameError:
-            return SubmitTrayResponse(success=False, inspection_result=0.0)
+            return osrf_gear.SubmitTrayResponse(success=False, inspection_result=0.0)
         except RejectedCommandError as error:
             raise ServiceFailedError(f"submit_tray: {error}") from error
-        return SubmitTrayResponse(success=True, inspection_result=submitted.score.total)
+        return osrf_gear.SubmitTrayResponse(success=True, inspection_result=submitted.score.total)
 
     def clear_tray(self, row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Take away all that lies on a tray."""

@@ -1,7 +1,5 @@
 """Devices that the interface of the kit-building cell is bound to, and the intention that the agent states."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -69,11 +67,7 @@ D = TypeVar("D")
 
 
 def present(device: D | None) -> D:
-    """A device that a cell may lack, where a row of the table is only there with it.
-
-    Raises:
-        UsageError: the cell lacks it.
-    """
+    """A device that a cell may lack, where a row of the table is only there with it."""
     if device is None:
         raise UsageError("this cell has no such device")
     return device

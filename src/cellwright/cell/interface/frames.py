@@ -1,14 +1,12 @@
 """The tree of frames of the kit-building cell, as its topics /tf and /tf_static carry it."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from cellwright.cell.devices.logical_camera import Frame, body_poses
-from cellwright.cell.interface.devices import CellDevices
 from cellwright.cell.model.arm import GRIPPER, JOINTS, WRIST_3_T_TOOL
 from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, BIN_YAW, load_point
 from cellwright.config.trial.trial import Camera, Trial
@@ -50,47 +48,19 @@ def static_frames(trial: Trial) -> list[Frame]:
     return frames
 
 
+def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Callable[[], list[Frame]]:
+    """A function that tells where links are now, each in the frame of the one before it."""
+    bodies = np.array([simulation.model.body(name).id for name in links])
+
+    def read() -> list[Frame]:
+        simulation.refresh()
+        places = pairwise(zip(links, body_poses(simulation.data, bodies), strict=True))
+        return [Frame(parent, child, before.inverse() @ pose) for (parent, before), (child, pose) in places]
+
+    return read
+
+
 def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
     """Frames that are fixed to a link of the arm or to the world, with the digits of the engine."""
-    return [
-        Frame("world", "linear_arm_actuator", relative(simulation, "world", "linear_arm_actuator")),
-        *LINK_FRAMES,
-        Frame("wrist_3_link", GRIPPER, relative(simulation, "wrist_3_link", GRIPPER)),
-    ]
-
-
-class ArmFrames:
-    """Where the arm's moving links are.
-
-    Args:
-        simulation: one with an arm in its model.
-    """
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._simulation = simulation
-        self._bodies = np.array([simulation.model.body(name).id for name in ARM_CHAIN])
-
-    def read(self) -> list[Frame]:
-        """Each link in the frame of the one before it, as of this tick."""
-        self._simulation.refresh()
-        poses = body_poses(self._simulation.data, self._bodies)
-        return [
-            Frame(parent, child, world_T_parent.inverse() @ world_T_child)
-            for (parent, child), (world_T_parent, world_T_child) in zip(
-                pairwise(ARM_CHAIN), pairwise(poses), strict=True
-            )
-        ]
-
-
-def relative(simulation: Simulation, parent: str, child: str) -> Pose:
-    """parent_T_child of two bodies, as of this tick."""
-    simulation.refresh()
-    bodies = np.array([simulation.model.body(name).id for name in (parent, child)])
-    world_T_parent, world_T_child = body_poses(simulation.data, bodies)
-    return world_T_parent.inverse() @ world_T_child
-
-
-def all_static_frames(cell: CellDevices) -> list[Frame]:
-    """Every frame of /tf_static."""
-    arm = fixed_arm_frames(cell.simulation) if cell.arm is not None else []
-    return [*static_frames(cell.trial), *arm]
+    rail, gripper = ("world", ARM_CHAIN[0]), ("wrist_3_link", GRIPPER)
+    return [*arm_chain(simulation, rail)(), *LINK_FRAMES, *arm_chain(simulation, gripper)()]

@@ -5,10 +5,9 @@ figures are those of the simulated arm. What an XML reader would refuse cannot c
 two with one name the later one holds, as in the tree of frames itself.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import TypeAlias, Union
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -22,7 +21,6 @@ from cellwright.cell.model.frames import RAIL
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
 from cellwright.engine.shapes import Shape
-from cellwright.middleware.interface.table import Row
 from cellwright.util.pose import Pose, Vector3
 
 _GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] is taken to stand there
@@ -42,26 +40,17 @@ def rpy_of(pose: Pose) -> Vector3:
     return (roll, pitch, math.atan2(forward[1], forward[0]))
 
 
-def new_description(name: str) -> Element:
-    """A description without anything in it."""
-    return Element("robot", name=name)
-
-
 def add_link(
     parent: Element, name: str, *, solid: Sequence[Shape] = (), seen: Sequence[Shape] = (), form: Cylinder | None = None
 ) -> None:
-    """Add a link.
-
-    Args:
-        parent: the description.
-        name: of the link.
-        solid: what it touches with; it is seen as well.
-        seen: what is only seen of it.
-        form: the cylinder that has its mass and its inertia; None for a link that is a mere frame.
-    """
+    """Add a link that is touched as `solid` says, is seen as both say, and has mass and inertia of a cylinder."""
     element = SubElement(parent, "link", name=name)
     if form is not None:
-        _add_inertia(element, form)
+        inertial = SubElement(element, "inertial")
+        _add_origin(inertial, Pose((0.0, 0.0, form.middle)))
+        SubElement(inertial, "mass", value=repr(form.mass))
+        across, along = repr(form.across), repr(form.along)
+        SubElement(inertial, "inertia", ixx=across, iyy=across, izz=along, ixy="0.0", ixz="0.0", iyz="0.0")
     for shape in (*solid, *seen):
         for kind, sizes, pose in _urdf_forms(shape):
             visual = SubElement(element, "visual")
@@ -73,50 +62,8 @@ def add_link(
             _add_form(SubElement(element, "collision"), kind, sizes, pose)
 
 
-def add_fixed_joint(parent: Element, name: str, before: str, behind: str, pose: Pose) -> None:
-    """Fix the link `behind` to the link `before`, at `pose` in its frame."""
-    _add_joint(parent, "fixed", name, before, behind, pose)
-
-
-def add_moving_joint(
-    parent: Element,
-    kind: str,
-    name: str,
-    links: tuple[str, str],
-    pose: Pose,
-    axis: Vector3,
-    *,
-    range_: tuple[float, float],
-    effort: float,
-    velocity: float,
-    damping: float = 0.0,
-    friction: float = 0.0,
-) -> None:
-    """Join two links by a joint that moves.
-
-    Args:
-        parent: the description.
-        kind: `prismatic` or `revolute`.
-        name: of the joint.
-        links: the link before the joint and the one behind it.
-        pose: of the link behind in the frame of the one before, at joint value 0.
-        axis: in the frame of the link behind.
-        range_: least and largest value [m] or [rad].
-        effort: largest force [N] or torque [N m].
-        velocity: largest velocity [m/s] or [rad/s].
-        damping: viscous [N s/m] or [N m s/rad].
-        friction: dry [N] or [N m].
-    """
-    joint = _add_joint(parent, kind, name, *links, pose)
-    SubElement(joint, "axis", xyz=_number_text(axis))
-    lower, upper = range_
-    SubElement(
-        joint, "limit", lower=repr(lower), upper=repr(upper), effort=repr(float(effort)), velocity=repr(float(velocity))
-    )
-    SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
-
-
-def _add_joint(parent: Element, kind: str, name: str, before: str, behind: str, pose: Pose) -> Element:
+def add_joint(parent: Element, kind: str, name: str, before: str, behind: str, pose: Pose) -> Element:
+    """Join the link `behind` to the link `before`; `pose` is where it stands in its frame, at joint value 0."""
     joint = SubElement(parent, "joint", name=name, type=kind)
     SubElement(joint, "parent", link=before)
     SubElement(joint, "child", link=behind)
@@ -124,12 +71,20 @@ def _add_joint(parent: Element, kind: str, name: str, before: str, behind: str, 
     return joint
 
 
-def _add_inertia(element: Element, form: Cylinder) -> None:
-    inertial = SubElement(element, "inertial")
-    _add_origin(inertial, Pose((0.0, 0.0, form.middle)))
-    SubElement(inertial, "mass", value=repr(form.mass))
-    across, along = repr(form.across), repr(form.along)
-    SubElement(inertial, "inertia", ixx=across, iyy=across, izz=along, ixy="0.0", ixz="0.0", iyz="0.0")
+def _add_axis(
+    joint: Element,
+    axis: Vector3,
+    limit: float,
+    effort: float = 0.0,
+    velocity: float = 0.0,
+    damping: float = 0.0,
+    friction: float = 0.0,
+) -> None:
+    """Say how a joint moves, with the figures of an `ArmJoint`."""
+    SubElement(joint, "axis", xyz=_number_text(axis))
+    ends = {"lower": repr(-limit), "upper": repr(limit)}
+    SubElement(joint, "limit", ends, effort=repr(float(effort)), velocity=repr(float(velocity)))
+    SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
 
 
 def _urdf_forms(shape: Shape) -> list[tuple[str, dict[str, str], Pose]]:
@@ -160,17 +115,13 @@ def _number_text(values: Sequence[float]) -> str:
     return " ".join(repr(round(float(value), 15) + 0.0) for value in values)
 
 
-ROBOT_NAME = "ariac"
-"""The name in the description."""
-
 _RAIL_LINK = "linear_arm_actuator"
-_UPWARD = (0.0, 0.0, 1.0)
 _TINY_LIMIT = 1e-6  # [rad]; readers of URDF take equal limits for none, or refuse them
 
 
 def robot_description(trial: Trial) -> str:
     """The description of one cell, as its parameter `robot_description` has it: XML text in the URDF format."""
-    robot = new_description(ROBOT_NAME)
+    robot = Element("robot", name="ariac")
     add_link(robot, "world")
     fixed = {frame.child: frame for frame in static_frames(trial)}
     for frame in fixed.values():
@@ -183,76 +134,47 @@ def robot_description(trial: Trial) -> str:
 
 def _add_frame(robot: Element, frame: Frame) -> None:
     add_link(robot, frame.child)
-    add_fixed_joint(robot, f"{frame.child}_joint", frame.parent, frame.child, frame.pose)
+    add_joint(robot, "fixed", f"{frame.child}_joint", frame.parent, frame.child, frame.pose)
 
 
 def _add_arm(robot: Element) -> None:
     add_link(robot, _RAIL_LINK, solid=[arm_looks.BEAM])
-    add_fixed_joint(robot, f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, RAIL)
+    add_joint(robot, "fixed", f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, RAIL)
     before = _RAIL_LINK
     for joint in JOINTS:
         name = joint.link
         solid = [each.cylinder if isinstance(each, arm_looks.Housing) else each for each in arm_looks.SOLID[name]]
         add_link(robot, name, solid=solid, seen=arm_looks.SEEN[name], form=BODIES[name])
-        add_moving_joint(
-            robot,
-            "prismatic" if before == _RAIL_LINK else "revolute",
-            joint.name,
-            (before, name),
-            joint.pose,
-            joint.axis,
-            range_=(-joint.limit, joint.limit),
-            effort=joint.effort,
-            velocity=joint.velocity,
-            damping=joint.damping,
-            friction=joint.friction,
-        )
+        kind = "prismatic" if before == _RAIL_LINK else "revolute"
+        element = add_joint(robot, kind, joint.name, before, name, joint.pose)
+        _add_axis(element, joint.axis, joint.limit, joint.effort, joint.velocity, joint.damping, joint.friction)
         before = name
-    _add_cup(robot, before)
+    # The cup is on a joint that does not turn: the joint states name it, and robot_state_publisher complains of a name
+    # that belongs to no joint or to a fixed one.
+    add_link(robot, GRIPPER, solid=[arm_looks.CUP], form=BODIES[GRIPPER])
+    element = add_joint(robot, "revolute", GRIPPER_JOINT, before, GRIPPER, WRIST_3_T_GRIPPER)
+    _add_axis(element, (0.0, 0.0, 1.0), _TINY_LIMIT)
     for frame in LINK_FRAMES:
         _add_frame(robot, frame)
 
 
-def _add_cup(robot: Element, before: str) -> None:
-    """The cup, on a joint that does not turn.
-
-    The joint states name it, and robot_state_publisher complains of a name that belongs to no joint or to a fixed one.
-    """
-    add_link(robot, GRIPPER, solid=[arm_looks.CUP], form=BODIES[GRIPPER])
-    add_moving_joint(
-        robot,
-        "revolute",
-        GRIPPER_JOINT,
-        (before, GRIPPER),
-        WRIST_3_T_GRIPPER,
-        _UPWARD,
-        range_=(-_TINY_LIMIT, _TINY_LIMIT),
-        effort=0.0,
-        velocity=0.0,
-    )
-
-
 Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str, Parameter]"]
-
-_TRAJECTORIES = "effort_controllers/JointTrajectoryController"
-_JOINT_STATES = "joint_state_controller/JointStateController"
 
 
 def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     """The parameters of one cell, from the root on: nested dictionaries, as a parameter server holds them.
 
-    Args:
-        trial: what was written about the cell.
-        competition: competition mode; the simulator's own services are said to be off the network then.
+    In competition mode the simulator's own services are said to be off the network.
     """
     description = robot_description(trial)
     cell: dict[str, Parameter] = {"robot_description": description}
     if trial.has_arm:
-        rates = {row.name: row for row in rows(trial, competition=competition) if row.rate is not None}
+        table = rows(trial, competition=competition)
+        rates = {row.name: float(row.rate) for row in table if isinstance(row.rate, Fraction)}
         cell["arm"] = _arm_parameters(trial.settings.arm, rates)
         cell["joint_state_controller"] = {
-            "type": _JOINT_STATES,
-            "publish_rate": _rate_of(rates["/ariac/joint_states"]),
+            "type": "joint_state_controller/JointStateController",
+            "publish_rate": rates["/ariac/joint_states"],
             "extra_joints": [{"name": GRIPPER_JOINT, "position": 0.0, "velocity": 0.0, "effort": 0.0}],
         }
     return {
@@ -263,7 +185,7 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     }
 
 
-def _arm_parameters(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str, Parameter]:
+def _arm_parameters(settings: ArmSettings, rates: Mapping[str, float]) -> dict[str, Parameter]:
     """The parameters of the arm's controller, in the shape of the original's file."""
     constraints: dict[str, Parameter] = {
         "goal_time": settings.goal_time,
@@ -277,17 +199,12 @@ def _arm_parameters(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str
         for name, each in gains_of(settings).items()
     }
     return {
-        "type": _TRAJECTORIES,
+        "type": "effort_controllers/JointTrajectoryController",
         "joints": list(ARM_JOINTS),
         "constraints": constraints,
         "gains": gains,
         "stop_trajectory_duration": settings.stop_trajectory_duration,
         "allow_partial_joints_goal": settings.allow_partial_joints_goal,
-        "state_publish_rate": _rate_of(rates["/ariac/arm/state"]),
-        "action_monitor_rate": _rate_of(rates["/ariac/arm/follow_joint_trajectory/feedback"]),
+        "state_publish_rate": rates["/ariac/arm/state"],
+        "action_monitor_rate": rates["/ariac/arm/follow_joint_trajectory/feedback"],
     }
-
-
-def _rate_of(row: Row) -> float:
-    """How often the topic comes [Hz]."""
-    return 0.0 if row.period is None else float(1 / row.period)

@@ -5,8 +5,6 @@ a class whose constructor takes these does as well. The device lives as long as 
 the cell's own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +17,7 @@ from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Device
 from cellwright.middleware.bus import Bus
-from cellwright.middleware.interface.sampling import Streamed
+from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message
 from cellwright.util import plugins
@@ -104,4 +102,4 @@ def _stream_plugin(bus: Bus, kind: str, plugin: SensorPlugin, sensor: Sensor[Any
         message: Message = call_plugin("sensors", kind, plugin.message, reading, sensor)
         return message
 
-    Streamed(bus, plugin.row.of(sensor.name), sensor.listen, build)
+    Output(bus, sensor.simulation, plugin.row.of(sensor.name)).stream(sensor.listen, build)

@@ -1,27 +1,34 @@
 """Published topics of the kit-building cell: messages made of readings, pictures of cameras, and when each is sent."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from functools import partial
+from contextlib import ExitStack
+from functools import cache, partial, partialmethod
 from typing import Any
 
 import numpy as np
 
-from cellwright.cell.devices import range_sensors
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.logical_camera import CameraReading, Frame, LogicalCamera
-from cellwright.cell.devices.range_sensors import BEAM_LENGTH, BEAM_START, BeamReading, ProfileReading, ProximityReading
-from cellwright.cell.devices.trajectory_controller import Following
+from cellwright.cell.devices.range_sensors import (
+    FAN_ANGLE_STEP,
+    FAN_HALF_ANGLE,
+    FAN_RAY_COUNT,
+    BeamReading,
+    BreakBeam,
+    LaserProfiler,
+    ProfileReading,
+    ProximityReading,
+    ProximitySensor,
+)
 from cellwright.cell.interface.devices import CellDevices, present
-from cellwright.cell.interface.frames import ArmFrames, all_static_frames
+from cellwright.cell.interface.frames import arm_chain, fixed_arm_frames, static_frames
 from cellwright.cell.kitting.effects import Effect, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Order
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output, publish_clock
-from cellwright.middleware.messages import Message
+from cellwright.middleware.messages import Message, osrf_gear
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.conversions import (
     header,
@@ -32,19 +39,8 @@ from cellwright.middleware.messages.conversions import (
     trajectory_point,
     transform_stamped,
 )
-from cellwright.middleware.messages.osrf_gear import (
-    DetectedObject,
-    Kit,
-    KitObject,
-    LogicalCameraImage,
-    Model,
-    PopulationState,
-    Proximity,
-    TrayContents,
-    VacuumGripperState,
-)
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
-from cellwright.middleware.messages.standard import Float32, JointTrajectoryPoint, LaserScan, Range, String, TFMessage
+from cellwright.middleware.messages.standard import Float32, LaserScan, Range, String, TFMessage
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 
@@ -55,18 +51,18 @@ FIELD_OF_VIEW = 0.125
 """sensor_msgs/Range.field_of_view of the proximity sensor [rad]."""
 
 # What is the same in each message of a sensor, in the order of its fields: dozens come in a second.
-_BEAM_RANGES = single(BEAM_START), single(BEAM_START + BEAM_LENGTH)
-_CONE = single(FIELD_OF_VIEW), single(range_sensors.PROXIMITY_MIN_RANGE), single(range_sensors.PROXIMITY_MAX_RANGE)
+_BEAM_RANGES = single(BreakBeam.source[0]), single(BreakBeam.source[0] + BreakBeam.farthest)
+_CONE = single(FIELD_OF_VIEW), single(ProximitySensor.nearest), single(ProximitySensor.farthest)
 _FAN = (
-    single(-range_sensors.FAN_HALF_ANGLE),
-    single(range_sensors.FAN_HALF_ANGLE),
-    single(range_sensors.FAN_ANGLE_STEP),
+    single(-FAN_HALF_ANGLE),
+    single(FAN_HALF_ANGLE),
+    single(FAN_ANGLE_STEP),
     0.0,  # between two rays [s]
     0.0,  # between two scans [s]
-    single(range_sensors.PROFILER_MIN_RANGE),
-    single(range_sensors.PROFILER_MAX_RANGE),
+    single(LaserProfiler.nearest),
+    single(LaserProfiler.farthest),
 )
-_INTENSITIES = singles(np.zeros(range_sensors.FAN_RAY_COUNT))
+_INTENSITIES = singles(np.zeros(FAN_RAY_COUNT))
 
 
 def order_message(order: Order) -> OrderMessage:
@@ -74,38 +70,41 @@ def order_message(order: Order) -> OrderMessage:
     return OrderMessage(
         order.order_id,
         [
-            Kit(kit.kit_type, [KitObject(each.type, pose_message(each.pose)) for each in kit.objects])
+            osrf_gear.Kit(
+                kit.kit_type, [osrf_gear.KitObject(each.type, pose_message(each.pose)) for each in kit.objects]
+            )
             for kit in order.kits
         ],
     )
 
 
-def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> TrayContents:
+def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> osrf_gear.TrayContents:
     """What a tray holds."""
-    return TrayContents(
-        tray_id, [DetectedObject(each.type, each.is_faulty, pose_message(each.tray_T_object)) for each in objects]
+    return osrf_gear.TrayContents(
+        tray_id,
+        [osrf_gear.DetectedObject(each.type, each.is_faulty, pose_message(each.tray_T_object)) for each in objects],
     )
 
 
-def beam_message(reading: BeamReading, frame: str) -> Proximity:
+def beam_message(reading: BeamReading, beam: BreakBeam) -> osrf_gear.Proximity:
     """A break beam's reading. The ranges are those of the ray, seen from the sensor's pose."""
-    return Proximity(header(frame, reading.time_ns), reading.detected, *_BEAM_RANGES)
+    return osrf_gear.Proximity(header(beam.frame, reading.time_ns), reading.detected, *_BEAM_RANGES)
 
 
-def range_message(reading: ProximityReading, frame: str) -> Range:
+def range_message(reading: ProximityReading, sensor: ProximitySensor) -> Range:
     """A proximity sensor's reading."""
-    return Range(header(frame, reading.time_ns), ULTRASOUND, *_CONE, single(reading.range), 0.0)
+    return Range(header(sensor.frame, reading.time_ns), ULTRASOUND, *_CONE, single(reading.range), 0.0)
 
 
-def scan_message(reading: ProfileReading, frame: str) -> LaserScan:
+def scan_message(reading: ProfileReading, profiler: LaserProfiler) -> LaserScan:
     """A laser profiler's reading."""
-    return LaserScan(header(frame, reading.time_ns), *_FAN, singles(reading.ranges), _INTENSITIES)
+    return LaserScan(header(profiler.frame, reading.time_ns), *_FAN, singles(reading.ranges), _INTENSITIES)
 
 
-def image_message(reading: CameraReading) -> LogicalCameraImage:
+def image_message(reading: CameraReading) -> osrf_gear.LogicalCameraImage:
     """A logical camera's picture: model poses in the camera frame, the camera's own in the world frame."""
-    return LogicalCameraImage(
-        [Model(each.type, pose_message(each.camera_T_model)) for each in reading.detections],
+    return osrf_gear.LogicalCameraImage(
+        [osrf_gear.Model(each.type, pose_message(each.camera_T_model)) for each in reading.detections],
         pose_message(reading.world_T_camera),
     )
 
@@ -113,20 +112,6 @@ def image_message(reading: CameraReading) -> LogicalCameraImage:
 def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
     """Coordinate frames at a time [ns]."""
     return TFMessage([transform_stamped(each.parent, each.child, each.pose, time) for each in frames])
-
-
-def controller_state_message(names: Sequence[str], following: Following, time: int) -> JointTrajectoryControllerState:
-    """What the arm's controller wants and what the joints do."""
-    return JointTrajectoryControllerState(header("", time), list(names), *following_points(following))
-
-
-def following_points(following: Following) -> tuple[JointTrajectoryPoint, ...]:
-    """What the joints are to do, what they do, and the difference."""
-    return (
-        trajectory_point(*following.desired),
-        trajectory_point(following.actual_positions, following.actual_velocities),
-        trajectory_point(following.error_positions, following.error_velocities),
-    )
 
 
 GRIPPER_JOINT = "vacuum_gripper_joint"
@@ -143,9 +128,6 @@ class Publications(Device):
 
     A new run begins with nothing but the fixed frames, and one that goes on from a saved moment with the order that was
     the newest then.
-
-    Args:
-        cell: what is told about.
     """
 
     def __init__(self, cell: CellDevices) -> None:
@@ -154,8 +136,10 @@ class Publications(Device):
 
     def reset(self) -> None:
         """A new run: no message of the last one is left."""
-        self._cell.bus.forget_latched()
-        self._static.publish(frames_message(all_static_frames(self._cell), 0))
+        cell = self._cell
+        cell.bus.forget_latched()
+        arm = fixed_arm_frames(cell.simulation) if cell.arm is not None else []
+        self._static.publish(frames_message([*static_frames(cell.trial), *arm], 0))
 
     def get_state(self) -> State:
         """The newest message of each latched topic."""
@@ -170,8 +154,8 @@ class Publications(Device):
 
     def arm_frames(self, output: Output) -> None:
         """Frames of the arm's moving links."""
-        frames, simulation = ArmFrames(self._cell.simulation), self._cell.simulation
-        output.sample(lambda: frames_message(frames.read(), simulation.now))
+        frames, simulation = arm_chain(self._cell.simulation), self._cell.simulation
+        output.sample(lambda: frames_message(frames(), simulation.now))
 
     def static_frames(self, output: Output) -> None:
         """Frames that never move, once in a run."""
@@ -182,13 +166,10 @@ class Publications(Device):
         cameras = [each for each in self._cell.sensors.values() if isinstance(each, LogicalCamera)]
 
         def listen(take: Callable[[CameraReading], None]) -> Callable[[], None]:
-            leave = [camera.listen(take) for camera in (*cameras, *self._cell.quality.values())]
-
-            def leave_all() -> None:
-                for each in leave:
-                    each()
-
-            return leave_all
+            leave = ExitStack()
+            for camera in (*cameras, *self._cell.quality.values()):
+                leave.callback(camera.listen(take))
+            return leave.close
 
         output.stream(listen, lambda reading: frames_message(reading.frames, reading.time_ns))
 
@@ -239,46 +220,46 @@ class Publications(Device):
     def arm_state(self, output: Output) -> None:
         """Desired and actual state of the joints."""
         arm = present(self._cell.arm)
-        output.sample(lambda: controller_state_message(ARM_JOINTS, arm.following(), arm.simulation.now))
+
+        def build() -> Message:
+            points = (trajectory_point(*each) for each in arm.following())
+            return JointTrajectoryControllerState(header("", arm.simulation.now), list(ARM_JOINTS), *points)
+
+        output.sample(build)
 
     def gripper_state(self, output: Output) -> None:
         """Whether the suction is on, and holds something."""
         gripper = present(self._cell.gripper)
-        states = {
-            (enabled, attached): VacuumGripperState(enabled=enabled, attached=attached)
-            for enabled in (False, True)
-            for attached in (False, True)
-        }
-        output.sample(lambda: states[gripper.enabled, gripper.attached])
+        make = cache(osrf_gear.VacuumGripperState)
+        output.sample(lambda: make(gripper.enabled, gripper.attached))
 
     def agv_state(self, output: Output) -> None:
         """State of an AGV."""
         agv = self._cell.agvs[int(output.row.subject or 0)]
-        made: dict[str, String] = {}
-        output.sample(lambda: made.get(agv.state) or made.setdefault(agv.state, String(agv.state)))
+        make = cache(String)
+        output.sample(lambda: make(agv.state))
 
     def population_state(self, output: Output) -> None:
         """Whether parts come onto the belt."""
         population = present(self._cell.population)
-        states = {enabled: PopulationState(enabled=enabled) for enabled in (False, True)}
-        output.sample(lambda: states[population.enabled])
+        make = cache(osrf_gear.PopulationState)
+        output.sample(lambda: make(population.running))
 
-    def break_beam(self, output: Output) -> None:
-        """Readings of a break beam."""
-        self._stream(output, beam_message)
+    def _sensor(self, output: Output) -> Any:
+        return self._cell.sensors[output.row.subject or ""]
+
+    def _stream(self, output: Output, message: Callable[[Any, Any], Message]) -> None:
+        sensor = self._sensor(output)
+        output.stream(sensor.listen, lambda reading: message(reading, sensor))
+
+    break_beam = partialmethod(_stream, message=beam_message)
+    proximity_sensor = partialmethod(_stream, message=range_message)
+    laser_profiler = partialmethod(_stream, message=scan_message)
 
     def break_beam_change(self, output: Output) -> None:
         """Readings of a break beam that differ from the one before."""
         beam = self._sensor(output)
-        output.stream(beam.listen_changes, lambda reading: beam_message(reading, beam.frame))
-
-    def proximity_sensor(self, output: Output) -> None:
-        """Readings of a proximity sensor."""
-        self._stream(output, range_message)
-
-    def laser_profiler(self, output: Output) -> None:
-        """Readings of a laser profiler."""
-        self._stream(output, scan_message)
+        output.stream(beam.listen_changes, lambda reading: beam_message(reading, beam))
 
     def logical_camera(self, output: Output) -> None:
         """Pictures of a logical camera."""
@@ -289,36 +270,13 @@ class Publications(Device):
         camera = self._cell.quality[int(output.row.subject or 0)]
         output.stream(camera.listen, image_message, is_deferred=True)
 
-    def colour_picture(self, output: Output) -> None:
-        """Colours that a camera sees."""
-        self._stream_picture(output, pictures.colour_message, colour=True)
-
-    def depth_picture(self, output: Output) -> None:
-        """Depths that a camera sees."""
-        self._stream_picture(output, pictures.depth_message, depth=True)
-
-    def camera_info(self, output: Output) -> None:
-        """The matrix of a camera's pictures."""
-        self._stream_picture(output, pictures.info_message)
-
-    def depth_points(self, output: Output) -> None:
-        """A point for each pixel of a depth camera, with its colour if the camera has one."""
-        has_colour = self._sensor(output).description.has_colour
-        self._stream_picture(output, pictures.points_message, colour=has_colour, depth=True)
-
-    def point_cloud(self, output: Output) -> None:
-        """The points that a depth camera measured."""
-        self._stream_picture(output, pictures.cloud_message, depth=True)
-
-    def _sensor(self, output: Output) -> Any:
-        return self._cell.sensors[output.row.subject or ""]
-
-    def _stream(self, output: Output, message: Callable[[Any, str], Message]) -> None:
-        sensor = self._sensor(output)
-        output.stream(sensor.listen, lambda reading: message(reading, sensor.frame))
-
-    def _stream_picture(
-        self, output: Output, message: _PictureMessage, *, colour: bool = False, depth: bool = False
-    ) -> None:
+    def _picture(self, output: Output, message: _PictureMessage, *, colour: bool = False, depth: bool = False) -> None:
         camera = self._sensor(output)
-        output.stream(partial(camera.look, colour=colour, depth=depth), lambda picture: message(picture, camera))
+        wanted = partial(camera.look, colour=colour and camera.description.has_colour, depth=depth)
+        output.stream(wanted, lambda picture: message(picture, camera))
+
+    colour_picture = partialmethod(_picture, message=pictures.colour_message, colour=True)
+    depth_picture = partialmethod(_picture, message=pictures.depth_message, depth=True)
+    camera_info = partialmethod(_picture, message=pictures.info_message)
+    depth_points = partialmethod(_picture, message=pictures.points_message, colour=True, depth=True)
+    point_cloud = partialmethod(_picture, message=pictures.cloud_message, depth=True)

@@ -5,8 +5,6 @@ original's; "each step" means the simulation's own step. Two things count as che
 so: seeing what lies on the trays, and steering belt, parts and scoring.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -168,14 +166,11 @@ PICTURES = (
 GEAR: tuple[Row, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
 """The whole contract, as templates."""
 
-SENSOR_PLACES: dict[Where, SensorType] = {
-    Where.BREAK_BEAM: "break_beam",
-    Where.PROXIMITY_SENSOR: "proximity_sensor",
-    Where.LASER_PROFILER: "laser_profiler",
-    Where.LOGICAL_CAMERA: "logical_camera",
-}
-
-CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
+SENSOR_TYPES: dict[Where, tuple[SensorType | CameraType, ...]] = {
+    Where.BREAK_BEAM: ("break_beam",),
+    Where.PROXIMITY_SENSOR: ("proximity_sensor",),
+    Where.LASER_PROFILER: ("laser_profiler",),
+    Where.LOGICAL_CAMERA: ("logical_camera",),
     Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
     Where.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
     Where.CLOUD_CAMERA: ("depth_camera",),
@@ -185,15 +180,14 @@ CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
 def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
     """The contract as it holds in one cell, its templates filled in, in the order of the table.
 
-    Args:
-        trial: what was written about the cell.
-        competition: competition mode; what is absent then is left out.
-
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """
-    table = [_in_competition(row) for row in GEAR if row.competition is not ABSENT] if competition else GEAR
-    found = [row.of(subject) for row in table for subject in _subjects(row.where, trial)]
+    found = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
+    if competition:
+        other = {REFUSES: "refuse", SILENCED: "silence"}
+        found = [replace(row, handler=other.get(row.competition, row.handler)) for row in found]
+        found = [row for row in found if row.competition is not ABSENT]
     for camera in trial.sensors:
         if isinstance(camera, Camera):
             found += camera_rows(camera)
@@ -201,21 +195,16 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
     return tuple(found)
 
 
-def _in_competition(row: Row) -> Row:
-    """A row with its handler of competition mode."""
-    return replace(row, handler={REFUSES: "refuse", SILENCED: "silence"}.get(row.competition, row.handler))
-
-
 def camera_rows(camera: Camera) -> list[Row]:
     """The rows of one camera, at its rate."""
     rate = Fraction(repr(camera.rate))
-    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in CAMERA_PLACES[row.where]]
+    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in SENSOR_TYPES[row.where]]
 
 
 def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:
     """What a row is there for in a cell: sensors, AGVs, or once (None), or not at all."""
-    if where in SENSOR_PLACES:
-        return [sensor.name for sensor in trial.sensors if sensor.type == SENSOR_PLACES[where]]
+    if where in SENSOR_TYPES:
+        return [sensor.name for sensor in trial.sensors if sensor.type in SENSOR_TYPES[where]]
     agvs = trial.options.insert_agvs
     if where is EACH_AGV:
         return AGVS if agvs else ()

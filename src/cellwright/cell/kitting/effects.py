@@ -1,7 +1,5 @@
 """What the referee wants done or known: plain values, for the cell to carry out, publish and log."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeAlias
@@ -61,13 +59,7 @@ class PopulationRestart:
 
 @dataclass(frozen=True, slots=True)
 class OrderAnnounced:
-    """An order is announced and becomes the active one.
-
-    Attributes:
-        order: the order, to be published.
-        reason: why now.
-        interrupts: id of the order that waits until this one is complete.
-    """
+    """An order is announced and becomes the active one; `interrupts` is the id of the one that waits for its end."""
 
     order: Order
     reason: AnnouncementReason
@@ -79,8 +71,6 @@ class KitSubmitted:
     """A tray was judged.
 
     Attributes:
-        tray_id: the tray.
-        kit_type: what it was submitted as.
         score: the score of that kit, with the evidence, or with `refusal` when nobody asked for the kit.
         is_repeated: the kit was submitted before; `score` is the one from then.
         fates: for each ordered part what became of it if it is missing, else None; empty where nothing is known.
@@ -95,12 +85,7 @@ class KitSubmitted:
 
 @dataclass(frozen=True, slots=True)
 class OrderCompleted:
-    """The active order has all its kits and is closed.
-
-    Attributes:
-        score: what it earned.
-        resumes: id of the order that it had interrupted, active again.
-    """
+    """The active order has all its kits and is closed; `resumes` is the id of that which it had interrupted."""
 
     score: OrderScore
     resumes: str | None = None
@@ -110,10 +95,7 @@ class OrderCompleted:
 class TrialEnded:
     """The trial is over and its score final.
 
-    Attributes:
-        reason: why.
-        score: the final score.
-        process_time: from the start until the end of the game [ns]; 0 when it was never started.
+    `process_time` goes from the start until the end of the game [ns]; it is 0 when it was never started.
     """
 
     reason: EndReason

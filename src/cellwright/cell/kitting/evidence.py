@@ -4,10 +4,8 @@ Where the `GameScore` has what was judged, this goes through the whole trial: al
 and the orders that were never announced, with what could have been had there.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -65,7 +63,6 @@ class PartEvidence:
     """What became of one ordered part.
 
     Attributes:
-        reach: what it could earn.
         cause: one word for it, a key of `REASONS`, or "placed".
         finding: what the referee found; None when its kit was not judged.
         fate: what became of it if it is missing; None where nothing is known.
@@ -108,13 +105,7 @@ class PartEvidence:
 
 @dataclass(frozen=True, slots=True)
 class KitEvidence:
-    """What became of one kit.
-
-    Attributes:
-        reach: what it could earn.
-        score: what the referee says.
-        parts: each ordered part, in the order of the kit.
-    """
+    """What became of one kit: what it could earn, what the referee says, and each ordered part."""
 
     reach: KitReach
     score: KitScore
@@ -134,13 +125,7 @@ class KitEvidence:
 
 @dataclass(frozen=True, slots=True)
 class OrderEvidence:
-    """What became of one order.
-
-    Attributes:
-        score: what the referee says; all zero for an order that was never announced.
-        is_announced: whether it came up.
-        kits: its kits, in the order of the order.
-    """
+    """What became of one order; the score of one that never came up is all zero."""
 
     score: OrderScore
     is_announced: bool
@@ -153,7 +138,6 @@ class Evidence:
 
     Attributes:
         orders: those announced, in that order, then those that never came up.
-        reach: what could be earned.
         part_travel_time: how long the gripper was enabled and held something [ns].
         process_time: from the start to the end of the game, or until now [ns].
         system_cost: cost of the sensors [$].
@@ -170,26 +154,23 @@ class Evidence:
         """All points."""
         return sum(order.score.total for order in self.orders)
 
-    def kits(self) -> Iterator[KitEvidence]:
-        """All kits, order by order."""
-        for order in self.orders:
-            yield from order.kits
-
 
 def kit_evidence(
     score: KitScore, could: KitReach, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
 ) -> KitEvidence:
-    """The evidence of one kit.
+    """The evidence of one kit, from what the referee says of it and what it could earn.
 
-    Args:
-        score: what the referee says of it.
-        could: what it could earn.
-        is_announced: whether its order came up, for a kit that was not submitted.
-        fates: what became of its missing parts, one for each ordered part; empty where nothing is known.
+    `is_announced` is for a kit that was not submitted. `fates` has one for each ordered part, or is empty where nothing
+    is known.
     """
     if score.is_submitted:
         parts = tuple(
-            PartEvidence(part, _cause(finding, part), finding, fate)
+            PartEvidence(
+                part,
+                OFF_TRAY if finding.verdict is Verdict.TOO_FAR and part.is_off_tray else str(finding.verdict),
+                finding,
+                fate,
+            )
             for part, finding, fate in zip(could.parts, score.parts, fates or [None] * len(score.parts), strict=True)
         )
     else:
@@ -206,14 +187,10 @@ def evidence(
     could: TrialReach | None = None,
     fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
 ) -> Evidence:
-    """The evidence for a score.
+    """The evidence for a score of the trial that was played.
 
-    Args:
-        trial: the trial that was played.
-        score: its score.
-        process_time: from the start to the end of the game [ns].
-        could: what can be earned in it, where that is known already.
-        fates: what became of the parts that judged kits lack, by kit type; see `kit_evidence`.
+    `process_time` goes from the start to the end of the game [ns], `could` is what can be earned, where that is known
+    already, and `fates` are those of the parts that judged kits lack, by kit type; see `kit_evidence`.
     """
     could = could or reach(trial)
     announced = {order.order_id: order for order in score.orders}
@@ -239,12 +216,6 @@ def evidence(
         for order in (*score.orders, *silent)
     )
     return Evidence(orders, could, score.part_travel_time, process_time, system_cost(trial.sensors))
-
-
-def _cause(finding: PartFinding, could: PartReach) -> str:
-    if finding.verdict is Verdict.TOO_FAR and could.is_off_tray:
-        return OFF_TRAY
-    return str(finding.verdict)
 
 
 def evidence_to_json(found: Evidence) -> dict[str, Any]:

@@ -4,13 +4,13 @@ The record explains the score and never changes it. It is an observation and no 
 beside the state.
 """
 
-from __future__ import annotations
-
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
+
+import msgspec
 
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.engine.clock import seconds
@@ -24,7 +24,7 @@ MOVED = 0.05
 
 
 class Removal(StrEnum):
-    """What takes a part out of the cell."""
+    """What takes a part out of the cell: the belt's end, an AGV that arrives with it, a hand that clears a tray."""
 
     DELETION_WALL = "deletion wall"
     DELIVERY = "delivery"
@@ -123,12 +123,9 @@ class PartNow:
     """A part of the cell at the moment at which a tray is judged.
 
     Attributes:
-        name: full model name.
-        type: its type, as kits name it.
         position: of its origin, world frame [m].
         tray: id of the tray whose plate it touches; empty for none.
         above: id of the tray that it is above; empty for none.
-        is_faulty: whether it is one of the trial's faulty parts.
     """
 
     name: str
@@ -174,13 +171,9 @@ class HandlingRecord:
         history.taken, history.tray, history.is_forced, history.removed = now, "", False, None
 
     def let_go(self, name: str, position: Vector3, now: int, *, is_forced: bool) -> None:
-        """The gripper let go of a part at `now` [ns].
+        """The gripper let go of a part at `now` [ns], with its origin at a position of the world frame [m].
 
-        Args:
-            name: full model name.
-            position: of its origin at that moment, world frame [m].
-            now: the time [ns].
-            is_forced: whether one of the trial's drop regions took it away.
+        It is forced if one of the trial's drop regions took the part away.
         """
         history = self._of(name)
         history.held = 0 if history.taken is None else now - history.taken
@@ -199,20 +192,11 @@ class HandlingRecord:
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
     ) -> tuple[Fate | None, ...]:
-        """Find and keep the fates of the parts that a judged kit lacks.
+        """Find and keep the fates of the parts that a judged kit lacks, at `now` [ns]; None for those that it has.
 
         For each type the parts that were handled stand for the missing ones, the latest first. Good parts go before
-        faulty ones, and parts on another tray come last. No part stands for two.
-
-        Args:
-            score: the kit as it was judged.
-            tray_id: the tray.
-            reported: names of the parts that were judged.
-            parts: the parts of the cell as they are now; other types may be left out.
-            now: the time [ns].
-
-        Returns:
-            A fate for each ordered part that is missing, None for the others, in the order of the kit.
+        faulty ones, and parts on another tray come last. No part stands for two. `reported` names the parts that were
+        judged; `parts` are those of the cell as they are now, where types that are not missing may be left out.
         """
         named = {fate.part for fates in self._fates.values() for fate in fates if fate is not None} | set(reported)
         candidates: dict[str, list[tuple[tuple[bool, bool, int, str], Fate]]] = {}
@@ -249,11 +233,8 @@ class HandlingRecord:
 
     def set_record(self, record: Mapping[str, Any]) -> None:
         """Take over what `get_record` returned; nothing begins a new run."""
-        self._parts = {name: _history(values) for name, values in record.get("parts", {}).items()}
-        self._fates = {
-            kit: tuple(None if each is None else _fate_of(each) for each in found)
-            for kit, found in record.get("fates", {}).items()
-        }
+        self._parts = msgspec.convert(record.get("parts", {}), dict[str, _History])
+        self._fates = msgspec.convert(record.get("fates", {}), dict[str, tuple[Fate | None, ...]])
 
     def _of(self, name: str) -> _History:
         return self._parts.setdefault(name, _History())
@@ -264,7 +245,7 @@ def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
     lies = None if history.removed else part.position
     held = history.held if history.taken is None else now - history.taken
     kind, tray = _kind(part, history, tray_id)
-    return Fate(kind, part.name, history.position, history.let_go, held, _agv(tray), lies, part.is_faulty)
+    return Fate(kind, part.name, history.position, history.let_go, held, tray.partition("::")[0], lies, part.is_faulty)
 
 
 def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str]:
@@ -284,25 +265,6 @@ def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str
         return FateKind.FORCED_DROP, ""
     fallen = history.position is not None and history.position[2] - part.position[2] > FALL
     return (FateKind.DROPPED if fallen else FateKind.PUT_DOWN), ""
-
-
-def _history(values: Mapping[str, Any]) -> _History:
-    removed = None if values["removed"] is None else Removal(values["removed"])
-    return _History(**{**values, "position": _vector(values["position"]), "removed": removed})
-
-
-def _fate_of(values: Mapping[str, Any]) -> Fate:
-    places = {name: _vector(values[name]) for name in ("position", "lies")}
-    return Fate(**{**values, **places, "kind": FateKind(values["kind"])})
-
-
-def _vector(values: Sequence[float] | None) -> Vector3 | None:
-    return None if values is None else (values[0], values[1], values[2])
-
-
-def _agv(tray_id: str) -> str:
-    """The AGV in the id of a tray: `agv2` of `agv2::kit_tray_2::kit_tray_2::tray`."""
-    return tray_id.partition("::")[0]
 
 
 def _apart(one: Vector3, other: Vector3) -> float:

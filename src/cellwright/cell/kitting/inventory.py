@@ -4,8 +4,6 @@ A model in the cell is called `bin7|piston_rod_part_3` or `populate_conveyor|gea
 type, and a number. Faults and camera frames go by the name without its origin, kits by the type alone.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -48,16 +46,17 @@ class DropZones:
         self._spent: set[str] = set()
 
     def drop(self, part_type: str, world_position: Vector3) -> DropRegion | None:
-        """The region that takes a part away, or None; the type is spent from then on.
+        """The region that takes a part away that the gripper holds, or None; the type is spent from then on.
 
-        Args:
-            part_type: type of the part in the gripper.
-            world_position: origin of the part in the world frame [m]. The regions are closed boxes.
+        It is the part's origin that counts, in the world frame [m]. The regions are closed boxes.
         """
         if part_type in self._spent:
             return None
         for region in self.regions:
-            if region.type == part_type and region_contains(region, world_position):
+            if region.type == part_type and all(
+                low <= value <= high
+                for low, value, high in zip(region.lower, world_position, region.upper, strict=True)
+            ):
                 self._spent.add(part_type)
                 return region
         return None
@@ -83,22 +82,11 @@ class DropZones:
         self._spent = set(state["spent"])
 
 
-def region_contains(region: DropRegion, world_position: Vector3) -> bool:
-    """Whether a point of the world frame [m] lies in the region, its faces included."""
-    return all(
-        low <= value <= high for low, value, high in zip(region.lower, world_position, region.upper, strict=True)
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class TrayObject:
     """Something that touches a tray's plate or is locked to it.
 
-    Attributes:
-        name: full model name.
-        type: type of the part, as kits name it.
-        is_faulty: whether it is one of the trial's faulty parts; such a part earns nothing.
-        tray_T_object: where it is, in the tray's frame.
+    It has its full model name, and its type as kits name it; a faulty part earns nothing.
     """
 
     name: str
@@ -109,40 +97,6 @@ class TrayObject:
 
 TrayContents: TypeAlias = tuple[TrayObject, ...]
 """The objects on one tray in the order in which they were reported; the scorer matches them in that order."""
-
-
-class Trays:
-    """The last report of each tray; a tray is known from its first report on."""
-
-    def __init__(self) -> None:
-        self._contents: dict[str, TrayContents] = {}
-
-    def report(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
-        """Take note of what is on a tray now."""
-        self._contents[tray_id] = tuple(contents)
-
-    def contents(self, tray_id: str) -> TrayContents:
-        """What was last reported of a tray.
-
-        Raises:
-            UnknownNameError: no tray of that name has reported.
-        """
-        try:
-            return self._contents[tray_id]
-        except KeyError:
-            raise UnknownNameError("tray", tray_id, self._contents) from None
-
-    def all_contents(self) -> tuple[TrayContents, ...]:
-        """What was last reported, tray by tray."""
-        return tuple(self._contents.values())
-
-    def get_state(self) -> dict[str, Any]:
-        """The reports as JSON values."""
-        return {tray_id: contents_to_json(contents) for tray_id, contents in self._contents.items()}
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` returned."""
-        self._contents = {tray_id: contents_from_json(contents) for tray_id, contents in state.items()}
 
 
 def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:

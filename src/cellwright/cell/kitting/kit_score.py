@@ -4,10 +4,8 @@ A `KitScore` holds what was found for each ordered part and for each object that
 from these findings, so a score can never disagree with its explanation.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -89,9 +87,7 @@ class PartFinding:
     """What was found for one ordered part.
 
     Attributes:
-        type: the ordered type.
         tray_T_goal: where it was to be.
-        verdict: what became of it.
         fit: the object that stands for it and how it lies; None when the part is missing.
     """
 
@@ -130,8 +126,6 @@ class Refusal:
     """A submission that earned nothing because its kit was not asked for at that time.
 
     Attributes:
-        reason: why.
-        kit_type: what was submitted.
         order_id: the order that the kit belongs to; None when there is none.
         wanted: the kit types that would have been scored.
     """
@@ -159,7 +153,6 @@ class KitScore:
     """The score of one kit.
 
     Attributes:
-        kit_type: which kit.
         is_submitted: whether a tray was judged; if not, there are no findings and no points.
         parts: a finding for each ordered part, in the order of the kit.
         extras: the objects that were of no use, in the order in which the tray reported them.
@@ -233,9 +226,12 @@ def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
     unused = matching.place(good, contents)
     surplus = matching.pair_up(unused, contents)
     matching.pair_up(faulty, contents)  # a faulty part fills no place, but is worth naming where one is open
-    ordered_types = {goal.type for goal in kit.objects}
-    extras = tuple(_extra(contents[index], ordered_types) for index in sorted(surplus + faulty))
-    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=extras)
+    ordered = {goal.type for goal in kit.objects}
+    extras = []
+    for found in (contents[index] for index in sorted(surplus + faulty)):
+        reason = ExtraReason.SURPLUS if found.type in ordered else ExtraReason.WRONG_TYPE
+        extras.append(ExtraObject(found.name, found.type, ExtraReason.FAULTY if found.is_faulty else reason))
+    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=tuple(extras))
 
 
 def fit_of(goal: KitObject, found: TrayObject) -> Fit:
@@ -255,13 +251,6 @@ def verdict_of(fit: Fit) -> Verdict:
     if not fit.quaternion_dot >= MIN_QUATERNION_DOT:
         return Verdict.TILTED
     return Verdict.PLACED if fit.yaw_difference <= MAX_YAW_DIFFERENCE else Verdict.TURNED
-
-
-def _extra(found: TrayObject, ordered_types: Collection[str]) -> ExtraObject:
-    if found.is_faulty:
-        return ExtraObject(found.name, found.type, ExtraReason.FAULTY)
-    reason = ExtraReason.SURPLUS if found.type in ordered_types else ExtraReason.WRONG_TYPE
-    return ExtraObject(found.name, found.type, reason)
 
 
 class _Matching:

@@ -9,8 +9,6 @@ Only what is certain is held against a point, so what is left is an upper bound:
 - A cell without AGVs has no tray, and an order that comes after the time limit is never announced.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -20,7 +18,7 @@ from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.kitting.kit_score import BONUS_POINTS, MAX_DISTANCE, POSE_POINTS, PRESENCE_POINTS
 from cellwright.cell.kitting.referee import Announcements
 from cellwright.config.layout import PART_RADII, TRAY_PLATE
-from cellwright.config.trial.trial import Kit, KitObject, Order, Trial
+from cellwright.config.trial.trial import Kit, Order, Trial
 from cellwright.util.pose import Pose
 
 
@@ -29,8 +27,6 @@ class PartReach:
     """What one ordered part can earn.
 
     Attributes:
-        type: the ordered type.
-        tray_T_goal: where it is to be.
         off_plate: how far its place lies beside the tray's plate [m]; 0 on it.
         nearest: how near to its place the origin of a part that touches the plate can be [m]; 0 when it can be there.
         is_supplied: whether the cell has a good part for it.
@@ -73,13 +69,7 @@ class PartReach:
 
 @dataclass(frozen=True, slots=True)
 class KitReach:
-    """What a kit can earn.
-
-    Attributes:
-        kit_type: which kit.
-        parts: each ordered part, in the order of the kit.
-        obstacle: why the kit can earn nothing at all; empty when it can.
-    """
+    """What a kit can earn; an obstacle says why it can earn nothing at all."""
 
     kit_type: str
     parts: tuple[PartReach, ...]
@@ -224,13 +214,9 @@ def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> KitReach:
     parts = []
     for each in kit.objects:
         ordered[each.type] += 1
-        parts.append(_part_reach(each, is_supplied=ordered[each.type] <= supply.get(each.type, 0)))
+        is_supplied = ordered[each.type] <= supply.get(each.type, 0)
+        parts.append(PartReach(each.type, each.pose, off_plate(each.pose), nearest(each.type, each.pose), is_supplied))
     return KitReach(kit.kit_type, tuple(parts), obstacle)
-
-
-def _part_reach(ordered: KitObject, *, is_supplied: bool) -> PartReach:
-    goal = ordered.pose
-    return PartReach(ordered.type, goal, off_plate(goal), nearest(ordered.type, goal), is_supplied)
 
 
 def _obstacles(trial: Trial) -> dict[str, str]:

@@ -5,16 +5,13 @@
 
 A step is a call of `update` that finds something to do: one announcement, one order closed, one change of state. Two
 steps never happen at the same time. Between inputs nothing is to be done before `next_deadline`, so a caller that calls
-`update` whenever `now >= referee.next_deadline()` sees the same, and leaves the same state, as one that calls it at
+`update` whenever `now >= referee.next_deadline` sees the same, and leaves the same state, as one that calls it at
 every tick.
 """
-
-from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from cellwright.cell.kitting.effects import (
@@ -30,23 +27,14 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.cell.kitting.inventory import TrayContents, TrayObject, Trays
+from cellwright.cell.kitting.inventory import TrayContents, TrayObject, contents_from_json, contents_to_json
 from cellwright.cell.kitting.scorer import GameScore, Scorer
 from cellwright.config.trial.trial import Order, Trial
-from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
-from cellwright.util.errors import RejectedCommandError
+from cellwright.engine.clock import NEVER, nanoseconds
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
 
 NOW = -NEVER
 """A time [ns] before any other: due at once."""
-
-
-@dataclass(frozen=True, slots=True)
-class Due:
-    """When the next order is due [ns after the start], if nothing changes until then, and for what reason."""
-
-    time: int
-    reason: AnnouncementReason
 
 
 class Announcements:
@@ -67,28 +55,26 @@ class Announcements:
         """The orders still to be announced, the next one first."""
         return self.orders[self.announced :]
 
-    def due(self, trays: Iterable[TrayContents], *, idle: bool) -> Due | None:
-        """When the next order is due with these trays; None when nothing but a change of them can bring it.
+    def due(self, trays: Iterable[TrayContents], *, idle: bool) -> tuple[int, AnnouncementReason] | None:
+        """When [ns after the start] the next order is due with these contents of all trays, and for what reason.
 
-        Args:
-            trays: the contents of every tray.
-            idle: whether no order is in progress.
+        None when only a change of the trays can bring it. `idle` says that no order is in progress.
         """
         if self.announced == len(self.orders):
             return None
         order = self.orders[self.announced]
         if order.start_time is not None:
-            return Due(min(nanoseconds(order.start_time), NEVER), AnnouncementReason.TIME)
+            return (min(nanoseconds(order.start_time), NEVER), AnnouncementReason.TIME)
         wanted_limit, unwanted_limit = order.wanted_parts or 0, order.unwanted_parts or 0
         if wanted_limit <= 0 and unwanted_limit <= 0:
             return None
         if idle:
-            return Due(NOW, AnnouncementReason.IDLE)
+            return (NOW, AnnouncementReason.IDLE)
         counts = [count_parts(order, contents) for contents in trays]
         if wanted_limit > 0 and any(wanted >= wanted_limit for wanted, _ in counts):
-            return Due(NOW, AnnouncementReason.WANTED_PARTS)
+            return (NOW, AnnouncementReason.WANTED_PARTS)
         if unwanted_limit > 0 and any(unwanted >= unwanted_limit for _, unwanted in counts):
-            return Due(NOW, AnnouncementReason.UNWANTED_PARTS)
+            return (NOW, AnnouncementReason.UNWANTED_PARTS)
         return None
 
     def announce(self) -> Order:
@@ -123,32 +109,21 @@ class Referee:
         limit = trial.time_limit
         self._time_limit = nanoseconds(limit) if limit >= 0 else None
         self.scorer = Scorer(trial.orders)
-        self.trays = Trays()
+        self.trays: dict[str, TrayContents] = {}
+        """The last report of each tray."""
         self._announcements = Announcements(trial.orders)
-        self._active: list[str] = []
-        self._state = CompetitionState.INIT
+        self.active_orders: list[str] = []
+        """Ids of the orders in progress: the last is active, the others wait, interrupted."""
+        self.state = CompetitionState.INIT
         self._stepped = -1
         self._started: int | None = None
         self._ended: int | None = None
-        self._end_reason: EndReason | None = None
-        self._is_reported = False
-        self._deadline = NEVER
-        self._blank = self.get_state()
-
-    @property
-    def state(self) -> CompetitionState:
-        """The state of the competition."""
-        return self._state
-
-    @property
-    def active_orders(self) -> tuple[str, ...]:
-        """Ids of the orders in progress: the last is active, the others wait, interrupted."""
-        return tuple(self._active)
-
-    @property
-    def end_reason(self) -> EndReason | None:
+        self.end_reason: EndReason | None = None
         """Why the game ended; None while it has not."""
-        return self._end_reason
+        self._is_reported = False
+        self.next_deadline = NEVER
+        """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
+        self._blank = self.get_state()
 
     def score(self, now: int) -> GameScore:
         """The score at this time."""
@@ -160,36 +135,26 @@ class Referee:
             return 0
         return (now if self._ended is None else self._ended) - self._started
 
-    def next_deadline(self) -> int:
-        """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
-        return self._deadline
-
     def start(self, now: int) -> tuple[Effect, ...]:
         """Somebody starts the competition.
 
         Raises:
             RejectedCommandError: it was started or ended before.
         """
-        if self._state is not CompetitionState.INIT:
-            raise RejectedCommandError(
-                f"a competition can be started in state 'init' only; this one is {self._state!s}"
-            )
+        if self.state is not CompetitionState.INIT:
+            raise RejectedCommandError(f"a competition can be started in state 'init' only; this one is {self.state!s}")
         return self._enter(CompetitionState.READY, now)
 
     def end(self, now: int) -> tuple[Effect, ...]:
         """Somebody ends the competition, in whatever state it is."""
-        if self._state is CompetitionState.END_GAME:
+        if self.state is CompetitionState.END_GAME:
             return ()
         return self._finish(EndReason.COMMAND, now)
 
     def tray_changed(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
         """A tray reports what it holds; report empty trays at the start, so that they are known."""
-        self.trays.report(tray_id, contents)
+        self.trays[tray_id] = tuple(contents)
         self._plan()
-
-    def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
-        """The gripper was switched, took something or let go of it."""
-        self.scorer.gripper_changed(now, enabled=enabled, attached=attached)
 
     def submit(self, tray_id: str, kit_type: str, now: int) -> KitSubmitted:
         """Judge what was last reported of a tray as a kit.
@@ -200,22 +165,25 @@ class Referee:
             RejectedCommandError: the competition is not running.
             UnknownNameError: there is no such tray.
         """
-        if self._state is not CompetitionState.GO:
-            raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self._state!s}")
-        contents = self.trays.contents(tray_id)
+        if self.state is not CompetitionState.GO:
+            raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self.state!s}")
+        if tray_id not in self.trays:
+            raise UnknownNameError("tray", tray_id, self.trays)
         is_repeated = self.scorer.is_submitted(kit_type)
-        score = self.scorer.submit(kit_type, contents, now)
+        score = self.scorer.submit(kit_type, self.trays[tray_id], now)
         self._plan()
         return KitSubmitted(tray_id, kit_type, score, is_repeated=is_repeated and score.is_submitted)
 
     def update(self, now: int) -> tuple[Effect, ...]:
         """Take a step if one is due: it is not before `next_deadline`, nor at the time of the step before."""
-        if now < self._deadline:
+        if now < self.next_deadline:
             return ()
         self._stepped = now
-        match self._state:
+        match self.state:
             case CompetitionState.READY:
-                effects = self._go(now)
+                self._started = now
+                self.scorer.begin(now)
+                effects = (*self._enter(CompetitionState.GO, now), ConveyorPower(FULL_POWER), PopulationRestart())
             case CompetitionState.GO:
                 effects = self._play(now)
             case CompetitionState.END_GAME:
@@ -225,37 +193,32 @@ class Referee:
         self._plan()
         return effects
 
-    def _go(self, now: int) -> tuple[Effect, ...]:
-        self._started = now
-        self.scorer.begin(now)
-        return (*self._enter(CompetitionState.GO, now), ConveyorPower(FULL_POWER), PopulationRestart())
-
     def _play(self, now: int) -> tuple[Effect, ...]:
         elapsed = self.process_time(now)
         if self._time_limit is not None and elapsed > self._time_limit:
             return self._finish(EndReason.TIME_LIMIT, now)
         effects: tuple[Effect, ...] = ()
-        due = self._announcements.due(self.trays.all_contents(), idle=not self._active)
-        if due is not None and elapsed >= due.time:
+        due = self._announcements.due(self.trays.values(), idle=not self.active_orders)
+        if due is not None and elapsed >= due[0]:
             order = self._announcements.announce()
             self.scorer.announce(order.order_id, now)
-            effects += (OrderAnnounced(order, due.reason, interrupts=self._top()),)
-            self._active.append(order.order_id)
+            effects += (OrderAnnounced(order, due[1], interrupts=self._top()),)
+            self.active_orders.append(order.order_id)
         top = self._top()
         if top is not None and self.scorer.is_complete(top):
-            self._active.pop()
+            self.active_orders.pop()
             effects += (OrderCompleted(self.scorer.withdraw(top, now), resumes=self._top()),)
-        if not self._active and not self._announcements.waiting:
+        if not self.active_orders and not self._announcements.waiting:
             reason = EndReason.ORDERS_COMPLETE if self._announcements.orders else EndReason.NO_ORDERS
             effects += self._finish(reason, now)
         return effects
 
     def _conclude(self, now: int) -> tuple[Effect, ...]:
         effects = self._enter(CompetitionState.DONE, now)
-        if self._end_reason is None or self._is_reported:  # ended once more after it was done: that is no news
+        if self.end_reason is None or self._is_reported:  # ended once more after it was done: that is no news
             return effects
         self._is_reported = True
-        return (*effects, TrialEnded(self._end_reason, self.score(now), self.process_time(now)))
+        return (*effects, TrialEnded(self.end_reason, self.score(now), self.process_time(now)))
 
     def reset(self) -> None:
         """A new run of the same trial: as it was made, no tray known."""
@@ -264,15 +227,15 @@ class Referee:
     def get_state(self) -> dict[str, Any]:
         """All that the referee remembers, as JSON values."""
         return {
-            "state": self._state.value,
+            "state": self.state.value,
             "stepped": self._stepped,
             "started": self._started,
             "ended": self._ended,
-            "end_reason": None if self._end_reason is None else self._end_reason.value,
+            "end_reason": None if self.end_reason is None else self.end_reason.value,
             "reported": self._is_reported,
             "announced": self._announcements.announced,
-            "active": list(self._active),
-            "trays": self.trays.get_state(),
+            "active": list(self.active_orders),
+            "trays": {tray_id: contents_to_json(contents) for tray_id, contents in self.trays.items()},
             "scorer": self.scorer.get_state(),
         }
 
@@ -283,23 +246,23 @@ class Referee:
             UnknownNameError: it speaks of an order or a kit that this trial has not.
         """
         self.scorer.set_state(state["scorer"])
-        self.trays.set_state(state["trays"])
+        self.trays = {tray_id: contents_from_json(contents) for tray_id, contents in state["trays"].items()}
         self._announcements.announced = state["announced"]
-        self._active = list(state["active"])
-        self._state = CompetitionState(state["state"])
+        self.active_orders = list(state["active"])
+        self.state = CompetitionState(state["state"])
         self._stepped = state["stepped"]
         self._started = state["started"]
         self._ended = state["ended"]
-        self._end_reason = None if state["end_reason"] is None else EndReason(state["end_reason"])
+        self.end_reason = None if state["end_reason"] is None else EndReason(state["end_reason"])
         self._is_reported = state["reported"]
         self._plan()
 
     def _top(self) -> str | None:
-        return self._active[-1] if self._active else None
+        return self.active_orders[-1] if self.active_orders else None
 
     def _enter(self, state: CompetitionState, now: int) -> tuple[Effect, ...]:
         # A command counts as a step, so that what follows from it happens at a later time.
-        self._state = state
+        self.state = state
         self._stepped = now
         self._plan()
         return (StateChanged(state),)
@@ -307,23 +270,23 @@ class Referee:
     def _finish(self, reason: EndReason, now: int) -> tuple[Effect, ...]:
         if self._ended is None:
             self._ended = now
-            self._end_reason = reason
+            self.end_reason = reason
             self.scorer.end(now)
         return self._enter(CompetitionState.END_GAME, now)
 
     def _plan(self) -> None:
-        self._deadline = max(self._due(), self._stepped + 1)
+        self.next_deadline = max(self._due(), self._stepped + 1)
 
     def _due(self) -> int:
         """When the next step has something to do [ns]."""
-        if self._state in (CompetitionState.READY, CompetitionState.END_GAME):
+        if self.state in (CompetitionState.READY, CompetitionState.END_GAME):
             return NOW
-        if self._state is not CompetitionState.GO or self._started is None:
+        if self.state is not CompetitionState.GO or self._started is None:
             return NEVER
         top = self._top()
         if self.scorer.is_complete(top) if top is not None else not self._announcements.waiting:
             return NOW
-        due = self._announcements.due(self.trays.all_contents(), idle=top is None)
-        announcement = NEVER if due is None else self._started + due.time
+        due = self._announcements.due(self.trays.values(), idle=top is None)
+        announcement = NEVER if due is None else self._started + due[0]
         limit = NEVER if self._time_limit is None else self._started + self._time_limit + 1
         return min(announcement, limit, NEVER)

@@ -9,8 +9,6 @@ and AT the averages of cost and times over all teams:
 An order that a trial does not have, or that was never announced, earns nothing: its CS is 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,16 +39,8 @@ class Stopwatch:
         self._since = None
 
     def elapsed(self, now: int) -> int:
-        """Time it has run until `now` [ns].
-
-        Raises:
-            UsageError: `now` lies before the moment at which it was set going.
-        """
-        if self._since is None:
-            return self._before
-        if now < self._since:
-            raise UsageError(f"time ran backwards: from {self._since} ns to {now} ns")
-        return self._before + now - self._since
+        """Time it has run until `now` [ns]."""
+        return self._before if self._since is None else self._before + now - self._since
 
     def get_state(self) -> list[int | None]:
         """Time before the present run and when that began, as JSON values."""
@@ -67,7 +57,6 @@ class OrderScore:
     """The score of one order that was announced.
 
     Attributes:
-        order_id: which order.
         kits: the scores of its kits in the order of the order; zero for those not submitted yet.
         time_taken: from its announcement until it was complete, or until now [ns].
         is_complete: whether every kit of it was submitted, whatever it scored.
@@ -86,11 +75,9 @@ class OrderScore:
 
 @dataclass(frozen=True, slots=True)
 class GameScore:
-    """The score of a whole game.
+    """The score of a whole game: of the orders announced so far, in that order.
 
-    Attributes:
-        orders: the orders announced so far, in that order.
-        part_travel_time: how long the gripper was enabled and held something [ns].
+    `part_travel_time` is how long the gripper was enabled and held something [ns].
     """
 
     orders: tuple[OrderScore, ...] = ()
@@ -128,10 +115,7 @@ class _Announced:
 
 
 class Scorer:
-    """Keeps the score of one game. All times `now` are in ns and never run backwards.
-
-    Args:
-        orders: every order that may be announced.
+    """Keeps the score of one game in which `orders` may be announced. Times `now` are in ns and never run backwards.
 
     Raises:
         UsageError: two orders of one id, or two kits of one type.
@@ -290,12 +274,7 @@ MOST_ORDERS = 2
 
 @dataclass(frozen=True, slots=True)
 class Averages:
-    """What all teams spent on a trial, on average.
-
-    Attributes:
-        system_cost: cost of the sensors, AC [$].
-        order_times: time taken for each order, AT [s].
-    """
+    """What all teams spent on a trial, on average: cost of the sensors, AC [$], and time for each order, AT [s]."""
 
     system_cost: float
     order_times: tuple[float, ...]
@@ -303,14 +282,9 @@ class Averages:
 
 @dataclass(frozen=True, slots=True)
 class OrderShare:
-    """What an order adds to a trial's score.
+    """What an order adds to a trial's score: its points, CS, in the time OT [s].
 
-    Attributes:
-        order_id: which order.
-        completion: its points, CS.
-        time_taken: OT [s].
-        efficiency: EF; 0 for an order that earned nothing, whose time does not matter.
-        weight: how much its efficiency counts.
+    The efficiency EF is 0 for an order that earned nothing, whose time does not matter; `weight` is how much it counts.
     """
 
     order_id: str
@@ -327,13 +301,7 @@ class OrderShare:
 
 @dataclass(frozen=True, slots=True)
 class TrialScore:
-    """The score of a trial and what it is made of.
-
-    Attributes:
-        system_cost: cost of the sensors, SC [$].
-        cost_factor: CF.
-        orders: the share of each order.
-    """
+    """The score of a trial: from the cost of the sensors, SC [$], the cost factor, CF, and a share of each order."""
 
     system_cost: float
     cost_factor: float
@@ -356,12 +324,7 @@ def system_cost(sensors: Iterable[Sensor]) -> float:
 
 
 def trial_score(sensors: Iterable[Sensor], orders: Sequence[OrderScore], averages: Averages) -> TrialScore:
-    """Score a trial.
-
-    Args:
-        sensors: the sensors of the trial.
-        orders: the scores of its orders, in the order of announcement.
-        averages: what all teams spent on this trial.
+    """Score a trial, with the scores of its orders in the order of announcement.
 
     Raises:
         UsageError: the formula has no value: no sensors, more than two orders, no average for an order, averages that

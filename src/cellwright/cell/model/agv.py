@@ -1,7 +1,5 @@
 """The AGVs and the trays that they carry."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

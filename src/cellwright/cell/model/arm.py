@@ -5,8 +5,6 @@ d6 .0922 m, in the frames of its public robot description, on a rail along world
 cylinder, as in that description.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,10 +33,7 @@ class ArmJoint:
     """A joint, the link behind it, and the original's servo figures.
 
     Attributes:
-        name: of the joint, and of its actuator.
-        link: of the link that the joint moves.
         pose: of that link in the frame of the one before, at joint value 0.
-        axis: in the link's frame.
         gains: of the original's effort controller.
         limit: the joint runs from -limit to limit [rad] or [m].
         effort: largest force [N] or torque [N m] of the drive.
@@ -66,13 +61,9 @@ class ArmJoint:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A link as a solid cylinder along z, for its inertia.
+    """A link as a solid cylinder along z, for its inertia: mass [kg], radius and length [m].
 
-    Attributes:
-        mass: [kg].
-        radius: [m].
-        length: [m].
-        middle: height [m] of its middle in the link's frame.
+    Its middle is at this height [m] in the link's frame.
     """
 
     mass: float
@@ -153,26 +144,12 @@ BODIES: Mapping[str, Cylinder] = {
 
 
 def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
-    """The original's gains of each joint, with those that the settings name put in their place.
-
-    Raises:
-        UnknownNameError: the settings name a joint that the arm does not have.
-    """
-    _check_joints(*settings.gains, *settings.dry_friction)
+    """The original's gains of each joint, with those that the settings name put in their place."""
     return {joint.name: settings.gains.get(joint.name, joint.gains) for joint in JOINTS}
 
 
-def initial_positions(asked: Mapping[str, float]) -> dict[str, float]:
-    """Where each joint [rad], [m] is at the start.
-
-    Raises:
-        UnknownNameError: a position is given for a joint that the arm does not have.
-    """
-    _check_joints(*asked)
-    return {**INITIAL_POSITIONS, **asked}
-
-
-def _check_joints(*names: str) -> None:
+def check_joints(*names: str) -> None:
+    """Raise UnknownNameError unless the arm has joints of all these names."""
     for name in names:
         if name not in ARM_JOINTS:
             raise UnknownNameError("arm joint", name, ARM_JOINTS)
@@ -181,10 +158,7 @@ def _check_joints(*names: str) -> None:
 def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
     """Put rail, arm and cup into a model specification. They come first: the solver likes the long tree in front.
 
-    Args:
-        spec: an `MjSpec`.
-        settings: servo profile and gains.
-        contact_time: time constant [s] of the cup's contacts.
+    `contact_time` is the time constant [s] of the cup's contacts.
     """
     rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
     arm_looks.dress_rail(rail, spec.worldbody)

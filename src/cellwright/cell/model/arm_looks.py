@@ -5,8 +5,6 @@ as drums whose ends lean and are rounded off. With them the arm rests on a bin's
 a part, and passes the posts beside the bins or hits them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

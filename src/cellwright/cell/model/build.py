@@ -1,7 +1,5 @@
 """Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,11 +10,12 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
-from cellwright.cell.model.arm import GRIPPER, add_arm, initial_positions
-from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
+from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, add_arm, check_joints
+from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, shelf_slot
 from cellwright.cell.model.furniture import add_housing
-from cellwright.cell.model.own_models import add_furniture, own_part_types
+from cellwright.cell.model.own_models import OwnPartType, add_furniture, own_part_type
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
+from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
@@ -32,12 +31,9 @@ def contact_time(timestep: float) -> float:
 
 
 def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
-    """Set integrator, solver and contact defaults of a model specification.
+    """Set integrator, solver and contact defaults of a model specification with steps of `timestep` [s].
 
-    Args:
-        spec: an `MjSpec`.
-        timestep: length of a step [s].
-        friction: coefficient of dry friction of everything that says nothing else.
+    `friction` is the coefficient of dry friction of everything that says nothing else.
     """
     option = spec.option
     option.timestep = timestep
@@ -74,11 +70,8 @@ class WorldPart:
 
     Attributes:
         name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint.
-        type: part type.
-        body: id of its body.
         qpos: address of its position and quaternion (7 numbers) in `qpos`.
         dof: address of its velocity (6 numbers) in `qvel`.
-        geoms: ids of the geoms that it touches with.
         grip: id of the weld to the gripper; None without an arm.
         locks: ids of the welds to the trays of AGV 1 and AGV 2; empty without AGVs.
         start: where it is when a run begins, in the world frame.
@@ -107,16 +100,17 @@ class World:
     `put_in_first_pose` is to follow it.
 
     Attributes:
-        model: the model.
         parts: every part, in the order of the model: those in play first, then those that wait.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
+        own_types: the part types of the trial's own, by name.
     """
 
     model: Any
     parts: tuple[WorldPart, ...]
     initial_qpos: NDArray[np.float64]
     initial_ctrl: NDArray[np.float64]
+    own_types: Mapping[str, OwnPartType]
 
     def put_in_first_pose(self, data: Any) -> None:
         """Write the positions and setpoints that a run begins with into an `MjData`."""
@@ -134,13 +128,9 @@ class _Planned:
 
 
 def build_world(trial: Trial) -> World:
-    """Turn a trial into a model.
+    """Turn a trial into a model. The same trial makes the same model, byte for byte.
 
-    Args:
-        trial: what was written. Whether bin parts and extra parts are in play is already decided in it.
-
-    Returns:
-        The world. The same trial makes the same model, byte for byte.
+    Whether bin parts and extra parts are in play is already decided in the trial.
 
     Raises:
         DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.
@@ -153,13 +143,14 @@ def build_world(trial: Trial) -> World:
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
     set_solver(spec, timestep, trial.circumstances.friction)
     if trial.has_arm:
+        check_joints(*trial.settings.arm.gains, *trial.settings.arm.dry_friction, *trial.initial_joint_states)
         add_arm(spec, trial.settings.arm, contact_time(timestep))
     agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
     for agv in agvs:
         add_agv(spec, agv)
-    own = own_part_types(trial)
+    own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
-    planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
+    planned = list(_plan(trial, kinds))
     if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
         raise DescriptionError(
             [f"{trial.name}: its parts have {shapes} shapes together; at most {MOST_SHAPES} are built"]
@@ -190,32 +181,28 @@ def build_world(trial: Trial) -> World:
     model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
     parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     qpos, ctrl = _first_pose(model, trial)
-    return World(model, parts, qpos, ctrl)
+    return World(model, parts, qpos, ctrl, own)
 
 
-def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Parts that stand in the cell when the trial begins."""
-    frames = part_frames(agvs=trial.options.insert_agvs)
+def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
+    """Parts that stand in the cell when the trial begins; then those of the belt, and of the demo tray of AGV 1."""
+
+    def kind(name: str) -> PartType:
+        if name not in kinds:
+            raise UnknownNameError("part type", name, kinds)
+        return kinds[name]
+
+    has_trays = trial.options.insert_agvs
+    frames = {name: pose for name, pose in REFERENCE_FRAMES.items() if has_trays or name not in TRAY_FRAMES}
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
         if part.frame not in frames:
             raise UnknownNameError("frame", part.frame, frames)
-        yield _Planned(part.name, _kind(part.type, kinds), frames[part.frame] @ part.pose)
-
-
-def _pool(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Parts that appear later: on the belt, and on the demo tray of AGV 1."""
-    for name, kind in trial.belt_clones():
-        yield _Planned(f"populate_conveyor|{name}", _kind(kind, kinds), None)
+        yield _Planned(part.name, kind(part.type), frames[part.frame] @ part.pose)
+    for name, type_name in trial.belt_clones():
+        yield _Planned(f"populate_conveyor|{name}", kind(type_name), None)
     for name, ordered in trial.demo_clones():
         yield _Planned(f"populate_kit_tray_1|{name}", kinds[ordered.type], None)
-
-
-def _kind(name: str, kinds: Mapping[str, PartType]) -> PartType:
-    try:
-        return kinds[name]
-    except KeyError:
-        raise UnknownNameError("part type", name, kinds) from None
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
@@ -263,8 +250,7 @@ def _first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)
     if trial.has_arm:
-        positions = initial_positions(trial.initial_joint_states)
-        for name in positions:
-            qpos[model.joint(name).qposadr[0]] = positions[name]
-            ctrl[model.actuator_ctrladr[model.actuator(name).id]] = positions[name]
+        for name, position in {**INITIAL_POSITIONS, **trial.initial_joint_states}.items():
+            qpos[model.joint(name).qposadr[0]] = position
+            ctrl[model.actuator_ctrladr[model.actuator(name).id]] = position
     return qpos, ctrl

@@ -3,12 +3,10 @@
 Figures: the world template and models of the 2017 competition.
 """
 
-from __future__ import annotations
-
 import math
 
 from cellwright.config.layout import BIN_CENTRES as BIN_CENTRES  # of one family with those below
-from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
+from cellwright.config.layout import TRAY_FRAMES
 from cellwright.util.pose import Pose
 
 BIN_YAW = 1.5708
@@ -65,33 +63,15 @@ SHELF_PITCH = 0.45
 """Distance [m] between the slots of the shelf: no part, however turned, reaches its neighbour."""
 
 
-def bin_frame(name: str) -> Pose:
-    """The frame of a bin's model, at its centre on the floor."""
-    x, y = BIN_CENTRES[name]
-    return Pose.from_rpy((x, y, 0.0), (0.0, 0.0, BIN_YAW))
-
-
 def load_point(agv: str) -> Pose:
     """The frame of an AGV's load point, at the height of its tray."""
     return AGV_HOMES[agv] @ Pose((0.0, 0.0, AGV_T_TRAY.position[2]))
 
 
-def part_frames(*, agvs: bool = True) -> dict[str, Pose]:
-    """Every frame that a part may be placed in, by name.
-
-    Args:
-        agvs: whether the cell has its AGVs; without them their trays do not exist.
-    """
-    return {name: pose for name, pose in REFERENCE_FRAMES.items() if agvs or name not in TRAY_FRAMES}
-
-
 def shelf_slot(index: int, count: int, lower: float) -> Pose:
-    """Where on the shelf part number `index` of `count` waits.
+    """Where on the shelf part number `index` of `count` waits; the slots form a square grid.
 
-    Args:
-        index: from 0.
-        count: how many slots there are; they form a square grid.
-        lower: lowest point [m] of the part below its origin, usually 0 or negative.
+    `lower` is the lowest point [m] of the part below its origin, usually 0 or negative.
     """
     columns = shelf_columns(count)
     row, column = divmod(index, columns)

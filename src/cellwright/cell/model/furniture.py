@@ -3,26 +3,13 @@
 What parts lie on is a thick solid: a part that falls from a metre moves 9 mm in a step of 2 ms.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import mujoco
 
-from cellwright.cell.model.frames import (
-    BELT_SURFACE,
-    BIN_CENTRES,
-    BIN_SURFACE,
-    CONVEYOR_CENTRE,
-    CONVEYOR_SIZE,
-    SHELF_CENTRE,
-    SHELF_PITCH,
-    SHELF_SURFACE,
-    WORKCELL,
-    bin_frame,
-    shelf_columns,
-)
+from cellwright.cell.model import frames
+from cellwright.config.layout import REFERENCE_FRAMES
 from cellwright.config.trial.trial import Camera, Sensor
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, add_shape, at, box, capsule, cylinder
@@ -97,8 +84,8 @@ def add_floor(spec: Any) -> None:
 
 def add_bins(spec: Any) -> None:
     """The eight bins; the open sides of each face world +x and -x."""
-    for name in BIN_CENTRES:
-        frame = bin_frame(name)
+    for name in frames.BIN_CENTRES:
+        frame = REFERENCE_FRAMES[f"{name}::link"]
         body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
         _fill_bin(body, spec.worldbody, frame)
 
@@ -111,7 +98,9 @@ def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
     inner, thick, rim = 0.3175, 0.008, 0.79089  # inner half width, walls (grown outward), height of their upper edge
     corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
     floor = 0.225  # solid from half height on: nothing passes a floor as thick as that
-    add_shape(body, box(2 * inner, 2 * inner, floor, at(z=BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH)
+    add_shape(
+        body, box(2 * inner, 2 * inner, floor, at(z=frames.BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH
+    )
     foot = box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK)
     add_shape(world, foot.moved(frame), Role.SEEN)
     outer = inner + thick / 2
@@ -141,11 +130,13 @@ def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float,
 
 def add_conveyor(spec: Any) -> None:
     """The conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
-    length, width, thickness = CONVEYOR_SIZE
-    body = spec.worldbody.add_body(name=BELT_GEOM, pos=CONVEYOR_CENTRE.position, quat=CONVEYOR_CENTRE.quaternion)
+    length, width, thickness = frames.CONVEYOR_SIZE
+    body = spec.worldbody.add_body(
+        name=BELT_GEOM, pos=frames.CONVEYOR_CENTRE.position, quat=frames.CONVEYOR_CENTRE.quaternion
+    )
     add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
-    world, frame = spec.worldbody, CONVEYOR_CENTRE
-    surface = BELT_SURFACE - CONVEYOR_CENTRE.position[2]
+    world, frame = spec.worldbody, frames.CONVEYOR_CENTRE
+    surface = frames.BELT_SURFACE - frames.CONVEYOR_CENTRE.position[2]
     for side in (1.0, -1.0):
         rail = box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE)
         add_shape(world, rail.moved(frame), Role.SEEN)
@@ -168,7 +159,7 @@ def add_frames(spec: Any) -> None:
     thick = 0.05
 
     def stand(name: str, x: float, z: float = 0.0) -> Any:
-        frame = WORKCELL @ at(x=x, z=z)
+        frame = frames.WORKCELL @ at(x=x, z=z)
         return spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
 
     for number, x in enumerate((-1.08, -0.3143), 1):
@@ -183,14 +174,16 @@ def add_frames(spec: Any) -> None:
     beam = stand("conveyor_beam", 1.21, 3.0)
     add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
-        add_shape(spec.worldbody, box(0.54, thick, thick, WORKCELL @ at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
+        add_shape(
+            spec.worldbody, box(0.54, thick, thick, frames.WORKCELL @ at(1.455, y, 3.0), colours.FRAME), Role.SEEN
+        )
 
 
 def add_shelf(spec: Any, slots: int) -> None:
     """The shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
-    side = SHELF_PITCH * (shelf_columns(slots) + 1)
-    body = spec.worldbody.add_body(name="shelf", pos=(*SHELF_CENTRE, 0.0))
-    add_shape(body, box(side, side, SHELF_SURFACE, at(z=SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
+    side = frames.SHELF_PITCH * (frames.shelf_columns(slots) + 1)
+    body = spec.worldbody.add_body(name="shelf", pos=(*frames.SHELF_CENTRE, 0.0))
+    add_shape(body, box(side, side, frames.SHELF_SURFACE, at(z=frames.SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
 
 
 def add_deletion_wall(spec: Any) -> None:

@@ -1,7 +1,5 @@
 """User-defined part types and furniture, read from descriptions and MJCF files and made ready for the engine."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -11,7 +9,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from cellwright.cell.model.parts import PartType
 from cellwright.config.models.files import ModelFileError
@@ -82,7 +79,9 @@ def _mjcf_shape(path: Path, model: Any, data: Any, geom: int, frame_T_world: Pos
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, data.geom_xmat[geom])
     is_touched = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
-    colour = tuple(float(share) for share in _mjcf_rgba(model, geom))
+    material = int(model.geom_matid[geom])
+    rgba = model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom]
+    colour = tuple(float(share) for share in rgba)
     shape = ModelShape(
         kind=kind,
         size=size,
@@ -92,11 +91,6 @@ def _mjcf_shape(path: Path, model: Any, data: Any, geom: int, frame_T_world: Pos
         is_seen=int(model.geom_group[geom]) < _SHOWN_GROUPS,
     )
     return shape, _mjcf_mesh(model, int(model.geom_dataid[geom])) if kind == "mesh" else None
-
-
-def _mjcf_rgba(model: Any, geom: int) -> Any:
-    material = int(model.geom_matid[geom])
-    return model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom]
 
 
 def _mjcf_mesh(model: Any, mesh: int) -> Mesh:
@@ -136,16 +130,12 @@ class OwnPartType:
     form: Form
 
 
-def own_part_types(trial: Trial) -> dict[str, OwnPartType]:
-    """The part types of a trial's own, by name.
+def own_part_type(name: str, model: Model) -> OwnPartType:
+    """A part type of somebody's own.
 
     Raises:
         ModelFileError: a file that the engine cannot use, or without a mass.
     """
-    return {name: _part_type(name, model) for name, model in trial.part_models.items()}
-
-
-def _part_type(name: str, model: Model) -> OwnPartType:
     form = form_of(name, model)
     if not form.touched:
         raise ModelFileError(f"{model.mjcf}: nothing in it can be touched, so it would fall through the floor")
@@ -166,7 +156,7 @@ def model_problems(trial: Trial) -> list[str]:
     models = [*trial.part_models.items(), *((f"furniture|{piece.name}", piece.model) for piece in trial.furniture)]
     for name, model in models:
         try:
-            form_of(name, model) if "|" in name else _part_type(name, model)
+            form_of(name, model) if "|" in name else own_part_type(name, model)
         except ModelFileError as error:
             found.append(str(error))
     return found
@@ -253,7 +243,11 @@ def _centred(shape: Shape, mesh: Mesh, name: str) -> tuple[Shape, Mesh]:
 def _volume(shape: ModelShape, mesh: Mesh | None) -> float:
     """Volume [m^3], by which the mass is shared; of a mesh, what its triangles enclose, else its box."""
     if mesh is not None:
-        return _enclosed(*mesh)
+        vertices, triangles = mesh
+        a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+        enclosed = abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6))
+        box = float(np.prod(vertices.max(axis=0) - vertices.min(axis=0)))
+        return enclosed if enclosed > 1e-3 * box else box
     radius, length = shape.size[0], shape.size[1]
     match shape.kind:
         case "box":
@@ -264,10 +258,3 @@ def _volume(shape: ModelShape, mesh: Mesh | None) -> float:
             return pi * radius**2 * (length + 4 / 3 * radius)
         case _:
             return pi * radius**2 * length
-
-
-def _enclosed(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
-    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
-    signed = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
-    box = float(np.prod(vertices.max(axis=0) - vertices.min(axis=0)))
-    return abs(signed) if abs(signed) > 1e-3 * box else box

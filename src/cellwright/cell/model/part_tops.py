@@ -4,8 +4,6 @@ The part stands as it was modelled, or with another side up. Its touched shapes 
 mesh counts as its convex hull, as it is touched.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -29,67 +27,20 @@ _GRID_CELLS, _MIN_CELL = 220, 0.0005  # cells of the grid along the longer side;
 _CYLINDER_SIDES = 64  # of the prism that stands for a cylinder
 
 
-@dataclass(frozen=True, slots=True)
 class Grid:
-    """Middles of square cells over a part: `x` and `y` [m], shape (rows, columns), and the edge of a cell [m]."""
+    """Square cells that fill the floor plan of a box with these corners [m].
 
-    x: Heights
-    y: Heights
-    cell: float
+    The middles of the columns are `x`, shape (1, columns), those of the rows `y`, shape (rows, 1); `cell` is a cell's
+    edge [m].
+    """
 
-    @classmethod
-    def over(cls, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> Grid:
-        """Cells that fill the floor plan of a box with these corners [m]."""
+    def __init__(self, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> None:
         size = (upper - lower)[:2]
-        cell = max(_MIN_CELL, float(size.max()) / _GRID_CELLS)
-        columns, rows = (max(1, math.ceil(length / cell)) for length in size)
-        middle = ((lower + upper) / 2)[:2]
-        x = middle[0] + cell * (np.arange(columns) - (columns - 1) / 2)
-        y = middle[1] + cell * (np.arange(rows) - (rows - 1) / 2)
-        across, up = np.meshgrid(x, y)
-        return cls(across, up, cell)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Rows and columns."""
-        return self.x.shape
-
-
-@dataclass(frozen=True, slots=True)
-class Surface:
-    """What is seen from above.
-
-    Attributes:
-        lower: corner of least coordinates of the box around the shapes [m].
-        upper: corner of largest coordinates [m].
-        grid: the cells.
-        heights: of the surface over each cell [m]; -inf beside it.
-        is_flat: where it is flat.
-    """
-
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
-    grid: Grid
-    heights: Heights
-    is_flat: Mask
-
-
-def surface_of(touched: tuple[Shape, ...], model: Any, top_T_part: Pose) -> Surface:
-    """The surface of shapes, in a frame whose z is up.
-
-    Args:
-        touched: the shapes, in the part's frame.
-        model: has a geom for each, in their order, and the convex hulls of the meshes.
-        top_T_part: the part's frame in that of the surface.
-    """
-    shapes = [shape.moved(top_T_part) for shape in touched]
-    rotation = _rotation(top_T_part)
-    hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
-    boxes = np.array([_box(shape, hulls.get(geom)) for geom, shape in enumerate(shapes)])
-    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    grid = Grid.over(lower, upper)
-    found = [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
-    return Surface(lower, upper, grid, *_highest(found))
+        self.cell = max(_MIN_CELL, float(size.max()) / _GRID_CELLS)
+        self.shape = rows, columns = tuple(max(1, math.ceil(length / self.cell)) for length in size[::-1])
+        middle = (lower + upper) / 2
+        self.x = middle[0] + self.cell * (np.arange(columns) - (columns - 1) / 2)[np.newaxis, :]
+        self.y = middle[1] + self.cell * (np.arange(rows) - (rows - 1) / 2)[:, np.newaxis]
 
 
 def _hull(model: Any, geom: int) -> NDArray[np.float64]:
@@ -107,13 +58,6 @@ def _hull(model: Any, geom: int) -> NDArray[np.float64]:
     return turned
 
 
-def _box(shape: Shape, hull: NDArray[np.float64] | None) -> NDArray[np.float64]:
-    """Lower and upper corner [m] of a shape, shape (2, 3)."""
-    if hull is not None:
-        return np.array([hull.min(axis=(0, 1)), hull.max(axis=(0, 1))])
-    return np.array(bounds((shape,)))
-
-
 def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
     """Height [m] of a convex surface over each cell, -inf beside it, and where it is flat."""
     heights, is_flat = np.full(grid.shape, -np.inf), np.zeros(grid.shape, bool)
@@ -126,7 +70,7 @@ def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
         first = np.floor((corners[:, :2].min(axis=0) - (x0, y0)) / grid.cell).astype(int)
         last = np.ceil((corners[:, :2].max(axis=0) - (x0, y0)) / grid.cell).astype(int)
         rows, columns = slice(max(first[1], 0), last[1] + 1), slice(max(first[0], 0), last[0] + 1)
-        dx, dy = grid.x[rows, columns] - corners[0, 0], grid.y[rows, columns] - corners[0, 1]
+        dx, dy = grid.x[:, columns] - corners[0, 0], grid.y[rows] - corners[0, 1]
         (ax, ay, _), (bx, by, _) = corners[1] - corners[0], corners[2] - corners[0]
         along_a, along_b = (dx * by - dy * bx) / normal[2], (dy * ax - dx * ay) / normal[2]
         is_inside = (along_a >= -1e-9) & (along_b >= -1e-9) & (along_a + along_b <= 1 + 1e-9)
@@ -211,17 +155,9 @@ CLEARANCE = CUP.size[0] + 0.002
 
 _QUARTER = math.pi / 2
 
-TURNS = tuple(
-    Pose.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0))
-    for roll, pitch in (
-        (0.0, 0.0),
-        (math.pi, 0.0),
-        (0.0, _QUARTER),
-        (0.0, -_QUARTER),
-        (-_QUARTER, 0.0),
-        (_QUARTER, 0.0),
-    )
-)
+_ROLL_AND_PITCH = (0.0, 0.0), (math.pi, 0.0), (0.0, _QUARTER), (0.0, -_QUARTER), (-_QUARTER, 0.0), (_QUARTER, 0.0)
+
+TURNS = tuple(Pose.from_rpy((0.0, 0.0, 0.0), (*angles, 0.0)) for angles in _ROLL_AND_PITCH)
 """part_T_top for each side that may be up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
 
 _MOST_SPOTS = 8
@@ -231,11 +167,9 @@ _PENALTY = 0.3  # of the distance to the centre of mass, against the radius
 
 @dataclass(frozen=True, slots=True)
 class FlatSpot:
-    """A place on the top that the cup can stand on.
+    """A place on the top that the cup can stand on: its middle, in the frame of the top [m].
 
-    Attributes:
-        position: its middle, in the frame of the top [m].
-        radius: of the largest flat and level disc about it [m], at most that of the cup's face.
+    `radius` is that of the largest flat and level disc about it [m], at most that of the cup's face.
     """
 
     position: Vector3
@@ -265,34 +199,37 @@ class PartTop:
 
 def part_tops(form: Form) -> tuple[PartTop, ...]:
     """What a part of this form offers to a cup from above, for each of `TURNS`."""
-    model = _compiled(form)
-    return tuple(_top(form, model, turn) for turn in TURNS)
-
-
-def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
-    top_T_part = part_T_top.inverse()
-    seen = surface_of(form.touched, model, top_T_part)
-    covered = np.isfinite(seen.heights)
-    middle = (seen.lower + seen.upper) / 2
-    far = np.hypot(seen.grid.x - middle[0], seen.grid.y - middle[1])[covered].max(initial=0.0) + seen.grid.cell / 2
-    centre = top_T_part.transform(_vector3(model.body_ipos[1]))
-    box = _vector3(seen.lower), _vector3(seen.upper)
-    return PartTop(part_T_top.quaternion, centre, *box, float(far), _spots(seen, centre))
-
-
-def _compiled(form: Form) -> Any:
-    """A model of the part alone, its geoms in the order of the touched shapes."""
     spec = mujoco.MjSpec()
     form.add_meshes(spec)
     body = spec.worldbody.add_body(name="part")
     for shape in form.touched:
         add_shape(body, shape, Role.SOLID, Touch.PART, mass=form.mass)
-    return spec.compile()
+    model = spec.compile()
+    return tuple(_top(form, model, turn) for turn in TURNS)
 
 
-def _spots(seen: Surface, centre: Vector3) -> tuple[FlatSpot, ...]:
+def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
+    """What one side offers; `model` has a geom for each touched shape, in their order."""
+    top_T_part = part_T_top.inverse()
+    shapes = [shape.moved(top_T_part) for shape in form.touched]
+    rotation = _rotation(top_T_part)
+    hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
+    corners = [hulls[geom].reshape(-1, 3) if geom in hulls else bounds((shape,)) for geom, shape in enumerate(shapes)]
+    boxes = np.array([(np.min(each, axis=0), np.max(each, axis=0)) for each in corners])
+    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    grid = Grid(lower, upper)
+    heights, is_flat = _highest(
+        [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
+    )
+    middle = (lower + upper) / 2
+    far = np.hypot(grid.x - middle[0], grid.y - middle[1])[np.isfinite(heights)].max(initial=0.0) + grid.cell / 2
+    centre = top_T_part.transform(_vector3(model.body_ipos[1]))
+    spots = _spots(grid, heights, is_flat, centre)
+    return PartTop(part_T_top.quaternion, centre, _vector3(lower), _vector3(upper), float(far), spots)
+
+
+def _spots(grid: Grid, heights: Heights, is_flat: Mask, centre: Vector3) -> tuple[FlatSpot, ...]:
     """The best spot at each height at which there is something flat, the best of all first."""
-    grid, heights, is_flat = seen.grid, seen.heights, seen.is_flat
     aside = np.hypot(grid.x - centre[0], grid.y - centre[1])
     found: list[tuple[float, FlatSpot]] = []
     left = is_flat.copy()
@@ -303,12 +240,12 @@ def _spots(seen: Surface, centre: Vector3) -> tuple[FlatSpot, ...]:
         is_level = is_flat & (np.abs(heights - level) <= LEVEL)
         left &= ~is_level
         is_higher = heights > level + LEVEL
-        room = np.minimum(_distance_to(~is_level, grid.cell), CUP_FACE_RADIUS)
-        is_free = is_level & (_distance_to(is_higher, grid.cell, beyond=np.inf) >= CLEARANCE)
+        room = _distance_to(~is_level, grid.cell, CUP_FACE_RADIUS, beyond=True)
+        is_free = is_level & (_distance_to(is_higher, grid.cell, CLEARANCE, beyond=False) >= CLEARANCE)
         if is_free.any():
             value = np.where(is_free, np.minimum(room, _AWARD) - _PENALTY * aside, -np.inf)
             row, column = np.unravel_index(int(value.argmax()), value.shape)
-            place = (float(grid.x[row, column]), float(grid.y[row, column]), float(heights[row, column]))
+            place = (float(grid.x[0, column]), float(grid.y[row, 0]), float(heights[row, column]))
             found.append((float(value[row, column]), FlatSpot(place, float(room[row, column]))))
     return tuple(spot for _, spot in sorted(found, key=lambda each: -each[0]))
 
@@ -320,33 +257,26 @@ def _commonest(heights: Heights) -> float:
     return float(np.median(heights[np.round(heights / LEVEL).astype(np.int64) == step]))
 
 
-def _distance_to(mask: Mask, cell: float, beyond: float = 0.5) -> Heights:
-    """Distance [m] from the middle of each cell to the edge of the nearest one in a mask.
+def _distance_to(mask: Mask, cell: float, limit: float, *, beyond: bool) -> Heights:
+    """Distance [m] from the middle of each cell to the edge of the nearest one in a mask, at most `limit`.
 
-    Args:
-        mask: the cells.
-        cell: their edge [m].
-        beyond: what lies outside of the grid begins so many cells behind the middles of the outermost ones; infinite
-            for nothing.
+    The limit is 100 cells or so: squares are kept in 16 bits. `beyond` says that what lies outside of the grid is in
+    the mask.
     """
+    if not (mask.any() or beyond):
+        return np.full(mask.shape, limit)
     rows, columns = mask.shape
-    along = np.where(mask, 0.0, np.inf)
-    steps = np.arange(columns, dtype=float)
-    for column in range(1, columns):
-        along[:, column] = np.minimum(along[:, column], along[:, column - 1] + 1.0)
-    for column in range(columns - 2, -1, -1):
-        along[:, column] = np.minimum(along[:, column], along[:, column + 1] + 1.0)
-    squares = along**2
-    nearest = np.empty_like(squares)
-    offsets = np.arange(rows, dtype=float)
-    for row in range(rows):
-        nearest[row] = (squares + (offsets[:, np.newaxis] - row) ** 2).min(axis=0)
-    found = np.maximum(np.sqrt(nearest) - 0.5, 0.0)
-    if math.isfinite(beyond):
-        edge_x = np.minimum(steps, columns - 1 - steps) + beyond
-        edge_y = np.minimum(offsets, rows - 1 - offsets) + beyond
-        found = np.minimum(found, np.minimum(edge_x[np.newaxis, :], edge_y[:, np.newaxis]))
-    return np.asarray(found * cell)
+    most = math.ceil(limit / cell) + 1
+    padded = np.pad(mask, [(most, most), (1, 1)], constant_values=beyond)
+    places = np.arange(columns + 2, dtype=np.int16)
+    before = np.maximum.accumulate(np.where(padded, places, -most), axis=1)
+    behind = np.minimum.accumulate(np.where(padded, places, columns + most)[:, ::-1], axis=1)[:, ::-1]
+    along = np.minimum(np.minimum(places - before, behind - places), most)[:, 1:-1].astype(np.int16) ** 2
+    nearest = along[most : most + rows].copy()
+    for step in range(1, most):
+        for first in (most - step, most + step):
+            np.minimum(nearest, along[first : first + rows] + np.int16(step**2), out=nearest)
+    return np.asarray(np.clip((np.sqrt(nearest, dtype=np.float64) - 0.5) * cell, 0.0, limit))
 
 
 def _vector3(values: Any) -> Vector3:

@@ -5,8 +5,6 @@ the original wrote a height into the wrong field (part1: yaw, part4: roll), so d
 there.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -211,16 +209,9 @@ def add_part_meshes(spec: Any) -> None:
 
 
 def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
-    """Put a free part into a model specification.
+    """Put a free part into a model specification with the meshes of `add_part_meshes`; its body.
 
-    Args:
-        spec: an `MjSpec` with the meshes of `add_part_meshes`.
-        name: name of the body and of its free joint.
-        kind: its type.
-        pose: of its origin in the world frame.
-
-    Returns:
-        The `MjsBody`.
+    Body and free joint have the name, and the origin is at `pose` in the world frame.
     """
     body = spec.worldbody.add_body(name=name, pos=pose.position, quat=pose.quaternion)
     body.add_freejoint(name=name)

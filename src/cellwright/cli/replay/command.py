@@ -11,8 +11,7 @@ from rich.console import Console
 
 from cellwright.cli import arguments, options, output
 from cellwright.cli.arguments import OUTPUT, Host, OpenPage, Port, Recorded, View, ViewHost, ViewPort, page_options
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.main import DONE
+from cellwright.cli.main import DONE, flag, option
 from cellwright.cli.output import progress_bar
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
@@ -104,9 +103,7 @@ def replay(
     compare or to see, or the video cannot be written.
     """
     # it takes a moment to load, which the other commands are spared
-    from cellwright.cli.replay import report
-    from cellwright.cli.replay.playback import film_recording, play_recording
-    from cellwright.cli.replay.report import verify_recording as run_again
+    from cellwright.cli.replay import actions
     from cellwright.recording.format.bag import write_bag
     from cellwright.recording.format.reader import Recording
     from cellwright.recording.replay.exported import write_mcap
@@ -130,53 +127,51 @@ def replay(
         if is_given and not is_played:
             others = "" if name in played else ", or --bag, --mcap or --video for a file"
             options.refuse(f"{name}: say to whom it is to be played: add --view, --serve or --ros1{others}")
-    rate, begin, end = options.speed(speed), _time("--start", start), _time("--until", until)
+    rate = options.speed(speed)
+    for name, time in (("--start", start), ("--until", until)):
+        options.in_range(name, time, 0.0, options.LATEST, f"a time from 0 s to {options.LATEST:g} s")
+    part = {"start": _nanoseconds(start), "until": _nanoseconds(until)}
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:
-        _check_times(recording, begin, end)
+        _check_times(recording, start, until)
         if not recording.is_complete:
             output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
             with progress_bar(console, f"writing {bag_file}", 1.0) as tell:
-                left_out = write_bag(file, bag_file, start=_nanoseconds(begin), until=_nanoseconds(end), tell=tell)
+                left_out = write_bag(file, bag_file, **part, tell=tell)
             for topic in left_out:
                 output.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if mcap_file is not None:
             with progress_bar(console, f"writing {mcap_file}", 1.0) as tell:
-                missing = write_mcap(
-                    recording, mcap_file, start=_nanoseconds(begin), until=_nanoseconds(end), tell=tell
-                )
+                missing = write_mcap(recording, mcap_file, **part, tell=tell)
             for line in missing:
                 output.warn(f"{mcap_file}: {line}")
         if verify:
-            raise typer.Exit(run_again(recording, console, as_json=as_json))
+            raise typer.Exit(actions.verify_recording(recording, console, as_json=as_json))
         if is_played:
             at_end = AtEnd.LOOP if loop else AtEnd.HOLD if hold or view else AtEnd.STOP
-            play_recording(
-                PlaybackTarget(recording, first=_nanoseconds(begin), last=_nanoseconds(end), at_end=at_end),
+            actions.play_recording(
+                PlaybackTarget(recording, first=part["start"], last=part["until"], at_end=at_end),
                 console,
                 rate=RateControl(rate),
                 serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds it wherever it is
                 view=page,
                 ros1=ros1,
             )
-        told = report.contents_document(recording)
+        told = actions.contents_document(recording)
         if filmed is not None:
             with progress_bar(console, f"drawing {filmed.file}", 1.0) as tell:
                 told["videos"] = [
-                    film_recording(recording, filmed, start=begin, until=end, warn=output.warn, tell=tell)
+                    actions.film_recording(recording, filmed, start=start, until=until, warn=output.warn, tell=tell)
                 ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
     elif filmed is not None or bag_file is not None or mcap_file is not None:
-        if filmed is not None:
-            output.note(console, "video", arguments.video_sentence(told["videos"][0]))
-        if bag_file is not None:
-            output.note(console, "bag", str(bag_file))
-        if mcap_file is not None:
-            output.note(console, "mcap", str(mcap_file))
+        output.note_files(console, "video", map(arguments.video_sentence, told.get("videos", ())))
+        output.note_files(console, "bag", [bag_file] if bag_file else ())
+        output.note_files(console, "mcap", [mcap_file] if mcap_file else ())
     elif not is_played:
-        report.show_contents(console, told)
+        actions.show_contents(console, told)
     raise typer.Exit(DONE)
 
 
@@ -189,12 +184,6 @@ def _check_times(recording: Recording, start: float | None, until: float | None)
         options.refuse(f"--until {until:g}: {recording.path} begins at {begin:.3f} s")
     if start is not None and until is not None and until < start:
         options.refuse(f"--until {until:g}: that is before --start {start:g}")
-
-
-def _time(option: str, value: float | None) -> float | None:
-    if value is not None and not 0.0 <= value <= options.LATEST:
-        options.refuse(f"{option} {value:g}: give a time from 0 s to {options.LATEST:g} s")
-    return value
 
 
 def _nanoseconds(time: float | None) -> int | None:

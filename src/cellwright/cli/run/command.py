@@ -1,7 +1,5 @@
 """Command `cellwright run`: a cell from its file to its score."""
 
-from __future__ import annotations
-
 import logging
 import sys
 from collections.abc import Callable
@@ -17,29 +15,10 @@ from rich.console import Console
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.scorer import Averages, GameScore, TrialScore, trial_score
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import (
-    END,
-    LOOK,
-    OUTPUT,
-    TRIAL,
-    WORK,
-    Development,
-    Log,
-    OpenPage,
-    Record,
-    Seed,
-    Servo,
-    Until,
-    Vary,
-    ViewHost,
-    ViewPort,
-    page_options,
-    refuse_camera_name,
-)
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.main import exit_status_of
-from cellwright.cli.run.summary import RunProgress, show_files, show_result
+from cellwright.cli.arguments import END, LOOK, OUTPUT, WORK
+from cellwright.cli.main import exit_status_of, flag, option
 from cellwright.cli.signals import ended_as_by_ctrl_c, stopped_by_signals
+from cellwright.cli.summary import RunProgress, show_files, show_result
 from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.trial import Trial
@@ -52,21 +31,6 @@ from cellwright.util.errors import UsageError
 
 AGENT_IN_OWN_PROCESS = "the agent is in a process of its own: end the run, and start it again"
 """Why a run over a socket or ROS does not begin anew at a click."""
-
-TRANSPORTS = ("socket", "ros1")
-"""Ways between an agent and a cell that are in different processes."""
-
-
-def agent_transport(over: str | None, *, lockstep: bool) -> str | None:
-    """The way between agent and cell; None within one process."""
-    if over is None and lockstep:
-        options.refuse(
-            f"--lockstep: say over what as well, such as --over {TRANSPORTS[0]}; in one process it is always so"
-        )
-    if over is not None and over not in TRANSPORTS:
-        options.refuse(f"--over {over}: give {' or '.join(TRANSPORTS)}")
-    return over
-
 
 SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
 """Headings in the help, under which options are listed."""
@@ -155,25 +119,25 @@ _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture
 
 def run(
     context: typer.Context,
-    files: Annotated[list[str] | None, TRIAL] = None,
+    files: Annotated[list[str] | None, arguments.TRIAL] = None,
     agent: AgentName = "kitter",
-    servo: Servo = None,
-    seed: Seed = None,
-    vary: Vary = False,
+    servo: arguments.Servo = None,
+    seed: arguments.Seed = None,
+    vary: arguments.Vary = False,
     speed: Speed = None,
     over: Over = None,
     lockstep: Lockstep = False,
     connect: Connect = None,
-    development: Development = False,
-    until: Until = None,
+    development: arguments.Development = False,
+    until: arguments.Until = None,
     min_score: MinScore = None,
     snapshot: Snapshots = None,
     picture: WithPicture = True,
     camera: TakenFrom = "overview",
     view: View = False,
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
+    view_host: arguments.ViewHost = None,
+    view_port: arguments.ViewPort = None,
+    open_page: arguments.OpenPage = False,
     quality: HowDrawn = Quality.FINE,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
@@ -184,8 +148,8 @@ def run(
     resume: Resume = None,
     listen: Listen = None,
     as_json: AsJson = False,
-    log: Log = None,
-    record: Record = None,
+    log: arguments.Log = None,
+    record: arguments.Record = None,
     averages: TeamAverages = None,
     verbose: Verbose = False,
 ) -> None:
@@ -229,12 +193,15 @@ def run(
         run_connected(agent, connect, as_json=as_json, min_score=least)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
-    refuse_camera_name(files, view=view)
+    arguments.refuse_camera_name(files, view=view)
     if quality is Quality.FAST:
         requested_backend()
-    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
-    way = agent_transport(over, lockstep=lockstep)
-    rate = options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1"))
+    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
+    if over is None and lockstep:
+        options.refuse("--lockstep: say over what as well, such as --over socket; in one process it is always so")
+    if over not in (None, "socket", "ros1"):
+        options.refuse(f"--over {over}: give socket or ros1")
+    rate = options.speed(speed or ("max" if page is None and (over is None or lockstep) else "1"))
     wanted = RunOptions(
         listen=listen or (),
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
@@ -257,9 +224,9 @@ def run(
         until=until,
         rate=rate if page is None else RateControl(rate),
         lockstep=lockstep,
-        serve=ServerOptions(port=0) if way else False,
+        serve=ServerOptions(port=0) if over else False,
         view=page or False,
-        ros1=way == "ros1",
+        ros1=over == "ros1",
         record=kept and replace(kept, is_varied=vary),
         video=filmed,
         log=log_file,
@@ -268,13 +235,13 @@ def run(
         options=wanted,
         **output.words_for(console, partial(progress.line, style="yellow")),
     )
-    session.hindrance = AGENT_IN_OWN_PROCESS if way else ""
-    program = _program(agent, way, has_end=until is not None, is_verbose=verbose)
+    session.hindrance = AGENT_IN_OWN_PROCESS if over else ""
+    program = _program(agent, over, has_end=until is not None, is_verbose=verbose)
     with ExitStack() as leaving:
         out = sys.stdout
         if as_json:  # what a file brings along or an agent prints is no JSON
             leaving.enter_context(redirect_stdout(sys.stderr))
-        if way:
+        if over:
             leaving.enter_context(stopped_by_signals(session.stop.request))
         leaving.enter_context(session)
         cell: Cell = session.node
@@ -286,7 +253,7 @@ def run(
         varied = ", varied" if vary else ""
         say(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False)
         while True:
-            with nullcontext() if way else ended_as_by_ctrl_c():
+            with nullcontext() if over else ended_as_by_ctrl_c():
                 result = cell_result(session.run(worker))
             status = exit_status_of(result, has_agent=worker is not None, min_score=least)
             if not session.begins_again:

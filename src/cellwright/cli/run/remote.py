@@ -1,7 +1,5 @@
 """An agent at a cell that is served already: `cellwright run --connect`."""
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import NoReturn
@@ -16,7 +14,7 @@ from cellwright.clients.agents.agent import find_agent
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.running.remote.hosting import NODE
-from cellwright.running.remote.program import AgentExit, Parting, run_agent
+from cellwright.running.remote.program import Parting, run_agent
 from cellwright.running.run import DRIVE
 from cellwright.util.errors import UsageError
 
@@ -47,7 +45,8 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     document = result["document"]
     score = document["score"]["total"]
     enough = min_score is None or score >= min_score
-    status = DONE if document["competition_state"] == "done" and _ended_well(worked) and enough else NOT_DONE
+    ended_well = worked.parting in (Parting.RETURNED, Parting.RUN_ENDED)
+    status = DONE if document["competition_state"] == "done" and ended_well and enough else NOT_DONE
     if as_json:
         typer.echo(json.dumps(document | {"agent": agent, "error": worked.error, "exit_status": status}, indent=2))
     else:
@@ -55,10 +54,6 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
         if not enough:
             console.print(f"not enough  {min_score:g} points were asked for", markup=False)
     raise typer.Exit(status)
-
-
-def _ended_well(worked: AgentExit) -> bool:
-    return worked.parting in (Parting.RETURNED, Parting.RUN_ENDED)
 
 
 def _wait_for_kits_over_topics(client: Client) -> None:

@@ -1,7 +1,5 @@
 """What an agent is, and where one is found."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
@@ -51,15 +49,7 @@ def find_agent(name: str) -> Callable[[], Agent]:
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:
-    """What makes an agent of a class.
-
-    Args:
-        target: the class as its author knows it.
-        found: the class.
-
-    Raises:
-        AgentError: it is none of an agent. Making the agent raises it too, when that fails.
-    """
+    """What makes an agent of a class that its author calls `target`; errors as of `find_agent`."""
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
     run = found.run

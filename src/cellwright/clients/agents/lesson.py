@@ -6,8 +6,6 @@ look at the orders: it fetches two piston rods from bin 7 and puts both at one p
 belt for two gears, and sends the kit.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 from typing import Any

@@ -22,11 +22,7 @@ T = TypeVar("T")
 class JointStates(NamedTuple):
     """All joints that are not fixed, in the order of their indices: what a `sensor_msgs/JointState` holds.
 
-    Attributes:
-        names: of the joints, as in the URDF.
-        positions: [rad; m].
-        velocities: [rad/s; m/s].
-        efforts: [N m; N].
+    Names are as in the URDF, positions in rad or m, velocities in rad/s or m/s, efforts in N m or N.
     """
 
     names: list[str]
@@ -55,12 +51,7 @@ class JointInfo:
 
 
 class Lookup(dict, Generic[T]):  # type: ignore[type-arg]
-    """A dictionary that says what it has when it is asked for something else.
-
-    Args:
-        kind: what a key is called, in the singular.
-        entries: what it holds.
-    """
+    """A dictionary that says what it has when it is asked for something else; `kind` is what a key is called."""
 
     def __init__(self, kind: str, entries: Mapping[Any, T]) -> None:
         super().__init__(entries)
@@ -71,12 +62,7 @@ class Lookup(dict, Generic[T]):  # type: ignore[type-arg]
 
 
 class Joints:
-    """The joints of a robot, driven and read in its process.
-
-    Args:
-        process: where they move.
-        described: the robot, as the process describes it.
-    """
+    """The joints of a robot, as its process describes it, driven and read there."""
 
     def __init__(self, process: RobotProcess, described: Mapping[str, Any]) -> None:
         self._process = process
@@ -114,8 +100,7 @@ class Joints:
         return joint.lower, joint.upper
 
     def _command(self, service: str, indices: Indices, positions: Numbers) -> None:
-        chosen: list[Any] = _listed(indices)
-        values: list[Any] = _listed(positions)
+        chosen, values = _listed(indices), _listed(positions)
         if len(chosen) != len(values):
             raise UsageError(f"{len(chosen)} joints and {len(values)} positions: as many of each are needed")
         for index in chosen:
@@ -155,9 +140,9 @@ _TABLE_HEAD = ("index", "joint", "type", "link", "parent link", "from", "to")
 
 def index_table(joints: Iterable[JointInfo]) -> str:
     """One line for each joint, fixed ones included; limits [rad; m] are empty where there are none."""
-    rows = [_TABLE_HEAD, *(_table_row(joint) for joint in joints)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_TABLE_HEAD))]
-    return "\n".join("  ".join(text.ljust(width) for text, width in zip(row, widths)).rstrip() for row in rows)
+    rows = [_TABLE_HEAD, *map(_table_row, joints)]
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
 
 def _table_row(joint: JointInfo) -> tuple[str, ...]:

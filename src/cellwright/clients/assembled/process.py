@@ -45,11 +45,8 @@ class RobotProcess:
     """A robot's controller node in a process of its own.
 
     It ends with this one, however that ends: it listens for this connection, and goes when it is gone. A Ctrl-C on the
-    terminal is not for it. `ask` may be called from any thread.
-
-    Args:
-        python: the interpreter that Cellwright is installed for.
-        order: what to run, as `cellwright.running.remote.robot` takes it.
+    terminal is not for it. `ask` may be called from any thread. The interpreter `python` is that which Cellwright is
+    installed for; `cellwright.running.remote.robot` takes the order.
 
     Raises:
         UsageError: it cannot be started, or not with this robot; the text says why.
@@ -84,15 +81,7 @@ class RobotProcess:
         return self._connection is not None and self._process.poll() is None
 
     def ask(self, service: str, **values: Any) -> dict[str, Any]:
-        """Call a service of the process.
-
-        Args:
-            service: one of `services`.
-            values: what it is asked, as JSON values.
-
-        Raises:
-            CellwrightError: it is refused, or the process has ended; the text says why.
-        """
+        """Call a service with JSON values; a CellwrightError says why it is refused, or that the process has ended."""
         with self._lock:
             self._number = self._number % _NUMBERS + 1
             payload = json.dumps(values).encode()

@@ -6,21 +6,14 @@ import os
 import sys
 from typing import Any, Mapping, Sequence
 
-from cellwright.clients.assembled import process
 from cellwright.clients.assembled import process as services
 from cellwright.clients.assembled.joints import Indices, Joints, JointStates, Lookup, Numbers, Pose, index_table
 from cellwright.clients.assembled.process import RobotProcess
 from cellwright.util.errors import UsageError
 
-PoseLike = Sequence[Sequence[float]]
 
-
-def pose_lists(pose: PoseLike) -> list[list[float]]:
-    """A pose as plain lists, whatever sequences it is made of.
-
-    Raises:
-        UsageError: it is none.
-    """
+def pose_lists(pose: Pose) -> list[list[float]]:
+    """A pose as plain lists, whatever sequences it is made of; a UsageError if it is none."""
     try:
         position, orientation = ([float(value) for value in part] for part in pose)
     except (TypeError, ValueError):
@@ -35,12 +28,7 @@ ROOT = -1
 
 
 class RobotBase:
-    """The root link.
-
-    Args:
-        process: where the robot moves.
-        joints: of the robot.
-    """
+    """The root link."""
 
     def __init__(self, process: RobotProcess, joints: Joints) -> None:
         self._process = process
@@ -146,9 +134,8 @@ class RobotGripper:
 class RobotHead:
     """A head.
 
-    Attributes:
-        head_joint_index: indices of its joints, of roll, pitch and yaw those that it has.
-        home_j_pos: their home posture [rad].
+    `head_joint_index` are the indices of its joints, of roll, pitch and yaw those that it has, and `home_j_pos` their
+    home posture [rad].
     """
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
@@ -181,12 +168,7 @@ class RobotHead:
 
 
 class RobotDorsal:
-    """The lift of the torso.
-
-    Attributes:
-        dorsal_lift_joint_index: index of its joint.
-        home_j_pos: where it is at home [m; rad].
-    """
+    """The lift of the torso: `dorsal_lift_joint_index` is the index of its joint, `home_j_pos` its home [m; rad]."""
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
         self._joints = joints
@@ -263,7 +245,7 @@ class AssembledRobot:
         }
         self._process = RobotProcess(self.python, order)
         self.address = self._process.address
-        self._assemble(self._process.ask(process.DESCRIBE_SERVICE))
+        self._assemble(self._process.ask(services.DESCRIBE_SERVICE))
         if debug:
             sys.stdout.write(index_table(self._joints.table) + "\n")
             sys.stdout.flush()
@@ -287,13 +269,9 @@ class AssembledRobot:
             self.dorsal = RobotDorsal(joints, described["dorsal"])
 
     def move_j(self, idx: Indices, pos: Numbers, max_vel: Sequence[float] = (), force: Sequence[float] = ()) -> None:  # noqa: ARG002
-        """Have joints go to positions, cut off at their limits.
+        """Have joints go to as many positions [rad; m], cut off at their limits.
 
-        Args:
-            idx: indices.
-            pos: as many positions [rad; m].
-            max_vel: counts for nothing, as in the original: velocities are limited as the URDF says.
-            force: counts for nothing, as in the original: efforts are limited as the URDF says.
+        `max_vel` and `force` count for nothing, as in the original: both are limited as the URDF says.
 
         Raises:
             UsageError: there is no such joint, or a number is not finite; then none of them moves.

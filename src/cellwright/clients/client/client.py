@@ -1,7 +1,5 @@
 """A client of the kit-building cell: its orders, arm, gripper, AGVs and sensors by name."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import logging
@@ -12,13 +10,8 @@ from typing import Any
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.session import Latest, NodeClient
 from cellwright.config import layout
+from cellwright.middleware.messages import osrf_gear
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
-from cellwright.middleware.messages.osrf_gear import (
-    AGVControlRequest,
-    GetMaterialLocationsRequest,
-    Order,
-    VacuumGripperControlRequest,
-)
 from cellwright.middleware.messages.standard import JointTrajectory, String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
@@ -51,7 +44,7 @@ class Client(NodeClient):
 
     def __init__(self, transport: Transport) -> None:
         super().__init__(transport)
-        self.orders: list[Order] = []
+        self.orders: list[osrf_gear.Order] = []
         """Every order announced so far (osrf_gear/Order), in order of announcement."""
         self._state = self.latest("/ariac/competition_state")
         self._score = self.latest("/ariac/current_score")
@@ -79,14 +72,14 @@ class Client(NodeClient):
         """End the competition now, with the score as it stands."""
         return self._trigger("/ariac/end_competition")
 
-    def wait_for_order(self, timeout: float | None = None) -> Order | None:
+    def wait_for_order(self, timeout: float | None = None) -> osrf_gear.Order | None:
         """The next order to be announced (osrf_gear/Order); None if none comes in time [s]."""
         known = len(self.orders)
         return self.orders[known] if self.wait_until(lambda: len(self.orders) > known, timeout) else None
 
     def material_locations(self, material: str) -> tuple[str, ...]:
         """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
-        request = GetMaterialLocationsRequest(material_type=material)
+        request = osrf_gear.GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
 
     def part_types(self) -> Mapping[str, Mapping[str, Any]]:
@@ -226,12 +219,12 @@ class Client(NodeClient):
 
     def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
         """Switch the vacuum on or off."""
-        request = VacuumGripperControlRequest(enable=enable)
+        request = osrf_gear.VacuumGripperControlRequest(enable=enable)
         return bool(self.call("/ariac/gripper/control", request).success)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
         """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
-        request = AGVControlRequest(kit_type=kit_type)
+        request = osrf_gear.AGVControlRequest(kit_type=kit_type)
         return bool(self.call(f"/ariac/agv{number}", request).success)
 
     def sensor(self, name: str) -> Latest:
@@ -248,7 +241,7 @@ class Client(NodeClient):
         """Have `callback(message)` called for each reading of a sensor; the returned function ends that.
 
         Raises:
-            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+            UnknownNameError: as for `sensor`.
         """
         return self.subscribe(self._sensor_topic(name), callback)
 
@@ -274,14 +267,7 @@ def trajectory_message(
     times: Sequence[float],
     velocities: Sequence[Sequence[float]] | None = None,
 ) -> JointTrajectory:
-    """A trajectory_msgs/JointTrajectory that begins when it arrives.
-
-    Args:
-        joints: joint names.
-        waypoints: positions [rad; m] for each time, in the order of `joints`.
-        times: when each is to be reached [s] from the start, rising.
-        velocities: velocities at the waypoints [rad/s; m/s].
-    """
+    """A trajectory_msgs/JointTrajectory that begins when it arrives; arguments as for `Client.send_arm`."""
     points = [
         trajectory_point(
             positions,

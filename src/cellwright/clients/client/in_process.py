@@ -1,7 +1,5 @@
 """Transport protocol, and the in-process transport in which the client owns the clock."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -55,13 +53,19 @@ CLOSED = "the client is closed"
 """Why nothing can be asked for any more by a program that has kept its client past the end."""
 
 
-class InProcess:
-    """A client's way to a cell in this process: `advance` steps the simulation.
+def deliver_all(mail: deque[tuple[Callback, Any]]) -> None:
+    """Call callbacks with what came. What they cause comes with the next step: a conversation cannot stop time."""
+    for _ in range(len(mail)):
+        if not mail:  # the callback before has closed the client
+            return
+        callback, message = mail.popleft()
+        callback(message)
 
-    Args:
-        cell: a cell that has been reset.
-        node: the client's node name, as the cell sees it.
-        stop: when the run is over: then `advance` raises.
+
+class InProcess:
+    """A client's way to a cell in this process, one that has been reset: `advance` steps the simulation.
+
+    The cell sees the client as the node `node`; when the run is over by `stop`, `advance` raises.
     """
 
     def __init__(self, cell: Served, *, node: str = "/client", stop: StopCondition | None = None) -> None:
@@ -70,9 +74,8 @@ class InProcess:
         self.step: Callable[[], object] = cell.simulation.step
         """What lets a tick pass: the simulation's own step, or a paced one."""
         self.stop = stop or StopCondition()
-        """When the run is over."""
         self._is_closed = False
-        self._mail: deque[tuple[list[Callback], Any]] = deque()
+        self._mail: deque[tuple[Callback, Any]] = deque()
         self._leave: dict[Callable[[], None], None] = {}
 
     knows_all_topics = True
@@ -96,23 +99,27 @@ class InProcess:
                 raise RunEndedError(CLOSED)
             step()
             if mail:
-                self._deliver()
+                deliver_all(mail)
             if finished is not None and finished():
                 return
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
         """Have a topic's messages delivered while time passes."""
         self._refuse_if_closed()
-        mail = self._mail
-        listening = [callback]
+        mail, wanted = self._mail, True
+
+        def take(message: Any) -> None:
+            if wanted:
+                callback(message)
 
         def leave() -> None:
-            listening.clear()  # also what lies in the mail already is not delivered any more
+            nonlocal wanted
+            wanted = False  # also what lies in the mail already is not delivered any more
             subscription.cancel()
             self._leave.pop(leave, None)
 
         # a latched message comes while subscribing: all that it needs is there by now
-        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((listening, message)), node=self.node)
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((take, message)), node=self.node)
         self._leave[leave] = None
         return leave
 
@@ -153,12 +160,3 @@ class InProcess:
     def _refuse_if_closed(self) -> None:
         if self._is_closed:
             raise RunEndedError(CLOSED)
-
-    def _deliver(self) -> None:
-        # What callbacks cause comes with the next step, so that a conversation cannot stop time.
-        for _ in range(len(self._mail)):
-            if not self._mail:  # the callback before has closed the client
-                return
-            listening, message = self._mail.popleft()
-            for callback in listening:
-                callback(message)

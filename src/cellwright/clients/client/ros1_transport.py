@@ -5,12 +5,8 @@ is that of a run in one process. What differs from other ways: that a message wa
 it, as ever in ROS; the cell says it, and goes on.
 """
 
-from __future__ import annotations
-
 import json
-import os
-import select
-import subprocess
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +16,7 @@ from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.messages import definition, md5, type_of
 from cellwright.middleware.wire.frames import Frame, Kind
 from cellwright.util.errors import UsageError
+from cellwright.util.process import ChildProcess
 
 PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "relay.py"
 DECLARE = "relay:type"
@@ -52,13 +49,10 @@ class Ros1Transport(SocketTransport):
         sign: str = "/clock",
     ) -> None:
         try:
-            self._relay = subprocess.Popen(  # noqa: S603
+            self._relay = ChildProcess(
                 [python, str(PROGRAM), f"--node={node}", f"--wait={patience}", f"--sign={sign}"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                env=None if environment is None else dict(environment),
-                start_new_session=os.name == "posix",  # Ctrl-C is for this process, which ends the relay in order
+                environment=environment,
+                stderr=tempfile.TemporaryFile(),  # noqa: SIM115 (closed with the process)
             )
         except OSError as error:
             raise UsageError(f"{python} cannot be started: {error.strerror or error}") from None
@@ -66,7 +60,7 @@ class Ros1Transport(SocketTransport):
         try:
             super().__init__(("127.0.0.1", self._port(patience + _MORE)), node=node, encoding="ros1")
         except BaseException:
-            self._end_relay()
+            self._relay.end(_LEAVING)
             raise
 
     knows_all_topics = False
@@ -85,30 +79,11 @@ class Ros1Transport(SocketTransport):
     def close(self) -> None:
         """Let go of the cell; the relay ends."""
         super().close()
-        self._end_relay()
+        self._relay.end(_LEAVING)
 
     def _port(self, patience: float) -> int:
         """The port that the relay says when it is ready."""
-        output, errors = self._relay.stdout, self._relay.stderr
-        if output is None or errors is None:  # they were asked for
-            raise UsageError("the relay has no output")
-        line = output.readline() if select.select([output], (), (), patience)[0] else b""
-        word, _, port = line.decode(errors="replace").strip().partition(" ")
+        word, _, port = self._relay.ready_line(patience).partition(" ")
         if word == "ready" and port.isdigit():
             return int(port)
-        self._relay.kill()
-        said = errors.read().decode(errors="replace").strip().splitlines()
-        raise UsageError(said[-1] if said else f"the relay is not ready after {patience:g} s")
-
-    def _end_relay(self) -> None:
-        relay = self._relay
-        if relay.stdin is not None:
-            relay.stdin.close()
-        try:
-            relay.wait(_LEAVING)
-        except subprocess.TimeoutExpired:
-            relay.kill()
-            relay.wait()
-        for stream in (relay.stdout, relay.stderr):
-            if stream is not None:
-                stream.close()
+        raise UsageError(self._relay.last_words() or f"the relay is not ready after {patience:g} s")

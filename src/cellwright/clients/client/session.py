@@ -25,16 +25,14 @@ def parse_address(address: str | tuple[str, int]) -> tuple[str, int]:
     Raises:
         UsageError: it is no address.
     """
-    host, port = address if not isinstance(address, str) else _split_address(address)
+    if isinstance(address, str):
+        host, _, digits = address.rpartition(":")
+        port = int(digits) if re.fullmatch("[0-9]{1,5}", digits) else 0
+    else:
+        host, port = address
     if not host or not 0 < port <= _LAST_PORT:
         raise UsageError(f"{address}: give a host and a port, such as 127.0.0.1:11399")
     return host, port
-
-
-def _split_address(address: str) -> tuple[str, int]:
-    """Host and port of a text; port 0 where it has none."""
-    host, _, port = address.rpartition(":")
-    return host, int(port) if re.fullmatch("[0-9]{1,5}", port) else 0
 
 
 class NodeClient:
@@ -59,11 +57,9 @@ class NodeClient:
 
     @classmethod
     def in_process(cls, cell: Served, *, node: str = "/client") -> Self:
-        """A hold on a cell, or on a robot's node, in this process: its time passes only in `sleep` and `wait_until`.
+        """A hold on a `Cell` or a `RobotNode` in this process: its time passes only in `sleep` and `wait_until`.
 
-        Args:
-            cell: a `Cell` or a `RobotNode`.
-            node: the client's node name, as the cell sees it.
+        The cell sees the client as the node `node`.
         """
         return cls(InProcess(cell, node=node))
 
@@ -71,9 +67,8 @@ class NodeClient:
     def connect(cls, address: str | tuple[str, int], *, node: str = "/client") -> Self:
         """A hold on a cell or a robot that another process serves (`cellwright serve`, `cellwright teleop`).
 
-        Args:
-            address: `"127.0.0.1:11399"` as the other process says it, or host and port.
-            node: the client's node name, as the cell sees it.
+        The address is `"127.0.0.1:11399"` as the other process says it, or a pair of host and port. The cell sees the
+        client as the node `node`.
 
         Raises:
             UsageError: it is no address, or nobody answers there.
@@ -84,11 +79,7 @@ class NodeClient:
 
     @property
     def time(self) -> float:
-        """Simulation time [s].
-
-        Raises:
-            UsageError: asked by another thread.
-        """
+        """Simulation time [s]; a UsageError in another thread."""
         self._refuse_strangers()
         return self.transport.now() / 1e9
 
@@ -107,9 +98,7 @@ class NodeClient:
     def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
         """Let time pass until `condition()` is true, looked at after each tick; what it was in the end.
 
-        Args:
-            condition: what is waited for; a look at the client's state.
-            timeout: seconds of simulation time to wait at most; None or infinity for no limit.
+        It waits `timeout` seconds of simulation time at most; None or infinity for no limit.
 
         Raises:
             UsageError: called from a callback or another thread, or with a timeout that is not a number.
@@ -132,7 +121,6 @@ class NodeClient:
         return Rate(self, frequency)
 
     def _advance(self, until: int | None, finished: Callable[[], bool] | None) -> None:
-        self._refuse_nesting()
         self._waiting = True
         try:
             self.transport.advance(until, finished)
@@ -147,11 +135,8 @@ class NodeClient:
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Have `callback(message)` called for each message on a topic; the returned function ends that.
 
-        Args:
-            topic: its name.
-            callback: takes the message.
-            passive: the callback keeps the message, or something of it, and does nothing else: it does not even ask
-                what time it is. In lockstep time then need not stand for it, which is faster, and changes nothing.
+        A `passive` callback keeps the message, or something of it, and does nothing else: it does not even ask what
+        time it is. In lockstep time then need not stand for it, which is faster, and changes nothing.
         """
         self._refuse_strangers()
         return self.transport.subscribe(topic, callback, passive=passive)

@@ -5,8 +5,6 @@ own process. Otherwise time passes by itself, and is known from `/clock`; where 
 in real time, it is this machine's own.
 """
 
-from __future__ import annotations
-
 import itertools
 import select
 import socket
@@ -16,18 +14,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from cellwright.clients.client.in_process import Callback
-from cellwright.middleware.messages import (
-    Message,
-    checked,
-    from_cdr,
-    from_ros1,
-    message_type,
-    service_type,
-    to_cdr,
-    to_ros1,
-    type_of,
-)
+from cellwright.clients.client.in_process import Callback, deliver_all
+from cellwright.middleware import messages
+from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (
     LONGEST_SAID,
     QUIET,
@@ -48,15 +37,10 @@ _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process w
 
 
 class Connection:
-    """Asks and listens. What is not an answer is handed to `on_frame` as it comes.
+    """Asks and listens, as the node `node`. What is not an answer is handed to `on_frame` as it comes.
 
-    Args:
-        address: host and port.
-        node: the name by which the other end knows this one.
-        encoding: the form of messages, `cdr` or `ros1`.
-        on_frame: takes messages.
-        timeout: how long [s] to wait for the other end to take the connection and to greet.
-        key: the key of the server at the other end, for its own page.
+    Messages are in the form `encoding`, `cdr` or `ros1`. The other end has `timeout` [s] to take the connection and to
+    greet; `key` is the key of the server there, for its own page.
 
     Raises:
         UsageError: nobody answers there, or it is no cell.
@@ -84,7 +68,7 @@ class Connection:
         self._on_frame = on_frame
         self._awaited = 0
         self._answers: list[Frame] = []
-        self._promised: dict[int, Frame | None] = {}
+        self._promised: dict[int, list[Frame]] = {}
         self._end: str | None = None
         try:
             self._send(hello(node, encoding, key).encode())
@@ -106,35 +90,17 @@ class Connection:
             RunEndedError: there is no more answer to be had, or no more time.
         """
         self.say(frame)
-        answer = self._await_answer(frame.number)
-        if answer.kind is Kind.REFUSED:
-            raise _error_of(answer)
-        return answer
+        return accepted(self._await_answer(frame.number))
 
-    def promise(self, number: int) -> None:
-        """Keep another answer to a question that has been answered already, for `promised`."""
+    def promised(self, number: int) -> list[Frame]:
+        """A list for another answer to a question that has been answered already; empty until it has come."""
         came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
-        self._promised[number] = came[0] if came else None
-
-    def promised(self, number: int) -> Frame | None:
-        """That answer; None while it has not come.
-
-        Raises:
-            CellwrightError: it was refused; of the class that says why.
-        """
-        answer = self._promised[number]
-        if answer is not None:
-            del self._promised[number]
-            if answer.kind is Kind.REFUSED:
-                raise _error_of(answer)
-        return answer
+        if not came:
+            self._promised[number] = came
+        return came
 
     def say(self, frame: Frame) -> None:
-        """Send a frame that has no answer, or whose answer is nobody's concern.
-
-        Raises:
-            RunEndedError: nobody is there to take it.
-        """
+        """Send a frame that has no answer, or whose answer is nobody's concern; errors as of `ask`."""
         if self._end is not None:
             raise RunEndedError(self._end)
         try:
@@ -144,7 +110,7 @@ class Connection:
         self._send(data)
 
     def listen(self, timeout: float | None) -> bool:
-        """Take in what has come; wait for something, so long at most [s] (None: for ever). Whether something came.
+        """Take in what has come; wait so long for it at most [s] (None: for ever). Whether something came.
 
         Raises:
             RunEndedError: nothing can come any more.
@@ -226,7 +192,7 @@ class Connection:
             case Kind.REFUSED if frame.number == 0:
                 self._is_over(showable(frame.text()))
             case _ if frame.number in self._promised:
-                self._promised[frame.number] = frame
+                self._promised.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
                 self._answers.append(frame)
             case _:  # the answer to what somebody stopped waiting for
@@ -247,30 +213,27 @@ class _ToldUnknownNameError(UnknownNameError):
         return self._sentence
 
 
-def _error_of(answer: Frame) -> BaseException:
-    """The error that a refusal stands for, of a class that this process knows."""
+def accepted(answer: Frame) -> Frame:
+    """An answer; a refusal is raised as the error that it stands for, of a class that this process knows."""
+    if answer.kind is not Kind.REFUSED:
+        return answer
     found = getattr(errors, answer.name, CellwrightError)
     if found is UnknownNameError:
-        return _ToldUnknownNameError(showable(answer.text()))
-    if not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
+        found = _ToldUnknownNameError
+    elif not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
-    return found(showable(answer.text()))
+    raise found(showable(answer.text()))
 
 
 _END_OF_TIME = (1 << 63) - 1
 _REQUEST_SUFFIX = "_Request"
 _POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock ticks
 
-Deliver = Callable[[bytes], None]
-
 
 class SocketTransport:
-    """A client's way to a served cell.
+    """A client's way to a cell served at an address (host and port), which sees it as the node `node`.
 
-    Args:
-        address: host and port at which the cell is served.
-        node: the client's node name, as the cell sees it.
-        encoding: the form in which messages travel, `cdr` or `ros1`.
+    Messages travel in the form that `encoding` names, `cdr` or `ros1`.
 
     Raises:
         UsageError: nobody answers there.
@@ -278,19 +241,20 @@ class SocketTransport:
 
     def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
         self.node = node
-        self._read, self._write = (from_ros1, to_ros1) if encoding == "ros1" else (from_cdr, to_cdr)
-        self._deliveries: dict[int, Deliver] = {}
-        self._mail: deque[tuple[Deliver, bytes]] = deque()
+        self._read, self._write = (
+            (messages.from_ros1, messages.to_ros1) if encoding == "ros1" else (messages.from_cdr, messages.to_cdr)
+        )
+        self._deliveries: dict[int, Callback] = {}
+        self._mail: deque[tuple[Callback, bytes]] = deque()
         self._connection = Connection(address, node=node, encoding=encoding, on_frame=self._take)
-        welcome = self._connection.welcome
-        self.welcome = welcome
+        self.welcome = welcome = self._connection.welcome
         """What the cell says of itself."""
         self._types = {each["name"]: str(each["type"]) for each in welcome["topics"]}
         self._services = {each["name"]: str(each["type"]) for each in welcome["services"]}
         self._now = int(welcome["time"])
         self._lockstep = bool(welcome["lockstep"])
         self._clock = 0
-        self._has_clock = any(each["name"] == "/clock" and each["direction"] == "out" for each in welcome["topics"])
+        self._has_clock = "/clock" in self.topics()
         self._ahead = self._now - time.perf_counter_ns()
         if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
@@ -317,20 +281,20 @@ class SocketTransport:
             let_pass = self._ask_for_time
         while until is None or self._now < until:
             let_pass(_END_OF_TIME if until is None else until, finished is not None)
-            self._deliver()
+            deliver_all(self._mail)
             if finished is not None and finished():
                 return
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Have a topic's messages delivered while time passes."""
         number = self._connection.number()
-        message_class: type[Message] | None = None
+        message_class: type[messages.Message] | None = None
         wanted = True
 
         def deliver(data: bytes) -> None:
             nonlocal message_class
             if wanted:
-                message_class = message_class or message_type(self._types[topic])
+                message_class = message_class or messages.message_type(self._types[topic])
                 callback(self._read(data, message_class))
 
         def leave() -> None:
@@ -350,21 +314,25 @@ class SocketTransport:
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; the cell acts on it where time stands."""
-        message = checked(message)
+        message = messages.checked(message)
         frame = Frame(
-            Kind.PUBLISH, self._connection.number(), topic, type_of(type(message)), payload=self._write(message)
+            Kind.PUBLISH,
+            self._connection.number(),
+            topic,
+            messages.type_of(type(message)),
+            payload=self._write(message),
         )
         self._connection.ask(frame)
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
-        request = checked(request)
-        name = type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
+        request = messages.checked(request)
+        name = messages.type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
         frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
         answer = self._connection.ask(frame)
         if answer.kind is Kind.DONE:
             answer = self._wait_for(frame.number)
-        return self._read(answer.payload, service_type(self._services[service]).response)
+        return self._read(answer.payload, messages.service_type(self._services[service]).response)
 
     def ask_server(self, service: str) -> dict[str, Any]:
         """Call a service of the server itself, which answers with a JSON object."""
@@ -385,10 +353,10 @@ class SocketTransport:
 
     def _wait_for(self, number: int) -> Frame:
         """In lockstep: let time pass, tick by tick, until a call is answered."""
-        self._connection.promise(number)
-        while (answer := self._connection.promised(number)) is None:
+        promised = self._connection.promised(number)
+        while not promised:
             self._ask_for_time(_END_OF_TIME, each_tick=True)
-        return answer
+        return accepted(promised[0])
 
     def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
         before = self._now
@@ -408,13 +376,5 @@ class SocketTransport:
         if deliver is not None:
             self._mail.append((deliver, frame.payload))
         elif frame.number == self._clock:
-            stamp = self._read(frame.payload, message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
-            self._now = stamp.sec * 1_000_000_000 + stamp.nanosec
-
-    def _deliver(self) -> None:
-        # What callbacks cause comes with the next step, so that a conversation cannot stop time.
-        for _ in range(len(self._mail)):
-            if not self._mail:  # the callback before has closed the client
-                return
-            deliver, data = self._mail.popleft()
-            deliver(data)
+            stamp = self._read(frame.payload, messages.message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
+            self._now = nanoseconds(stamp)

@@ -1,7 +1,5 @@
 """Targets from recordings of ROS: a ROS 1 bag, or the folder of a ROS 2 bag (SQLite or MCAP)."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -34,11 +32,7 @@ def is_bag(path: Path) -> bool:
 
 
 def read_bag(path: Path, topic: str | None = None) -> Targets:
-    """The targets in a bag.
-
-    Args:
-        path: the file of a ROS 1 bag, or the folder of a ROS 2 bag.
-        topic: the one topic of joint states to take as targets of joints; None for all commands in it.
+    """The targets in a bag: all commands in it, or one topic of joint states as targets of joints.
 
     Raises:
         UsageError: it cannot be read, or has no targets.
@@ -48,13 +42,12 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
+            wanted = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
             # some recorders leave the slash out
-            chosen = [each for name, each in found.items() if _is_wanted(f"/{name.lstrip('/')}", topic)]
+            chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in wanted]
             if not chosen:
-                wanted = topic or "commands of io_teleop"
-                raise UsageError(
-                    f"{path}: no {wanted} in it; joint states are on: {', '.join(sorted(found)) or 'none'}"
-                )
+                lacking, there = topic or "commands of io_teleop", ", ".join(sorted(found)) or "none"
+                raise UsageError(f"{path}: no {lacking} in it; joint states are on: {there}")
             moments = [
                 _moment(path, time, f"/{connection.topic.lstrip('/')}", reader.deserialize(data, connection.msgtype))
                 for connection, time, data in reader.messages(connections=chosen)
@@ -66,12 +59,8 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
         raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
     if not moments:
         raise UsageError(f"{path}: there are no messages in it")
-    begin = moments[0].time
-    return Targets(path, tuple(_from(begin, moment, played=topic is not None) for moment in moments))
-
-
-def _is_wanted(name: str, topic: str | None) -> bool:
-    return name in COMMANDS if topic is None else name == f"/{topic.lstrip('/')}"
+    begin, to = moments[0].time, None if topic is None else JOINT_COMMAND
+    return Targets(path, tuple(Moment(each.time - begin, to or each.topic, each.values) for each in moments))
 
 
 def _moment(path: Path, time: int, topic: str, message: Any) -> Moment:
@@ -82,8 +71,3 @@ def _moment(path: Path, time: int, topic: str, message: Any) -> Moment:
     if len(names) != len(positions) or not all(map(math.isfinite, positions)):
         raise UsageError(f"{path}: a message on {topic} at {time / 1e9:.3f} s has not a finite position for each name")
     return Moment(time / 1e9, topic, dict(zip(names, positions, strict=True)))
-
-
-def _from(begin: float, moment: Moment, *, played: bool) -> Moment:
-    """A moment with time from the beginning; a topic that was asked for is played to the joints."""
-    return Moment(moment.time - begin, JOINT_COMMAND if played else moment.topic, moment.values)

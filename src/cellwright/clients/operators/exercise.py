@@ -36,27 +36,18 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Wave:
-    """A test signal; it lasts whole periods, so that it ends where it began.
-
-    Attributes:
-        shape: of the wave.
-        amplitude: its greatest offset [rad; m]; the sign says to which side it goes first.
-        frequency: periods a second [Hz].
-        periods: how many.
-    """
+    """A test signal; it lasts whole periods, so that it ends where it began."""
 
     shape: Shape
     amplitude: float
+    """Its greatest offset [rad; m]; the sign says to which side it goes first."""
     frequency: float
+    """[Hz]"""
     periods: int
 
     @classmethod
     def lasting(cls, shape: Shape, amplitude: float, frequency: float, duration: float) -> Wave:
-        """A wave of about a duration [s], at least one period.
-
-        Raises:
-            UsageError: a number makes no sense.
-        """
+        """A wave of about a duration [s], at least one period; a UsageError where a number makes no sense."""
         if not math.isfinite(amplitude) or amplitude == 0.0:
             raise UsageError(f"an amplitude must be a number other than 0, not {amplitude:g}")
         if not 0.0 < frequency <= MAX_FREQUENCY:
@@ -121,12 +112,9 @@ _LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
 
 @dataclass(frozen=True)
 class Trace:
-    """What a joint was told and what it did, against time [s] from the beginning of the signal.
+    """What a joint was told and what was seen of it [rad; m], against time [s] from the beginning of the signal.
 
-    Attributes:
-        joint: its name.
-        told_at, told: targets [rad; m], each in force until the next.
-        seen_at, seen: measured positions [rad; m].
+    Each target is in force until the next.
     """
 
     joint: str
@@ -144,40 +132,33 @@ class Trace:
 
 @dataclass(frozen=True)
 class StepResponse:
-    """What the worst of a signal's steps shows.
-
-    Attributes:
-        overshoot: past the target, as a part of the step.
-        rise: from 10 to 90 % of the step [s]; None if it did not get there.
-        settling: until it stays within 5 % of the step [s]; None if it does not.
-        rest: error [rad; m] just before the next step.
-    """
+    """What the worst of a signal's steps shows."""
 
     overshoot: float
+    """Past the target, as a part of the step."""
     rise: float | None
+    """From 10 to 90 % of the step [s]; None if it did not get there."""
     settling: float | None
+    """Until it stays within 5 % of the step [s]; None if it does not."""
     rest: float
+    """Error [rad; m] just before the next step."""
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """How a joint followed.
-
-    Attributes:
-        joint: its name.
-        rms: root of the mean square of target minus position [rad; m].
-        worst: greatest error [rad; m].
-        delay: by which the position comes after the target, by their correlation [s]; None if it did not follow.
-        rate: measured positions a second [Hz].
-        step: what its steps show; None where there are none.
-    """
+    """How a joint followed."""
 
     joint: str
     rms: float
+    """Root of the mean square of target minus position [rad; m]."""
     worst: float
+    """Greatest error [rad; m]."""
     delay: float | None
+    """By which the position comes after the target, by their correlation [s]; None if it did not follow."""
     rate: float
+    """Measured positions a second [Hz]."""
     step: StepResponse | None
+    """What its steps show; None where there are none."""
 
     @property
     def judged(self) -> float:
@@ -186,13 +167,7 @@ class Tracking:
 
 
 def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tracking:
-    """How a joint followed its target.
-
-    Args:
-        trace: what it was told and did; two measured positions at least.
-        period: of the signal [s].
-        edges: when its steps are [s].
-    """
+    """How a joint followed its target, by two measured positions at least; `edges` are when its steps are [s]."""
     error = trace.target - trace.seen
     span = float(trace.seen_at[-1] - trace.seen_at[0])
     return Tracking(
@@ -299,28 +274,18 @@ _HELD_BACK = 0.02  # of the amplitude: more than this between asked and applied 
 
 @dataclass(frozen=True)
 class Exercise:
-    """What came of a signal.
-
-    Attributes:
-        wave: the signal.
-        start: where the joint stood, and the signal began [rad; m].
-        trace: what it was told and did.
-        tracking: how well it followed.
-        note: what the node made of the targets, in a sentence; empty when it applied them.
-    """
+    """What came of a signal that began where the joint stood, at `start` [rad; m]."""
 
     wave: Wave
     start: float
     trace: Trace
     tracking: Tracking
     note: str = ""
+    """What the node made of the targets, in a sentence; empty when it applied them."""
 
 
 def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
-    """Refuse a signal that joints cannot be given from where they stand now.
-
-    Returns:
-        Sentences about joints that cannot follow it, for they are too slow.
+    """Refuse a signal that joints cannot be given from where they stand; sentences about joints too slow to follow it.
 
     Raises:
         UnknownNameError: the robot has no such joint.
@@ -340,21 +305,11 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
 
 
 def exercise(
-    robot: OperatedRobot,
-    joint: str,
-    wave: Wave,
-    *,
-    rate: float = RATE,
-    on_beat: Callable[[float], None] = lambda _part: None,
+    robot: OperatedRobot, joint: str, wave: Wave, *, on_beat: Callable[[float], None] = lambda _part: None
 ) -> Exercise:
-    """Give a joint a signal, and bring it back to where it stood.
+    """Give a joint a signal about where it stands, with `RATE` commands a second, and bring it back to there.
 
-    Args:
-        robot: whose joint it is.
-        joint: its name.
-        wave: the signal, about where the joint stands now.
-        rate: commands a second [Hz].
-        on_beat: told after each command how much of the signal is over, 0 to 1.
+    After each command `on_beat` takes how much of the signal is over, 0 to 1.
 
     Raises:
         UsageError: too few joint states came to say anything.
@@ -372,7 +327,7 @@ def exercise(
 
     leave = session.subscribe(JOINT_STATES, note)
     try:
-        beat = session.rate(rate)
+        beat = session.rate(RATE)
         while (time := session.time - begun) < wave.duration + TAIL:
             target = start + wave.offset(time)
             robot.send(MoveJoints({joint: target}))

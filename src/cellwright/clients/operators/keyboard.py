@@ -5,11 +5,9 @@ else has moved it; those that follow go on from the target before. A target neve
 up.
 """
 
-from __future__ import annotations
-
 import math
+import re
 from collections.abc import Callable
-from typing import Protocol
 
 from cellwright.clients.operators.robot import (
     Ask,
@@ -25,19 +23,9 @@ from cellwright.clients.operators.robot import (
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose, normalized
 
+_ENDS = {"A": "up", "B": "down", "C": "right", "D": "left", "H": "home", "F": "end"}
 _SEQUENCES = {
-    "[A": "up",
-    "[B": "down",
-    "[C": "right",
-    "[D": "left",
-    "OA": "up",
-    "OB": "down",
-    "OC": "right",
-    "OD": "left",
-    "[H": "home",
-    "[F": "end",
-    "OH": "home",
-    "OF": "end",
+    **{start + end: key for start in "[O" for end, key in _ENDS.items()},
     "[1~": "home",
     "[4~": "end",
     "[5~": "pageup",
@@ -45,7 +33,8 @@ _SEQUENCES = {
 }
 _CONTROLS = {"\r": "enter", "\n": "enter", "\x7f": "backspace", "\x08": "backspace", "\t": "tab", "\x03": "ctrl-c"}
 _ESCAPE = "\x1b"
-_MAX_SEQUENCE = 16  # characters of a sequence; what is longer is none
+# a character, or a sequence behind an escape that has come whole; one of `[` has an end within 16 characters, or none
+_KEY = re.compile(r"[^\x1b]|\x1b(O.|\[(?:[^@-~]{0,14}[@-~]|.{15})|[^O\[\x1b]|(?=\x1b))", re.DOTALL)
 
 
 class KeyDecoder:
@@ -64,37 +53,15 @@ class KeyDecoder:
             keys = ["escape"] if self._rest == _ESCAPE else []
             self._rest = ""
             return keys
-        keys, text = [], self._rest + text
-        at = 0
-        while at < len(text):
-            sign = text[at]
-            if sign != _ESCAPE:
-                key = _CONTROLS.get(sign, sign if sign.isprintable() else "")
-                keys += [key] if key else []
-                at += 1
-                continue
-            end = _sequence_end(text, at + 1)
-            if end is None:
-                break
-            name = _SEQUENCES.get(text[at + 1 : end], "")
-            keys += [name] if name else []
-            at = end
+        keys, text, at = [], self._rest + text, 0
+        while match := _KEY.match(text, at):
+            at, sign, sequence = match.end(), match[0], match[1]
+            if sequence is None:
+                keys.append(_CONTROLS.get(sign, sign if sign.isprintable() else ""))
+            else:
+                keys.append(_SEQUENCES.get(sequence, ""))
         self._rest = text[at:]
-        return keys
-
-
-def _sequence_end(text: str, at: int) -> int | None:
-    """Where the sequence ends whose first character after the escape is at `at`; None if it has not all come."""
-    if at >= len(text):
-        return None
-    if text[at] == "O":
-        return at + 2 if at + 1 < len(text) else None
-    if text[at] != "[":
-        return at if text[at] == _ESCAPE else at + 1
-    for end in range(at + 1, min(len(text), at + _MAX_SEQUENCE)):
-        if "@" <= text[end] <= "~":
-            return end + 1
-    return at + _MAX_SEQUENCE if len(text) >= at + _MAX_SEQUENCE else None
+        return [key for key in keys if key]
 
 
 JOINT_STEPS = (0.005, 0.02, 0.05, 0.1, 0.2)
@@ -132,45 +99,17 @@ _TURNS = {"r": (0, 1), "R": (0, -1), "p": (1, 1), "P": (1, -1), "w": (2, 1), "W"
 _ASKS = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
 
 
-class JoggedRobot(Protocol):
-    """What there is to know of a robot."""
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names, in the order of the node."""
-
-    @property
-    def positions(self) -> dict[str, float]:
-        """Measured [rad; m]."""
-
-    @property
-    def grippers(self) -> tuple[float, ...]:
-        """How far each is closed, from 0 (open) to 1."""
-
-    @property
-    def tips(self) -> tuple[Pose, ...]:
-        """Measured base_T_tip of each arm."""
-
-    def why_not(self) -> str:
-        """Why it would take no commands; empty if it would."""
-
-
 class Jog:
-    """Keeps what is chosen, and turns keys into orders.
+    """Keeps what is chosen, and turns keys into orders."""
 
-    Args:
-        robot: that is driven.
-        limits: of its joints, as far as they are known.
-    """
-
-    def __init__(self, robot: JoggedRobot, limits: JointLimits) -> None:
+    def __init__(self, robot: OperatedRobot, limits: JointLimits) -> None:
         self._robot = robot
         self._limits = limits
         self._chosen = 0
         self.arm = 0
         """The arm and gripper that are chosen."""
         self.size = 1
-        """Which of the steps is taken."""
+        """Which of the steps is taken, from 0."""
         self.in_tip_frame = False
         """Whether tips move along their own axes instead of the base's."""
         self.search: str | None = None
@@ -244,34 +183,29 @@ class Jog:
         elif key == "backspace":
             self.search = searched[:-1]
         elif len(key) == 1:
-            found = self._first(searched + key)
-            if found is None:
-                self.note = f"no joint has {searched + key!r} in its name"
+            part = searched + key
+            found = [number for number, name in enumerate(self._robot.joints) if part.lower() in name.lower()]
+            if found:
+                self._chosen, self.search = found[0], part
             else:
-                self._chosen, self.search = found, searched + key
-
-    def _first(self, part: str) -> int | None:
-        names = [name.lower() for name in self._robot.joints]
-        return next((number for number, name in enumerate(names) if part.lower() in name), None)
+                self.note = f"no joint has {part!r} in its name"
 
     def _move(self, key: str) -> Order | None:
-        is_joint, is_tip, is_gripper = (
-            key in ("left", "right"),
-            key in _MOVES or key in _TURNS,
-            key in ("o", "c", ",", "."),
-        )
-        if not (is_joint or is_tip or is_gripper):
+        moves = {
+            **dict.fromkeys(("left", "right"), self._move_joint),
+            **dict.fromkeys((*_MOVES, *_TURNS), self._move_tip),
+            **dict.fromkeys("oc,.", self._move_gripper),
+        }
+        if key not in moves:
             return None
         reason = self._robot.why_not()
         if reason:
             self.forget()
             self.note = f"not sent: {reason}"
             return None
-        if is_joint:
-            return self._move_joint(1 if key == "right" else -1)
-        return self._move_tip(key) if is_tip else self._move_gripper(key)
+        return moves[key](key)
 
-    def _move_joint(self, sign: int) -> Order | None:
+    def _move_joint(self, key: str) -> Order | None:
         joint, step = self.joint, self.joint_step
         if not joint:
             self.note = "the node tells of no joints"
@@ -281,7 +215,7 @@ class Jog:
             self.note = f"the node does not say where {joint} is"
             return None
         lead = max(_JOINT_LEAD, 3.0 * step)
-        wanted = self.joint_targets.get(joint, measured) + sign * step
+        wanted = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
         target = min(max(wanted, measured - lead), measured + lead)
         if target != wanted:
             self.note = f"{joint} is held up: it stands at {measured:.3f}"
@@ -345,13 +279,7 @@ MOST_STEPS = 3
 
 
 class Keyboard:
-    """Drives a robot by keys.
-
-    Args:
-        robot: that is driven.
-        jog: makes orders of keys.
-        services: calls its services.
-    """
+    """Drives a robot by keys."""
 
     def __init__(self, robot: OperatedRobot, jog: Jog, services: ServiceCaller) -> None:
         self.robot = robot
@@ -362,15 +290,7 @@ class Keyboard:
         self._decoder = KeyDecoder()
 
     def run(self, read: Callable[[], str], draw: Callable[[], None]) -> None:
-        """Drive until somebody wants to quit.
-
-        Args:
-            read: what has been typed since the last call; never waits.
-            draw: shows how things are.
-
-        Raises:
-            RunEndedError: the node is gone.
-        """
+        """Drive until a key quits; `read` says what has been typed since its last call, and never waits."""
         looks = 0
         while self.take(read()):
             if looks % POLLS_PER_REDRAW == 0:

@@ -6,8 +6,6 @@ rad or m. The names `gripper_right` and `gripper_left` are how far each gripper 
 `bags.py`.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -52,12 +50,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Targets:
-    """The targets of a file, in order of time.
-
-    Attributes:
-        path: the file.
-        moments: at least one.
-    """
+    """The targets of a file, in order of time; there is at least one moment."""
 
     path: Path
     moments: tuple[Moment, ...]
@@ -68,25 +61,19 @@ class Targets:
         return self.moments[-1].time - self.moments[0].time
 
     @property
-    def first(self) -> dict[str, float]:
-        """The first position that is said of each joint [rad; m]."""
-        found: dict[str, float] = {}
+    def positions(self) -> dict[str, list[float]]:
+        """The positions of each joint [rad; m], in order of time."""
+        found: dict[str, list[float]] = {}
         for moment in self.moments:
             if moment.topic != GRIPPER_COMMAND:
                 for name, value in moment.values.items():
-                    found.setdefault(name, value)
+                    found.setdefault(name, []).append(value)
         return found
 
     @property
-    def reach(self) -> dict[str, tuple[float, float]]:
-        """The lowest and the highest position of each joint [rad; m]."""
-        found: dict[str, tuple[float, float]] = {}
-        for moment in self.moments:
-            if moment.topic != GRIPPER_COMMAND:
-                for name, value in moment.values.items():
-                    low, high = found.get(name, (value, value))
-                    found[name] = (min(low, value), max(high, value))
-        return found
+    def first(self) -> dict[str, float]:
+        """The first position that is said of each joint [rad; m]."""
+        return {name: values[0] for name, values in self.positions.items()}
 
 
 def read_targets(path: Path) -> Targets:
@@ -243,11 +230,12 @@ def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:
         UsageError: they would leave its limits, it has not as many grippers, or it takes no commands or does
             not say where a joint is.
     """
-    robot.check_names(targets.first)
-    for name in targets.first:
+    positions = targets.positions
+    robot.check_names(positions)
+    for name in positions:
         robot.position(name)
-    for name, (low, high) in targets.reach.items():
-        limits.check(name, low, high, str(targets.path))
+    for name, values in positions.items():
+        limits.check(name, min(values), max(values), str(targets.path))
     grippers = max((len(each.values) for each in targets.moments if each.topic == GRIPPER_COMMAND), default=0)
     if robot.grippers and grippers > len(robot.grippers):
         raise UsageError(f"{targets.path}: targets of {grippers} grippers, and the robot has {len(robot.grippers)}")
@@ -263,11 +251,8 @@ def approach(
 ) -> None:
     """Bring joints to positions [rad; m], from where they stand, without haste at either end.
 
-    Args:
-        robot: whose joints they are.
-        first: where each is to go.
-        duration: how long it may take [s]; None: as long as the farthest needs at `SPEED`.
-        on_beat: told after each command how long it has taken so far [s].
+    It takes `duration` [s], or as long as the farthest needs at `APPROACH_SPEED`. After each command `on_beat` takes
+    the time so far [s].
 
     Raises:
         UsageError: a joint did not get there.
@@ -305,11 +290,7 @@ def play(
 ) -> None:
     """Say all targets in their time. What is late is not made up for by a rush: of a topic only the newest is said.
 
-    Args:
-        robot: to whom.
-        targets: what.
-        speed: seconds of the file a second.
-        on_beat: told after each moment what time of the file it is [s].
+    `speed` seconds of the file pass in a second; after each moment `on_beat` takes the time in the file [s].
     """
     session = robot.session
     begun, origin = session.time, targets.moments[0].time
@@ -331,13 +312,9 @@ def play(
 
 
 class Recorder:
-    """Writes a line for each joint state, as it comes.
+    """Writes a line for each joint state on a topic, as it comes, to a file that ends in .csv or .jsonl.
 
-    Args:
-        robot: whose they are.
-        path: a file that ends in .csv or .jsonl.
-        topic: what is recorded: measured positions, or another topic of all joints.
-        report: takes a line about a file that can be written no more.
+    `report` takes a line about a file that can be written no more.
 
     Raises:
         UsageError: the file cannot be written.

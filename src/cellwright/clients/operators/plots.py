@@ -35,13 +35,8 @@ class Curve:
 def terminal_plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12, unit: str = "") -> Text:
     """The curves in one frame of `width` by `height` characters, with the ends of both axes written at it.
 
-    Where two curves meet in one character it has the colour of the later one.
-
-    Args:
-        curves: at least one; each with a value at least.
-        width: of the whole [characters].
-        height: of the frame [lines]; the time stands below it.
-        unit: of the values.
+    The time stands in a line more. There is at least one curve, each with a value at least. Where two meet in one
+    character it has the colour of the later one.
     """
     low = min(float(curve.values.min()) for curve in curves)
     high = max(float(curve.values.max()) for curve in curves)

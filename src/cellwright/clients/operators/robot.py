@@ -11,15 +11,7 @@ from typing import Any, TypeAlias
 
 from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.model import Limits, RobotModel
-from cellwright.middleware.messages import message_type
-from cellwright.middleware.messages.conversions import (
-    floats,
-    header,
-    joint_state,
-    nanoseconds,
-    pose_from_message,
-    pose_message,
-)
+from cellwright.middleware.messages import conversions, message_type
 from cellwright.middleware.messages.standard import Bool, PoseArray
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
@@ -39,15 +31,11 @@ _UNKNOWN_LIMITS = Limits()
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits by joint; a joint that is not there has none that anybody knows.
-
-    Attributes:
-        joints: by name.
-        source: where they are from, for people; empty where nothing is known.
-    """
+    """Limits by joint; a joint that is not there has none that anybody knows."""
 
     joints: Mapping[str, Limits] = field(default_factory=dict)
     source: str = ""
+    """Where they are from, for people; empty where nothing is known."""
 
     @classmethod
     def of(cls, robot: RobotModel) -> JointLimits:
@@ -64,17 +52,7 @@ class JointLimits:
         return min(max(position, limits.lower), limits.upper)
 
     def check(self, name: str, low: float, high: float, what: str) -> None:
-        """Refuse a way of a joint that leaves its limits.
-
-        Args:
-            name: of the joint.
-            low: the lower end of the way [rad; m].
-            high: the upper one.
-            what: what would take this way, for people.
-
-        Raises:
-            UsageError: it leaves them.
-        """
+        """Refuse what would take a joint from `low` to `high` [rad; m], out of its limits, by a UsageError."""
         limits = self.of_joint(name)
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
             raise UsageError(
@@ -140,15 +118,17 @@ def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now
     """The topic that an order goes to, and its message, stamped with `time` [ns] of the node's clock."""
     match order:
         case MoveJoints():
-            return order.topic, joint_state(list(order.targets), list(order.targets.values()), time=time)
+            return order.topic, conversions.joint_state(list(order.targets), list(order.targets.values()), time=time)
         case MoveTips():
-            return TIP_COMMAND, PoseArray(header(time=time), [pose_message(tip) for tip in order.tips])
+            return TIP_COMMAND, PoseArray(
+                conversions.header(time=time), [conversions.pose_message(tip) for tip in order.tips]
+            )
         case MoveGrippers():
             names = [f"gripper_{number}" for number in range(len(order.closed))]
-            return GRIPPER_COMMAND, joint_state(names, list(order.closed), time=time)
+            return GRIPPER_COMMAND, conversions.joint_state(names, list(order.closed), time=time)
         case MoveBase():
             array, layout = (message_type(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
-            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=floats(order.numbers))  # type: ignore[call-arg]
+            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=conversions.floats(order.numbers))  # type: ignore[call-arg]
         case Now():
             return EMERGENCY_STOP, Bool(True)
 
@@ -166,9 +146,6 @@ class OperatedRobot:
     """A robot's node.
 
     Only joint states must be there; a node of somebody else's may say nothing of grippers, tips or status.
-
-    Args:
-        session: the way to it.
 
     Raises:
         UsageError: nothing is heard of a robot.
@@ -201,15 +178,11 @@ class OperatedRobot:
         return by_name(self._states.message)
 
     def position(self, joint: str) -> float:
-        """Where a joint is [rad; m], as last heard.
-
-        Raises:
-            UsageError: the node does not say.
-        """
-        found = self.positions.get(joint)
-        if found is None:
-            raise UsageError(f"the node does not say where {joint} is")
-        return found
+        """Where a joint is [rad; m], as last heard; a UsageError where the node does not say."""
+        try:
+            return self.positions[joint]
+        except KeyError:
+            raise UsageError(f"the node does not say where {joint} is") from None
 
     @property
     def applied(self) -> dict[str, float]:
@@ -226,7 +199,7 @@ class OperatedRobot:
     def tips(self) -> tuple[Pose, ...]:
         """Where the tip of each arm is: base_T_tip, as last heard; empty where the node does not say."""
         message = self._tips.message
-        return () if message is None else tuple(map(pose_from_message, message.poses))
+        return () if message is None else tuple(map(conversions.pose_from_message, message.poses))
 
     @property
     def status(self) -> Any:
@@ -245,11 +218,7 @@ class OperatedRobot:
         return "" if status.enabled else _DISABLED
 
     def check_ready(self) -> None:
-        """Refuse to drive a node that would take no commands.
-
-        Raises:
-            UsageError: why it would not, and what ends that.
-        """
+        """Refuse a node that would take no commands, by a UsageError that says why, and what ends that."""
         reason = self.why_not()
         if reason:
             word = {_STOPPED: "clear-stop", _DISABLED: "enable"}.get(reason, "")
@@ -257,14 +226,9 @@ class OperatedRobot:
             raise UsageError(f"the robot takes no commands: {reason}{hint}")
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Refuse joints that it has not.
-
-        Raises:
-            UnknownNameError: with the names that there are.
-        """
-        known = set(self.joints)
+        """Refuse joints that it has not, by an UnknownNameError with the names that there are."""
         for name in names:
-            if name not in known:
+            if name not in self.joints:
                 raise UnknownNameError("joint", name, self.joints)
 
     def send(self, order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now) -> None:
@@ -276,7 +240,7 @@ class OperatedRobot:
         """The time by the node's clock [ns], as its joint states tell it: a command's age may be looked at."""
         now = self.session.transport.now()
         if self._states.count != self._told[0]:
-            stamp = nanoseconds(self._states.message.header.stamp)
+            stamp = conversions.nanoseconds(self._states.message.header.stamp)
             self._told = (self._states.count, (stamp or now) - now)
         self._stamp = max(self._stamp, now + self._told[1])
         return self._stamp
@@ -296,11 +260,7 @@ CLEAR_STOP_SERVICE = "/io_teleop/clear_emergency_stop"
 
 
 class ServiceCaller:
-    """Calls one service at a time, in a thread, over a connection of its own.
-
-    Args:
-        open_session: makes that connection; called in the thread, when it is needed first.
-    """
+    """Calls one service at a time, in a thread, over a connection that `open_session` makes there when it is needed."""
 
     def __init__(self, open_session: Callable[[], NodeClient]) -> None:
         self._open = open_session
@@ -333,28 +293,20 @@ class ServiceCaller:
 
     def _call(self, ask: Ask) -> None:
         try:
-            self._answer = f"{ask.value}: {self._asked(ask)}"
+            self._session = self._session or self._open()
+            self._session.adopt()  # each call has a thread of its own, one after the other
+            response = self._session.call(*service_request(ask))
+            outcome = "done" if response.success else "refused"
+            answer = f"{outcome}; {response.message}" if response.message else outcome
         except (CellwrightError, RunEndedError) as error:
-            self._answer = f"{ask.value}: {error}"
+            answer = str(error)
         except Exception as error:  # the operator waits for an answer, and a thread that dies gives none
-            self._answer = f"{ask.value}: failed: {type(error).__name__}: {error}"
-
-    def _asked(self, ask: Ask) -> str:
-        """What a service answers, in a sentence."""
-        if self._session is None:
-            self._session = self._open()
-        self._session.adopt()  # each call has a thread of its own, one after the other
-        response = self._session.call(*service_request(ask))
-        outcome = "done" if response.success else "refused"
-        return f"{outcome}; {response.message}" if response.message else outcome
+            answer = f"failed: {type(error).__name__}: {error}"
+        self._answer = f"{ask.value}: {answer}"
 
 
 def service_request(ask: Ask) -> tuple[str, Any]:
     """The service that is meant, and what it is asked."""
-    match ask:
-        case Ask.HOME:
-            return HOME_SERVICE, TriggerRequest()
-        case Ask.CLEAR_STOP:
-            return CLEAR_STOP_SERVICE, TriggerRequest()
-        case Ask.ENABLE | Ask.DISABLE:
-            return ENABLE_SERVICE, SetBoolRequest(ask is Ask.ENABLE)
+    if ask in (Ask.ENABLE, Ask.DISABLE):
+        return ENABLE_SERVICE, SetBoolRequest(ask is Ask.ENABLE)
+    return HOME_SERVICE if ask is Ask.HOME else CLEAR_STOP_SERVICE, TriggerRequest()

@@ -4,8 +4,6 @@ The terminal is put back as it was however this ends: by a return, an exception,
 closed.
 """
 
-from __future__ import annotations
-
 import codecs
 import math
 import os
@@ -125,18 +123,9 @@ _FEWEST = 3  # lines of joints, however small the terminal
 def panel(
     robot: OperatedRobot, jog: Jog, limits: JointLimits, *, name: str, message: str, height: int = 24
 ) -> RenderableType:
-    """The whole of it.
-
-    Args:
-        robot: that is driven.
-        jog: what is chosen.
-        limits: of the joints.
-        name: of the robot.
-        message: what there is to tell.
-        height: of the terminal [lines].
-    """
+    """The whole of it, for a terminal of `height` lines: the robot's `name`, its state, a message and the keys."""
     keys, tips = _key_help(), _tips(robot, jog)
-    rest = 2 + 1 + 1 + len(tips) + 1 + (len(KEY_HELP) + 1) // 2
+    rest = 2 + 1 + 1 + len(tips) + 1 + len(KEY_HELP) // 2
     joints = _joints(robot, jog, limits, max(_FEWEST, height - rest))
     told = f"find: {jog.search}▏ {message}" if jog.search is not None else message
     return Group(
@@ -237,13 +226,10 @@ def _tips(robot: OperatedRobot, jog: Jog) -> list[Text]:
 def _key_help() -> Table:
     """The help, in two columns."""
     table = Table.grid(padding=(0, 2))
-    half = (len(KEY_HELP) + 1) // 2
-    for left, right in zip(KEY_HELP[:half], [*KEY_HELP[half:], ("", "")], strict=False):
-        table.add_row(
-            Text(left[0], style="bold"), Text(left[1]), Text(right[0], style=_style(right[0])), Text(right[1])
-        )
+    half = len(KEY_HELP) // 2
+    for row in zip(KEY_HELP[:half], KEY_HELP[half:], strict=True):
+        cells: list[Text] = []
+        for key, does in row:
+            cells += [Text(key, style="bold white on red" if key == "SPACE" else "bold"), Text(does)]
+        table.add_row(*cells)
     return table
-
-
-def _style(key: str) -> str:
-    return "bold white on red" if key == "SPACE" else "bold"

@@ -3,14 +3,12 @@
 The engine allocates and computes whatever a file asks for: one line can ask for all the memory there is, or an hour.
 """
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
-from cellwright.config.parsing.sources import note_source, read_at_most
+from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.util.errors import CellwrightError
 
 MAX_MODEL_BYTES = 1 << 20
@@ -55,12 +53,9 @@ def open_model(path: Path) -> ModelFile:
 
 
 def referenced_file(path: Path, reference: str, folder: Path) -> Path:
-    """A file that a model refers to; `model://NAME/…` and `package://NAME/…` count from the folder of that name.
+    """A file that the one at `path` refers to, which has to lie in `folder`.
 
-    Args:
-        path: the file that the reference stands in.
-        reference: as written there.
-        folder: what it has to lie in.
+    `model://NAME/…` and `package://NAME/…` count from the folder of that name.
 
     Raises:
         ModelFileError: it lies elsewhere or is not there.
@@ -103,8 +98,7 @@ def _parse(path: Path) -> ET.Element:
     except UnicodeDecodeError:
         raise ModelFileError(f"{path}: not UTF-8 text") from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ModelFileError(f"{path}: cannot be read: {reason}") from None
+        raise ModelFileError(f"{path}: cannot be read: {reason(error)}") from None
     if _DECLARATION.search(text):
         raise ModelFileError(f"{path}: declares a document type or entities, which are not read")
     try:

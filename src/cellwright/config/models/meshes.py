@@ -1,7 +1,5 @@
 """Reads meshes: STL (binary or text) and the triangles of Wavefront OBJ."""
 
-from __future__ import annotations
-
 import stat
 from collections.abc import Callable
 from functools import lru_cache
@@ -12,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
-from cellwright.config.parsing.sources import note_source, read_at_most
+from cellwright.config.parsing.sources import note_source, read_at_most, reason
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
@@ -44,8 +42,7 @@ def read_mesh(path: Path) -> Triangles:
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise ModelFileError(f"{path}: cannot be read: {reason}") from None
+        raise ModelFileError(f"{path}: cannot be read: {reason(error)}") from None
     return _read(path, about.st_mtime_ns, about.st_size, reader)
 
 

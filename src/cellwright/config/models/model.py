@@ -1,7 +1,5 @@
 """Part types and furniture of somebody's own, as plain values."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reader of a trial's own part types and furniture, from YAML shapes or model files."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping
@@ -17,7 +15,7 @@ from cellwright.config.models.meshes import is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, Model, ModelShape, ModelShapeKind
 from cellwright.config.models.xml import MOST_SHAPES, read_xml
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import MAX_MESH_BYTES, POSE, REQUIRED, Key, Keys, Reader, one_of, words
+from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
 from cellwright.util.pose import Pose, Vector3
 
@@ -40,36 +38,66 @@ def _colour(reader: Reader, node: Node) -> Colour | None:
     return (red, green, blue, opacity[0] if opacity else 1.0)
 
 
-_COLOUR = Key("color", "`[red, green, blue, opacity]`, each from 0 to 1", "its colour", read=_colour)
-_MODEL = (_COLOUR, Key("shapes", "list", "its shapes"), Key("file", "path", "a file with its shapes"))
-_PART = Keys(Key("mass", "kg", "its mass", read=Reader.number), *_MODEL, strict="entry")
-_FURNITURE = Keys(
-    Key("name", "a name", "what it is called", REQUIRED, Reader.name),
-    Key("pose", POSE, "where it stands, in the world frame", read=Reader.pose),
-    *_MODEL,
-    strict="entry",
+def _path(reader: Reader, node: Node) -> Path | None:
+    """A path, which counts from the folder of the YAML file that it stands in."""
+    if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
+        reader.problems.error(node, f"must be the path of a file, not {described(node)}")
+        return None
+    return Path(node.place.path).parent / node.value
+
+
+def _mesh(reader: Reader, node: Node) -> Path | None:
+    path = _path(reader, node)
+    try:
+        if path is not None:
+            read_mesh(path)
+    except ModelFileError as error:
+        reader.problems.error(node, str(error))
+        return None
+    return path
+
+
+def _lengths(reader: Reader, node: Node) -> Vector3 | None:
+    lengths = reader.coordinates(node, 3)
+    return None if lengths is None else (float(lengths[0]), float(lengths[1]), float(lengths[2]))
+
+
+def _scale(reader: Reader, node: Node) -> Vector3 | None:
+    """Factors of a mesh: three numbers, or one for all."""
+    if isinstance(node, Items):
+        return _lengths(reader, node)
+    factor = reader.number(node)
+    return None if factor is None else (float(factor),) * 3
+
+
+_MODEL = {"color": _colour, "shapes": None, "file": None}
+_PART = Keys(optional={"mass": Reader.number, **_MODEL}, strict="entry")
+_FURNITURE = Keys({"name": Reader.name}, {"pose": Reader.pose, **_MODEL}, "entry")
+_ROUND = section(
+    Keys({"radius": Reader.number, "length": Reader.number}, strict="entry"),
+    lambda radius, length: (float(radius), float(length), 0.0),
 )
+_SPHERE = section(Keys({"radius": Reader.number}, strict="entry"), lambda radius: (float(radius), 0.0, 0.0))
 _SHAPE = Keys(
-    *(Key(form, "its lengths, m, or the path of a mesh", "its form") for form in _FORMS),
-    Key("pose", POSE, "where it is, in the model's frame", read=Reader.pose),
-    _COLOUR,
-    Key("scale", "a number, or three", "factors of a mesh"),
-    Key("use", words(_USES), "what it is there for", read=one_of(_USES, "use")),
+    optional={
+        "box": _lengths,
+        "cylinder": _ROUND,
+        "capsule": _ROUND,
+        "sphere": _SPHERE,
+        "mesh": _mesh,
+        "pose": Reader.pose,
+        "color": _colour,
+        "scale": _scale,
+        "use": one_of(_USES, "use"),
+    },
     strict="entry",
 )
-_RADIUS = Key("radius", "m", "radius", REQUIRED, Reader.number)
-_SPHERE = Keys(_RADIUS, strict="entry")
-_ROUND = Keys(_RADIUS, Key("length", "m", "length along z", REQUIRED, Reader.number), strict="entry")
 
 
 def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:
     """A model from the `shapes` or the `file` in a table; None when something is wrong with them.
 
-    Args:
-        table: the part type or piece of furniture.
-        where: what an error is about.
-        reader: collects what is wrong.
-        values: its `mass` and `color`, where the table has them.
+    `values` are its `mass` and `color`, where the table has them; errors are about `where`.
     """
     shapes, file = table.get("shapes"), table.get("file")
     if (shapes is None) == (file is None):
@@ -83,7 +111,7 @@ def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[s
 
 
 def _from_file(node: Node, reader: Reader) -> Model | None:
-    path = _path(node, reader)
+    path = _path(reader, node)
     if path is None:
         return None
     try:
@@ -99,14 +127,6 @@ def _from_file(node: Node, reader: Reader) -> Model | None:
     for shape in model.shapes:
         _check_size(shape, node, reader)
     return model
-
-
-def _path(node: Node, reader: Reader) -> Path | None:
-    """A path, which counts from the folder of the YAML file that it stands in."""
-    if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
-        reader.problems.error(node, f"must be the path of a file, not {described(node)}")
-        return None
-    return Path(node.place.path).parent / node.value
 
 
 def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
@@ -131,47 +151,17 @@ def _shape(table: Table, reader: Reader) -> ModelShape | None:
         reader.problems.error(table, f"a shape is one of {', '.join(_FORMS)}; this has {len(forms) or 'none'}")
         return None
     (form,) = forms
-    node = table.entries[form].value
-    size, mesh = _mesh(node, table, reader) if form == "mesh" else (_size(form, node, reader), None)
     if form != "mesh" and "scale" in table:
         reader.problems.error(table.entries["scale"], "only a mesh has a scale")
-    if size is None:
+    size, mesh = values.get(form), None
+    if form == "mesh":
+        size, mesh = values.get("scale", None if "scale" in table else (1.0, 1.0, 1.0)), size
+    if size is None or form not in values:
         return None
     use, pose = values.get("use", "both"), values.get("pose", Pose())
     shape = ModelShape(form, size, pose, values.get("color"), use != "seen", use != "touched", mesh)
     _check_size(shape, table.entries[form], reader)
     return shape
-
-
-def _size(form: str, node: Node, reader: Reader) -> Vector3 | None:
-    """The lengths of a shape: of a box as a list, of round ones by name."""
-    if form == "box":
-        lengths = reader.coordinates(node, 3)
-        return None if lengths is None else (float(lengths[0]), float(lengths[1]), float(lengths[2]))
-    table, keys = reader.table(node), _SPHERE if form == "sphere" else _ROUND
-    values = keys.read(table, reader) if table else {}
-    return (float(values["radius"]), float(values.get("length", 0.0)), 0.0) if keys.complete(values) else None
-
-
-def _mesh(node: Node, table: Table, reader: Reader) -> tuple[Vector3 | None, Path | None]:
-    """The factors and the file of a mesh."""
-    scale_node = table.get("scale")
-    scale: Vector3 | None = (1.0, 1.0, 1.0)
-    if isinstance(scale_node, Items):
-        factors = reader.coordinates(scale_node, 3)
-        scale = None if factors is None else (float(factors[0]), float(factors[1]), float(factors[2]))
-    elif scale_node is not None:
-        factor = reader.number(scale_node)
-        scale = None if factor is None else (float(factor),) * 3
-    path = _path(node, reader)
-    if path is None:
-        return None, None
-    try:
-        read_mesh(path)
-    except ModelFileError as error:
-        reader.problems.error(node, str(error))
-        return None, None
-    return scale, path
 
 
 def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:

@@ -4,12 +4,9 @@ A model is one rigid body here: links are taken together as they stand, and join
 inertias the mass alone is taken. Shapes are boxes, cylinders, capsules, spheres and meshes.
 """
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import ClassVar, cast, get_args
 
@@ -42,22 +39,15 @@ def read_xml(file: ModelFile, folder: Path) -> Model:
     return Model(tuple(shapes), mass or None)
 
 
-class _Reader(ABC):
-    """What SDF and URDF have in common; `reference` is what names the file of a mesh."""
+class _Reader:
+    """What SDF and URDF have in common: how they write a figure of a shape, and what names the file of a mesh."""
 
+    figure: Callable[[ET.Element, str], str | None]
     reference: ClassVar[str]
 
     def __init__(self, path: Path, folder: Path) -> None:
         self.path = path
         self.folder = folder
-
-    @abstractmethod
-    def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
-        """Mass [kg] and shapes, in the frame of the model."""
-
-    @abstractmethod
-    def figure(self, form: ET.Element, name: str) -> str | None:
-        """What is written for a figure of a shape."""
 
     def refuse(self, message: str) -> ModelFileError:
         return ModelFileError(f"{self.path}: {message}")
@@ -112,12 +102,11 @@ class _Reader(ABC):
 
 
 class _Sdf(_Reader):
+    figure = staticmethod(ET.Element.findtext)
     reference = "uri"
 
-    def figure(self, form: ET.Element, name: str) -> str | None:
-        return form.findtext(name)
-
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
+        """Mass [kg] and shapes, in the frame of the model."""
         models = [*root.findall("model"), *root.findall("world/model")]
         if len(models) != 1:
             raise self.refuse(f"has {len(models)} models; one is read")
@@ -150,16 +139,13 @@ class _Sdf(_Reader):
 
 
 class _Urdf(_Reader):
+    figure = staticmethod(ET.Element.get)
     reference = "filename"
 
-    def figure(self, form: ET.Element, name: str) -> str | None:
-        return form.get(name)
-
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
+        """Mass [kg] and shapes, in the frame of the model."""
         places = self._places(root)
-        colours = {
-            material.get("name"): self._rgba(material) for material in root.findall("material") if material is not None
-        }
+        colours = {material.get("name"): self._rgba(material) for material in root.findall("material")}
         mass, shapes = 0.0, []
         for link in root.findall("link"):
             weight = link.find("inertial/mass")
@@ -167,9 +153,7 @@ class _Urdf(_Reader):
             for element in (*link.findall("collision"), *link.findall("visual")):
                 pose = places[link.get("name", "")] @ self._origin(element)
                 material = element.find("material")
-                colour = None
-                if material is not None:
-                    colour = self._rgba(material) or colours.get(material.get("name"))
+                colour = None if material is None else self._rgba(material) or colours.get(material.get("name"))
                 shapes.append(self.shape(element, pose, colour))
         return mass, shapes
 
@@ -201,9 +185,8 @@ class _Urdf(_Reader):
         origin = element.find("origin")
         if origin is None:
             return Pose()
-        return Pose.from_rpy(
-            self.vector(origin.get("xyz", "0 0 0"), "xyz"), self.vector(origin.get("rpy", "0 0 0"), "rpy")
-        )
+        xyz, rpy = (self.vector(origin.get(name, "0 0 0"), name) for name in ("xyz", "rpy"))
+        return Pose.from_rpy(xyz, rpy)
 
     def _rgba(self, material: ET.Element) -> Colour | None:
         colour = material.find("color")

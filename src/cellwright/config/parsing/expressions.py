@@ -10,10 +10,11 @@ an error wherever it stands, even in an entry that is otherwise ignored.
 import ast
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import TypeAlias
 
-from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described
+from cellwright.config.parsing.python2 import quotient
+from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Scalar, Table, children, described, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean
 
 MAX_LENGTH = 200
@@ -46,12 +47,16 @@ def evaluate(text: str, *, whole_division: bool = False) -> float:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the parser's and the math module's notes are not ours to pass on
         value = _Evaluator(text.strip(), whole_division=whole_division).value()
+    return _finite(value, repr(text.strip()))
+
+
+def _finite(value: Number, shown: str) -> float:
     try:
         result = float(value)
     except OverflowError:
-        raise ExpressionError(f"{text.strip()!r} is too large") from None
+        raise ExpressionError(f"{shown} is too large") from None
     if not math.isfinite(result):
-        raise ExpressionError(f"{text.strip()!r} is not a finite number")
+        raise ExpressionError(f"{shown} is not a finite number")
     return result
 
 
@@ -87,22 +92,25 @@ class _Evaluator:
     def _node(self, node: ast.expr) -> Number:
         match node:
             case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-                return self._bounded(number)
+                value: Number = number
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                return -self._node(operand)
+                value = -self._node(operand)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-                return self._node(operand)
+                value = self._node(operand)
             case ast.BinOp(left=left, op=op, right=right):
-                return self._bounded(self._operation(op, self._node(left), self._node(right)))
+                value = self._operation(op, self._node(left), self._node(right))
             case ast.Name(id=name):
                 constant = self._look_up(name)
                 if not isinstance(constant, float):
                     raise self._refuse(f"names the function {name} without calling it")
-                return constant
+                value = constant
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
-                return self._bounded(self._call(name, [self._node(argument) for argument in arguments]))
+                value = self._call(name, [self._node(argument) for argument in arguments])
             case _:
                 raise self._refuse("is not made of numbers, + - * / **, parentheses and names of the math module alone")
+        if isinstance(value, int) and value.bit_length() > MAX_BITS:
+            raise self._refuse("is too large")
+        return value
 
     def _look_up(self, name: str) -> object:
         if name not in _NAMES:
@@ -118,20 +126,16 @@ class _Evaluator:
             case ast.Mult():
                 return a * b
             case ast.Div():
-                whole = self._whole_division and isinstance(a, int) and isinstance(b, int)
-                return a // b if whole else a / b
+                return quotient(a, b) if self._whole_division else a / b
             case ast.Pow():
-                return self._power(a, b)
+                if isinstance(a, int) and isinstance(b, int) and b > 0 and a.bit_length() * b > MAX_BITS and abs(a) > 1:
+                    raise self._refuse("is too large")
+                power: Number | complex = a**b
+                if isinstance(power, complex):
+                    raise self._refuse("takes a root of a negative number")
+                return power
             case _:
                 raise self._refuse("has an operator other than + - * / **")
-
-    def _power(self, a: Number, b: Number) -> Number:
-        if isinstance(a, int) and isinstance(b, int) and b > 0 and a.bit_length() * b > MAX_BITS and abs(a) > 1:
-            raise self._refuse("is too large")
-        result = a**b
-        if isinstance(result, complex):
-            raise self._refuse("takes a root of a negative number")
-        return self._bounded(result)
 
     def _call(self, name: str, arguments: list[Number]) -> Number:
         function = self._look_up(name)
@@ -139,22 +143,10 @@ class _Evaluator:
             raise self._refuse(f"calls {name}, which is a number")
         if name in _COMBINATORIC and any(abs(argument) > MAX_COMBINATORIC for argument in arguments):
             raise self._refuse("is too large")
-        return self._carry_out(name, function, arguments)
-
-    def _carry_out(self, name: str, function: Callable[..., object], arguments: list[Number]) -> Number:
         result = function(*arguments)
         if not isinstance(result, int | float):
             raise self._refuse(f"has {name}, which gives no number")
         return float(result) if self._whole_division and name in _FLOAT_IN_PYTHON_2 else result
-
-    def _bounded(self, value: Number) -> Number:
-        if isinstance(value, int) and value.bit_length() > MAX_BITS:
-            raise self._refuse("is too large")
-        return value
-
-
-_LISTS = ("xyz", "rpy")
-_TABLES = ("initial_joint_states",)
 
 
 def expression_value(node: Node) -> float:
@@ -169,39 +161,28 @@ def expression_value(node: Node) -> float:
         case Leaf(value=str(text)):
             return evaluate(text, whole_division=True)
         case Leaf(value=int() | float() as number):
-            if not math.isfinite(number):
-                raise ExpressionError(f"{number} is not a finite number")
-            return _as_float(number)
+            return _finite(number, shortened(str(number)))
     raise ExpressionError(f"must be a number or an expression, not {described(node)}")
+
+
+_CONVERTED: Mapping[Scalar, tuple[type, str]] = {
+    "xyz": (Items, "a list of numbers"),
+    "rpy": (Items, "a list of numbers"),
+    "initial_joint_states": (Table, "a mapping of joints to numbers"),
+}
 
 
 def check_expressions(node: Node, problems: Problems) -> None:
     """Report every item that is converted and has no value."""
-    if not isinstance(node, Table):
-        return
-    for entry in node.entries.values():
-        if entry.name in _LISTS:
-            _check_list(entry.value, problems)
-        elif entry.name in _TABLES:
-            _check_table(entry.value, problems)
-        else:
+    for entry in node.entries.values() if isinstance(node, Table) else ():
+        kind, expected = _CONVERTED.get(entry.name, (None, ""))
+        if kind is None:
             check_expressions(entry.value, problems)
-
-
-def _check_list(node: Node, problems: Problems) -> None:
-    if not isinstance(node, Items):
-        problems.error(node, f"must be a list of numbers, not {described(node)}")
-        return
-    for item in node.items:
-        _check_item(item, problems)
-
-
-def _check_table(node: Node, problems: Problems) -> None:
-    if not isinstance(node, Table):
-        problems.error(node, f"must be a mapping of joints to numbers, not {described(node)}")
-        return
-    for entry in node.entries.values():
-        _check_item(entry.value, problems)
+        elif not isinstance(entry.value, kind):
+            problems.error(entry.value, f"must be {expected}, not {described(entry.value)}")
+        else:
+            for item in children(entry.value):
+                _check_item(item, problems)
 
 
 def _check_item(node: Node, problems: Problems) -> None:
@@ -216,10 +197,3 @@ def _check_item(node: Node, problems: Problems) -> None:
             f"{node.value!r} is {result:g}, for the original divided whole numbers without remainder; "
             f"write a decimal point (1.0/2) for {meant:g}",
         )
-
-
-def _as_float(number: float) -> float:
-    try:
-        return float(number)
-    except OverflowError:
-        raise ExpressionError(f"{number} is too large") from None

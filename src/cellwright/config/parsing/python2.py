@@ -7,14 +7,17 @@ This is that layout, for the kinds of keys that a configuration has.
 
 import math
 from collections.abc import Iterable
+from typing import TypeVar
+
+T = TypeVar("T")
 
 _MASK = (1 << 64) - 1
 _SMALLEST_TABLE = 8
 
 
-def dictionary_order(keys: Iterable[object]) -> list[object]:
+def dictionary_order(keys: Iterable[T]) -> list[T]:
     """The order in which CPython 2.7 walked a dictionary into which the keys were put one after the other."""
-    slots: list[tuple[int, object] | None] = [None] * _SMALLEST_TABLE
+    slots: list[tuple[int, T] | None] = [None] * _SMALLEST_TABLE
     for used, key in enumerate(dict.fromkeys(keys), start=1):
         _put(slots, _hash(key), key)
         if used * 3 >= len(slots) * 2:
@@ -40,18 +43,18 @@ def quotient(a: float, b: float) -> float:
     return a // b if isinstance(a, int) and isinstance(b, int) else a / b
 
 
-def _resized(old: list[tuple[int, object] | None], least: int) -> list[tuple[int, object] | None]:
+def _resized(old: list[tuple[int, T] | None], least: int) -> list[tuple[int, T] | None]:
     size = _SMALLEST_TABLE
     while size <= least:
         size *= 2
-    slots: list[tuple[int, object] | None] = [None] * size
+    slots: list[tuple[int, T] | None] = [None] * size
     for slot in old:
         if slot is not None:
             _put(slots, *slot)
     return slots
 
 
-def _put(slots: list[tuple[int, object] | None], hashed: int, key: object) -> None:
+def _put(slots: list[tuple[int, T] | None], hashed: int, key: T) -> None:
     """Open addressing: the low bits first, then a walk into which all bits of the hash are stirred."""
     mask = len(slots) - 1
     index, perturb = hashed & mask, hashed

@@ -1,7 +1,4 @@
-"""Declared keys of a configuration section, and the reader of single values with a diagnostic for each mistake.
-
-A section is a table of keys. Each knows its text for the pages of the documentation, its default, its reader and its
-field, so that `Keys.read` reads a section and the pages tell what it reads.
+"""Keys of a configuration section, and the reader of single values with a diagnostic for each mistake.
 
 Each method of the reader returns None after it has reported an error, so that a caller can go on and find more.
 """
@@ -10,8 +7,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -21,79 +18,37 @@ from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Pr
 from cellwright.util.errors import ExpressionError, did_you_mean, suggestion
 from cellwright.util.pose import Pose, Vector3
 
-REQUIRED = "required"
-"""The default of an entry that must be there."""
-
-_NO_DEFAULT = "none"
-
 Read: TypeAlias = "Callable[[Reader, Node], Any]"
 """Reader of one value, often a method of `Reader`; it returns None after it has reported an error."""
 
 
 @dataclass(frozen=True, slots=True)
-class Key:
-    """One entry.
+class Keys:
+    """The entries of a section, each with the reader of its value; None where the section's reader reads it.
 
     Attributes:
-        name: as it stands in the file.
-        value: what is written there, with its unit.
-        meaning: what that does.
-        default: what is meant when it is left out: a value, or a remark in words; `REQUIRED` where it must be there.
-        read: reader of its value; None where the section's reader does that.
-        field: name of the value in what the section is read into; empty where that is `name`.
-    """
-
-    name: str
-    value: str
-    meaning: str
-    default: object = _NO_DEFAULT
-    read: Read | None = None
-    field: str = ""
-
-    @property
-    def target(self) -> str:
-        """Name of the field that takes the value."""
-        return self.field or self.name
-
-
-class Keys:
-    """The entries of a section, in the order of the reference.
-
-    Args:
-        keys: the entries.
-        of: dataclass whose fields take the values; its defaults count where a key names none.
+        required: those that must be there.
+        optional: those that may be left out.
         strict: what the error calls an unknown entry; where it is empty, such an entry is a warning.
     """
 
-    def __init__(self, *keys: Key, of: type | None = None, strict: str = "") -> None:
-        defaults = {each.name: each for each in fields(of)} if of else {}
-        self._keys = tuple(_with_default(key, defaults.get(key.target)) for key in keys)
-        self._strict = strict
-
-    def __iter__(self) -> Iterator[Key]:
-        return iter(self._keys)
+    required: Mapping[str, Read | None] = field(default_factory=dict)
+    optional: Mapping[str, Read | None] = field(default_factory=dict)
+    strict: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
         """What they are called."""
-        return tuple(key.name for key in self)
-
-    @property
-    def required(self) -> tuple[str, ...]:
-        """Those that must be there."""
-        return tuple(key.name for key in self if key.default == REQUIRED)
+        return (*self.required, *self.optional)
 
     def read(self, table: Table, reader: Reader, others: Sequence[str] = ()) -> dict[str, Any]:
-        """The values that a table has for the keys' fields; what is missing, unknown or refused is reported.
+        """The values in a table by name; what is missing, unknown or refused is reported.
 
-        Args:
-            table: the section.
-            reader: collects what is wrong.
-            others: entries that are known besides, and not read.
+        Entries in `others` are known besides, and not read.
         """
         known = (*others, *self.names)
-        if self._strict:
-            reader.refuse_unknown(table, known, self._strict)
+        if self.strict:
+            reader.refuse_unknown(table, known, self.strict)
         else:
             reader.ignored(table, known)
         return self.values(table, reader)
@@ -101,43 +56,14 @@ class Keys:
     def values(self, table: Table, reader: Reader) -> dict[str, Any]:
         """As `read`, without a word on unknown entries."""
         values: dict[str, Any] = {}
-        for key in self:
-            node = reader.required(table, key.name) if key.default == REQUIRED else table.get(key.name)
-            value = key.read(reader, node) if node and key.read else None
-            if value is not None:
-                values[key.target] = value
-        return values
+        for name, read in (*self.required.items(), *self.optional.items()):
+            node = reader.required(table, name) if name in self.required else table.get(name)
+            values[name] = read(reader, node) if node and read else None
+        return {name: value for name, value in values.items() if value is not None}
 
     def complete(self, values: Collection[str]) -> bool:
         """Whether there is a value for each required entry that has a reader."""
-        return all(key.target in values for key in self if key.default == REQUIRED and key.read)
-
-    def table(self, prefix: str = "") -> str:
-        """The entries as a table in Markdown.
-
-        Args:
-            prefix: what stands before each name, such as `arm.`.
-        """
-        rows = [
-            f"| `{prefix}{key.name}` | {key.value} | {key.meaning} | {_default_text(key.default)} |" for key in self
-        ]
-        return "\n".join(["| entry | value | meaning | default |", "|---|---|---|---|", *rows, ""])
-
-
-def _with_default(key: Key, field: Any) -> Key:
-    """The key with the default of a dataclass's field, if it has none of its own."""
-    if field is None or key.default != _NO_DEFAULT or field.default_factory is not MISSING:
-        return key
-    if field.default is MISSING:
-        return replace(key, default=REQUIRED)
-    return replace(key, default=f"`{field.default}`" if isinstance(field.default, str) else field.default)
-
-
-def _default_text(default: object) -> str:
-    """A default as a file would have it, or in words."""
-    if isinstance(default, bool):
-        return str(default).lower()
-    return f"{default:g}" if isinstance(default, int | float) else str(default)
+        return all(name in values for name, read in self.required.items() if read)
 
 
 FARTHEST = 10_000.0
@@ -186,17 +112,25 @@ class Reader:
         self.problems.error(node, f"must be a mapping, not {described(node)}{hint}")
         return None
 
-    def entries(self, table: Table) -> list[Entry]:
-        """The entries in the order in which the original came upon them."""
-        order = dictionary_order(table.entries)
-        return [entry for name in order for entry in (table.entries[name],)]  # type: ignore[index]
+    def entries(self, node: Node) -> list[Entry]:
+        """The entries of a mapping in the order in which the original came upon them."""
+        table = self.table(node)
+        return [table.entries[name] for name in dictionary_order(table.entries)] if table else []
+
+    def tables(self, node: Node) -> Iterator[tuple[Entry, str, Table]]:
+        """The entries of a mapping of mappings in that order, each with its name."""
+        for entry in self.entries(node):
+            name, table = self.text_key(entry), self.table(entry.value)
+            if name is not None and table is not None:
+                yield entry, name, table
 
     def required(self, table: Table, name: str, hint: str = "") -> Node | None:
         """The value of an entry that must be there."""
         node = table.get(name)
         if node is None:
-            others = [other for other in table.entries if isinstance(other, str)]
-            self.problems.error(table, f"the required entry {name!r} is missing{hint or _misspelt(name, others)}")
+            close = did_you_mean(name, [other for other in table.entries if isinstance(other, str)])
+            hint = hint or close.replace("; did you mean ", "; is it spelt ")
+            self.problems.error(table, f"the required entry {name!r} is missing{hint}")
         return node
 
     def ignored(self, table: Table, known: Collection[str]) -> None:
@@ -352,21 +286,7 @@ class Reader:
         return placement.pose if placement else None
 
 
-_PLACEMENT = Keys(
-    Key("xyz", "three lengths, m", "position", read=Reader.position),
-    Key("rpy", "three angles, rad", "roll, pitch, yaw", read=Reader.vector),
-)
-
-POSE = "`{xyz: [x, y, z], rpy: [roll, pitch, yaw]}`, m and rad; either may be left out and is zero then"
-"""What is written for a pose, as the reference says it."""
-
-TRUTH = "true or false"
-"""What is written for a switch."""
-
-
-def words(known: Iterable[str], between: str = ", ") -> str:
-    """Words to choose from, as the reference says them."""
-    return between.join(f"`{word}`" for word in known)
+_PLACEMENT = Keys(optional={"xyz": Reader.position, "rpy": Reader.vector})
 
 
 def one_of(known: Collection[str], kind: str = "") -> Read:
@@ -452,9 +372,3 @@ def plain(node: Node) -> Any:
             return [plain(item) for item in node.items]
         case Leaf():
             return node.value
-
-
-def _misspelt(name: str, others: list[str]) -> str:
-    """A remark when one of the entries that are there looks like the one that is missing."""
-    tail = did_you_mean(name, others)
-    return tail.replace("; did you mean ", "; is it spelt ") if tail else ""

@@ -22,8 +22,6 @@ from cellwright.util.files import open_to_read
 LARGEST = 64 << 20
 """A file that is larger [bytes] is not collected; none that is read may be."""
 
-BUNDLED, OWN = "bundled", "files"
-
 _PACKAGE = Path(FOLDER)
 _collecting: list[Sources] = []
 
@@ -67,9 +65,9 @@ class Sources:
 
     def _name(self, place: Path) -> str:
         if place.is_relative_to(_PACKAGE):
-            return f"{BUNDLED}/{place.relative_to(_PACKAGE).as_posix()}"
+            return f"bundled/{place.relative_to(_PACKAGE).as_posix()}"
         own = [each.parent for each in self._contents if not each.is_relative_to(_PACKAGE)]
-        return f"{OWN}/{_below(place, own)}"
+        return f"files/{_below(place, own)}"
 
 
 def _read(place: Path) -> bytes | None:
@@ -120,6 +118,11 @@ def read_at_most(path: Path, most: int) -> bytes | None:
         return None
     note_source(path, content)
     return content
+
+
+def reason(error: OSError | ValueError) -> str:
+    """Why a file cannot be read, without its name."""
+    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
 
 
 MAX_BYTES = 512 * 1024
@@ -181,13 +184,11 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
             with open_to_read(path) as stream:
                 data = stream.read(left + 1)
         except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-            problems.append(Problem(Place(file, str(path), 0), "", f"cannot be read: {reason}"))
+            problems.append(Problem(Place(file, str(path), 0), "", f"cannot be read: {reason(error)}"))
             continue
         if len(data) > left:
-            problems.append(
-                Problem(Place(file, str(path), 0), "", f"more than {MAX_BYTES // 1024} KiB of configuration")
-            )
+            message = f"more than {MAX_BYTES // 1024} KiB of configuration"
+            problems.append(Problem(Place(file, str(path), 0), "", message))
             break
         left -= len(data)
         note_source(path, data)

@@ -162,6 +162,13 @@ class Table:
 Node: TypeAlias = Leaf | Items | Table
 
 
+def children(node: Node) -> tuple[Node, ...]:
+    """The items of a list, or the values of a table."""
+    if isinstance(node, Items):
+        return node.items
+    return tuple(entry.value for entry in node.entries.values()) if isinstance(node, Table) else ()
+
+
 def described(node: Node) -> str:
     """What kind of value stands there, for messages."""
     match node:
@@ -179,11 +186,6 @@ def described(node: Node) -> str:
             return f"the number {shortened(str(node.value))}"
         case _:
             return f"the value {shortened(str(node.value))}"
-
-
-def key_text(name: Scalar, length: int = 80) -> str:
-    """A key as it stands in messages, not too long."""
-    return shortened(str(name), length)
 
 
 def shortened(text: str, length: int = 60) -> str:

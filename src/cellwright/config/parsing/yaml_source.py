@@ -4,8 +4,6 @@ The rules are PyYAML's (YAML 1.1), for the original read its files with it: `yes
 ninety, `1e3` is text, the last of two equal keys counts. What could carry code or grow without limit is refused.
 """
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 from typing import Any
 
@@ -24,7 +22,6 @@ from cellwright.config.parsing.tree import (
     Scalar,
     Table,
     described,
-    key_text,
     shortened,
 )
 from cellwright.util.errors import DescriptionError
@@ -36,6 +33,7 @@ MAX_NODES = 50_000
 MAX_SCALAR = 10_000
 """Longest single value in characters."""
 
+_LONGEST_KEY = 80
 _MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
 
 
@@ -72,10 +70,7 @@ def parse(text: JoinedText, problems: Problems) -> Node | None:
 def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
     """The top level of the one document in the text; nothing at all is an empty one.
 
-    Args:
-        text: the text.
-        problems: takes what may be said of keys.
-        expected: what the error says should stand there: "a configuration is a mapping of sections".
+    `expected` is what the error says should stand there: "a configuration is a mapping of sections".
 
     Raises:
         DescriptionError: the text is no YAML that can be read here, or has no mapping.
@@ -145,7 +140,7 @@ class _Builder:
 
     def node(self, node: yaml.Node, key: str, place: Place | None = None) -> Node:
         """The tree of one node; a collection under a key stands where its key stands."""
-        place = place or self._place(node)
+        place = place or self._text.place(node.start_mark.index)
         if isinstance(node, MappingNode):
             self._check_tag(node, _MAP)
             return self._table(node, place, key)
@@ -159,9 +154,12 @@ class _Builder:
         merged, own = self._pairs(node)
         written: set[Scalar] = set()
         for position, (key_node, value_node) in enumerate(merged + own):
-            name = self._name(key_node)
-            way = f"{key}.{key_text(name)}" if key else key_text(name)
-            at = self._place(key_node)
+            if not isinstance(key_node, ScalarNode):
+                raise self._invalid(key_node, "a list or mapping cannot be a key")
+            name = self._scalar(key_node)
+            own_key = shortened(str(name), _LONGEST_KEY)
+            way = f"{key}.{own_key}" if key else own_key
+            at = self._text.place(key_node.start_mark.index)
             if position >= len(merged):
                 if name in written:
                     message = f"given again (first on {table.entries[name].place}); this one counts"
@@ -186,11 +184,6 @@ class _Builder:
                 merged += inner_merged + inner_own
         return merged, own
 
-    def _name(self, node: yaml.Node) -> Scalar:
-        if not isinstance(node, ScalarNode):
-            raise self._invalid(node, "a list or mapping cannot be a key")
-        return self._scalar(node)
-
     def _scalar(self, node: yaml.Node) -> Scalar:
         if len(node.value) > MAX_SCALAR:
             raise self._invalid(node, f"a value of {len(node.value)} characters; at most {MAX_SCALAR} are read")
@@ -212,6 +205,3 @@ class _Builder:
 
     def _invalid(self, node: yaml.Node, message: str) -> _RefusedError:
         return _RefusedError(problem=message, problem_mark=node.start_mark)
-
-    def _place(self, node: yaml.Node) -> Place:
-        return self._text.place(node.start_mark.index)

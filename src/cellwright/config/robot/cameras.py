@@ -4,28 +4,30 @@ The stack's own reader of these entries is not public. Names and figures are its
 they leave it open, is said in the documentation.
 """
 
-from __future__ import annotations
-
 import math
 import re
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar, cast
 
-from cellwright.config.parsing.reader import Reader, plain
-from cellwright.config.parsing.tree import Items, Leaf, Node, described
-from cellwright.config.robot import config_keys
+from cellwright.config.parsing.reader import Keys, Reader, plain
+from cellwright.config.parsing.tree import Items, Leaf, Node, described, shortened
 from cellwright.config.robot.config import Camera, RobotConfig
-from cellwright.config.trial.sensors import (
-    MAX_CAMERA_DEPTH,
-    MAX_DEPTH_PIXELS,
-    MAX_FOV,
-    MAX_PICTURE_SIZE,
-    MIN_CAMERA_DEPTH,
-    MIN_PICTURE_SIZE,
-)
+from cellwright.config.trial import sensors
 from cellwright.config.trial.trial import Camera as Taking
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3, normalized, quaternion_from_rpy
+
+_FIGURES = (
+    "pos_offset",
+    "target_offset",
+    "quat",
+    "height",
+    "up_axis",
+    "near_val",
+    "far_val",
+    "img_width",
+    "img_height",
+)
+CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 
 
 def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
@@ -42,19 +44,18 @@ def _read_camera(node: Node, reader: Reader) -> Camera | None:
     name_node = reader.required(table, "name") if table else None
     if table is None or name_node is None:
         return None
-    reader.ignored(table, config_keys.CAMERAS.names)
+    reader.ignored(table, CAMERAS.names)
     name = reader.name(name_node)
-    figures = [entry.value for entry in table.entries.values() if entry.name in config_keys.CAMERAS.names[1:]]
+    figures = [entry.value for entry in table.entries.values() if entry.name in CAMERAS.optional]
     for figure in figures:
         _check_finite(figure, reader)
     return Camera(name, plain(table)) if name is not None else None
 
 
 def _check_finite(node: Node, reader: Reader) -> None:
-    if isinstance(node, Items):
-        for item in node.items:
-            _check_finite(item, reader)
-    elif isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
+    for item in node.items if isinstance(node, Items) else ():
+        _check_finite(item, reader)
+    if isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
         reader.problems.error(node, "must be a finite number")
 
 
@@ -65,6 +66,8 @@ RATE = 30.0
 """Pictures a second [Hz]: what the stack's monitors ask of cameras."""
 
 _AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+T = TypeVar("T", bound=tuple[float, ...])
+
 _NAME = re.compile(r"[A-Za-z0-9_]+", re.ASCII)
 _ALONG = 1e-6
 
@@ -77,10 +80,10 @@ def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
     """
     if not _NAME.fullmatch(camera.name):
         raise UsageError("its name becomes a topic: only letters, digits and _")
-    width = _size(camera, "img_width", 640, MAX_PICTURE_SIZE[0])
-    height = _size(camera, "img_height", 480, MAX_PICTURE_SIZE[1])
-    if width * height > MAX_DEPTH_PIXELS:
-        raise UsageError(f"{width} x {height} pixels; at most {MAX_DEPTH_PIXELS} in all")
+    width = _size(camera, "img_width", 640, sensors.MAX_PICTURE_SIZE[0])
+    height = _size(camera, "img_height", 480, sensors.MAX_PICTURE_SIZE[1])
+    if width * height > sensors.MAX_DEPTH_PIXELS:
+        raise UsageError(f"{width} x {height} pixels; at most {sensors.MAX_DEPTH_PIXELS} in all")
     near, far = _depth(camera, "near_val", 0.1), _depth(camera, "far_val", 10.0)
     if near >= far:
         raise UsageError(f"near_val, {near:g} m, must be less than far_val, {far:g} m")
@@ -92,7 +95,7 @@ def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
         frame=_link(config, camera.name),
         width=width,
         height=height,
-        fov=min(fov, MAX_FOV),
+        fov=min(fov, sensors.MAX_FOV),
         rate=RATE,
         near=near,
         far=far,
@@ -113,12 +116,12 @@ def _pose(camera: Camera) -> Pose:
     """link_T_camera, which looks along +x with z up."""
     x, y, z, w = _numbers(camera, "quat", (0.0, 0.0, 0.0, 1.0))
     turn = Pose((0.0, 0.0, 0.0), normalized((w, x, y, z)))
-    ex, ey, ez = turn.transform(_three(_numbers(camera, "pos_offset", (0.0, 0.0, 0.0))))
+    ex, ey, ez = turn.transform(_numbers(camera, "pos_offset", (0.0, 0.0, 0.0)))
     eye = (ex, ey, ez + _number(camera, "height", 0.0))
     ahead = turn.transform((1.0, 0.0, 0.0))
     target = (eye[0] + ahead[0], eye[1] + ahead[1], eye[2] + ahead[2])
     if "target_offset" in camera.values:
-        target = turn.transform(_three(_numbers(camera, "target_offset", target)))
+        target = turn.transform(_numbers(camera, "target_offset", target))
     return Pose(eye, look_rotation((target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]), _up(camera)))
 
 
@@ -134,7 +137,8 @@ def look_rotation(forward: Vector3, up: Vector3) -> tuple[float, float, float, f
     x, y, z = (value / length for value in forward)
     yaw, pitch = math.atan2(y, x), -math.asin(max(-1.0, min(1.0, z)))
     level = Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, pitch, yaw))
-    across, above = (_dot(up, level.rotate(axis)) for axis in (_AXES["y"], _AXES["z"]))
+    axes = (level.rotate(_AXES["y"]), level.rotate(_AXES["z"]))
+    across, above = (sum(p * q for p, q in zip(up, axis, strict=True)) for axis in axes)
     if math.hypot(across, above) < _ALONG * math.hypot(*up) or not math.hypot(*up):
         raise UsageError("what is up for it lies along its line of sight")
     return quaternion_from_rpy(math.atan2(-across, above), pitch, yaw)
@@ -146,13 +150,15 @@ def _up(camera: Camera) -> Vector3:
         return _AXES[value.lower()]
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 2:
         return (*_AXES.values(),)[value]
-    return _three(_numbers(camera, "up_axis", _AXES["z"]))
+    return _numbers(camera, "up_axis", _AXES["z"])
 
 
 def _size(camera: Camera, name: str, default: int, most: int) -> int:
     value = camera.values.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int) or not MIN_PICTURE_SIZE <= value <= most:
-        raise UsageError(f"{name} must be a whole number from {MIN_PICTURE_SIZE} to {most}, not {_shown(value)}")
+    if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= most:
+        raise UsageError(
+            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {most}, not {_shown(value)}"
+        )
     return value
 
 
@@ -160,7 +166,7 @@ def _depth(camera: Camera, name: str, default: float) -> float:
     value = _number(camera, name, default)
     if not value > 0.0:
         raise UsageError(f"{name} must be above 0 m, not {value:g}")
-    return min(max(value, MIN_CAMERA_DEPTH), MAX_CAMERA_DEPTH)
+    return min(max(value, sensors.MIN_CAMERA_DEPTH), sensors.MAX_CAMERA_DEPTH)
 
 
 def _number(camera: Camera, name: str, default: float) -> float:
@@ -170,23 +176,13 @@ def _number(camera: Camera, name: str, default: float) -> float:
     return float(value)
 
 
-def _numbers(camera: Camera, name: str, default: Sequence[float]) -> tuple[float, ...]:
+def _numbers(camera: Camera, name: str, default: T) -> T:
     value: Any = camera.values.get(name, default)
     is_list = isinstance(value, list | tuple) and len(value) == len(default)
     if not is_list or any(isinstance(each, bool) or not isinstance(each, int | float) for each in value):
         raise UsageError(f"{name} must be a list of {len(default)} numbers, not {_shown(value)}")
-    return tuple(float(each) for each in value)
-
-
-def _three(numbers: Sequence[float]) -> Vector3:
-    x, y, z = numbers
-    return (x, y, z)
-
-
-def _dot(a: Vector3, b: Vector3) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))
+    return cast("T", tuple(float(each) for each in value))
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:40]}…"
+    return shortened(repr(value), 41)

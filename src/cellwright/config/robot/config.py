@@ -1,7 +1,5 @@
 """A robot configuration (`vr_configs.yml`) as checked values: joints and links by name, groups in the order given."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -10,6 +8,24 @@ from typing import Any
 
 from cellwright.config.robot.model import Joint, RobotModel
 from cellwright.util.pose import Pose
+
+UNUSED: Mapping[str, str] = {
+    "vibration_thresholds": "when the operator's controllers shake",
+    "robot_scale": "scale of the operator's motion",
+    "arm_pos_scale": "scale of the operator's motion",
+    "dorsal_move_scale": "scale of the operator's sticks",
+    "base_move_scale": "scale of the operator's sticks",
+    "base_move_filter": "smoothing of the operator's sticks",
+    "base_max_acc_per_step": "smoothing of the operator's sticks",
+    "base_max_dec_per_step": "smoothing of the operator's sticks",
+    "ee_wrt_head": "how the operator's hands are measured",
+    "non_fixed_joint_ids": "a list of joints that no revision reads",
+    "finger_command_topics": "names of topics; those of the contract are served",
+    "without_gui": "whether a window opens; `--gui` says so here",
+    "sim_camera": "the first view of the original's window",
+    "sim_opengl2": "how the original's window draws",
+}
+"""Entries that are known and used by nothing here, each with what it is for."""
 
 
 class BaseMode(StrEnum):
@@ -43,9 +59,7 @@ class End(StrEnum):
 class Gripper:
     """A gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
 
-    Attributes:
-        joints: by name.
-        open_ends: the limit at which each joint is open; empty where that is the lower one of all.
+    `open_ends` are the limits at which its joints are open; empty where that is the lower one of all.
     """
 
     joints: tuple[str, ...]
@@ -79,10 +93,7 @@ class RobotConfig:
     """A robot and how it is to be used.
 
     Attributes:
-        robot: as its URDF tells of it.
-        name: label of the robot.
         path: the configuration file, or the URDF where there is none.
-        urdf_path: the URDF.
         base_pose: world_T_root as loaded; world_T_fixed_link where there is a fixed link.
         fixed_link: the link that is fastened to the world instead of the root; None for the root.
         arms: right, left; one or more.
@@ -90,11 +101,8 @@ class RobotConfig:
         head: roll, pitch, yaw, without those that the robot lacks.
         head_axes: which of roll, pitch, yaw (0, 1, 2) the joints of the head are.
         dorsal: the lift of the torso.
-        waist: its joints, as in the file.
-        wo_controller: whether the robot is run without a controller of its own; kept, and used by nothing here.
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
-        cameras: as in the file.
         max_accelerations: how fast the targets of joints may change their speed [rad/s^2; m/s^2], by joint; others are
             not bounded.
         others: entries that are kept as they are written: `base_command_mode`, which the base reads, and what is known
@@ -113,7 +121,6 @@ class RobotConfig:
     head_axes: tuple[int, ...] = ()
     dorsal: Posture | None = None
     waist: Posture | None = None
-    wo_controller: bool = False
     command_links: tuple[str, ...] = ()
     reference_links: tuple[str | None, ...] = ()
     cameras: tuple[Camera, ...] = ()

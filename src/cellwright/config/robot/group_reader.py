@@ -1,13 +1,10 @@
 """Reader of the joint groups of a robot configuration, and of the joints and links that it names."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 
-from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, shortened
-from cellwright.config.robot import config_keys
+from cellwright.config.parsing.reader import Keys, Reader
+from cellwright.config.parsing.tree import Items, Leaf, Node, Table, described, shortened
 from cellwright.config.robot.config import Arm, End, Gripper, Posture
 from cellwright.config.robot.model import ROOT, Joint, RobotModel
 from cellwright.util.errors import did_you_mean
@@ -23,27 +20,31 @@ def numbered(robot: RobotModel, order: str) -> tuple[Joint, ...]:
     return robot.joints
 
 
-class References:
-    """Turns indices and names into joints and links, and reports what stands for none.
+AXES_OF_HEAD = ("roll", "pitch", "yaw")
+ARMS = Keys(dict.fromkeys(("joint_index", "ee_index", "rest_j_pos")), {"max_acceleration": None})
+GRIPPERS = Keys({"joint_index": None}, dict.fromkeys(("open", "max_acceleration")))
+GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
+"""Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
+POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
+_NO_HOME = "; write the positions that the joints go home to [rad; m]"
 
-    Args:
-        robot: the robot.
-        joints: its joints as the file counts them.
-        problems: takes what is wrong.
+
+class GroupReader:
+    """Reads groups, and the joints and links that they name; what cannot be read is reported, and None.
+
+    The joints of the robot come as the file counts them.
     """
 
-    def __init__(self, robot: RobotModel, joints: Sequence[Joint], problems: Problems) -> None:
+    def __init__(self, robot: RobotModel, joints: Sequence[Joint], reader: Reader) -> None:
         self.robot = robot
+        self.reader = reader
         self._joints = tuple(joints)
-        self._problems = problems
+        self._problems = reader.problems
+        self.max_accelerations: dict[str, float] = {}
+        """The bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several."""
 
     def joint(self, node: Node, *, may_follow: bool = False) -> Joint | None:
-        """A joint that a program can move, or None after a report.
-
-        Args:
-            node: its index or name.
-            may_follow: whether it may be one that mimics another.
-        """
+        """A joint that a program can move, by index or name; with `may_follow` one that mimics another, too."""
         index = self._find(node, "joint", " (-1 is for what the robot lacks, in the head's list only)")
         if index is None:
             return None
@@ -61,7 +62,7 @@ class References:
         return None
 
     def joints(self, node: Node, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
-        """A list of joints that a program can move, each once, or None after a report; as `joint` otherwise."""
+        """A list of joints that a program can move, each once; as `joint` otherwise."""
         if not isinstance(node, Items) or not node.items:
             what = "an empty list" if isinstance(node, Items) else described(node)
             self._problems.error(node, f"must be a list of joints, by index or name, not {what}")
@@ -78,7 +79,7 @@ class References:
         return tuple(found) if len(found) == len(node.items) else None
 
     def link(self, node: Node, *, may_be_root: bool = False) -> str | None:
-        """A link by index or name, or None after a report."""
+        """A link by index or name."""
         root = self.robot.root
         if isinstance(node, Leaf) and (node.value == root or (may_be_root and _is_absent(node))):
             if may_be_root:
@@ -90,9 +91,12 @@ class References:
 
     def _find(self, node: Node, kind: str, of_root: str) -> int | None:
         """The index of a joint, or of the link that it moves, or None after a report; `of_root` is a remark on -1."""
+        hint = ""
         match node:
             case Leaf(value=bool()):
                 pass
+            case Leaf(value=float(number)) if number.is_integer():
+                hint = f"; did you mean {number:.0f}"
             case Leaf(value=int(index)):
                 if 0 <= index < len(self._joints):
                     return index
@@ -104,7 +108,7 @@ class References:
                     return names.index(name)
                 self._unknown(node, kind, name)
                 return None
-        self._problems.error(node, f"must be a {kind}, by index or name, not {described(node)}{_whole(node)}")
+        self._problems.error(node, f"must be a {kind}, by index or name, not {described(node)}{hint}")
         return None
 
     def _unknown(self, node: Leaf, kind: str, name: str) -> None:
@@ -135,49 +139,9 @@ class References:
             f"(known: {listed(valid)})",
         )
 
-
-def listed(names: Iterable[str]) -> str:
-    """Names for a message, cut where they would flood it."""
-    found = list(names)
-    if len(found) > MOST_LISTED:
-        found[MOST_LISTED:] = [f"… {len(found) - MOST_LISTED} more, see `cellwright robot`"]
-    return ", ".join(found) or "none"
-
-
-def _whole(node: Node) -> str:
-    """A remark on a number with a point where an index should be."""
-    if isinstance(node, Leaf) and isinstance(node.value, float) and node.value.is_integer():
-        return f"; did you mean {node.value:.0f}"
-    return ""
-
-
-def _in_quotes(name: str) -> str:
-    """A remark on a number in quotes where an index should be."""
-    return f"; an index stands without quotes: {name}" if name.isascii() and name.isdigit() and len(name) < 6 else ""
-
-
-AXES_OF_HEAD = ("roll", "pitch", "yaw")
-_NO_HOME = "; write the positions that the joints go home to [rad; m]"
-
-
-class GroupReader(References):
-    """Reads groups, and reports what is wrong with them; what cannot be read is None.
-
-    Args:
-        robot: the robot.
-        joints: its joints as the file counts them.
-        reader: reads single values.
-    """
-
-    def __init__(self, robot: RobotModel, joints: Sequence[Joint], reader: Reader) -> None:
-        super().__init__(robot, joints, reader.problems)
-        self.reader = reader
-        self.max_accelerations: dict[str, float] = {}
-        """The bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several."""
-
     def arm(self, node: Node) -> Arm | None:
         """An arm."""
-        table = self._table(node, config_keys.ARMS.names)
+        table = self._table(node, ARMS.names)
         if table is None:
             return None
         joints = self._joints_of(table)
@@ -191,7 +155,7 @@ class GroupReader(References):
 
     def gripper(self, node: Node) -> Gripper | None:
         """A gripper: its joints need limits, between which it opens and closes."""
-        table = self._table(node, (*config_keys.GRIPPERS.names, *config_keys.GRIPPER_UNUSED))
+        table = self._table(node, (*GRIPPERS.names, *GRIPPER_UNUSED))
         joints = self._joints_of(table, may_follow=True) if table else None
         if table is None or joints is None:
             return None
@@ -224,13 +188,8 @@ class GroupReader(References):
         return tuple(ends) if End.UPPER in ends else ()
 
     def posture(self, node: Node, unused: tuple[str, ...] = ()) -> Posture | None:
-        """The waist: joints and their home.
-
-        Args:
-            node: where it is written.
-            unused: entries that are known besides, and not read.
-        """
-        table = self._table(node, (*config_keys.POSTURE, *unused))
+        """The waist: joints and their home; `unused` entries are known besides, and not read."""
+        table = self._table(node, (*POSTURE, *unused))
         if table is None:
             return None
         joints = self._joints_of(table)
@@ -240,7 +199,7 @@ class GroupReader(References):
 
     def lift(self, node: Node) -> Posture | None:
         """The lift of the torso: one joint, which goes home to 0 when nothing is said."""
-        table = self._table(node, config_keys.POSTURE)
+        table = self._table(node, POSTURE)
         joint_node = self.reader.required(table, "joint_index") if table else None
         if table is None or joint_node is None:
             return None
@@ -254,7 +213,7 @@ class GroupReader(References):
 
     def head(self, node: Node) -> tuple[Posture | None, tuple[int, ...]]:
         """The head: roll, pitch and yaw, of which -1 stands for those that it lacks; and which of them it has."""
-        table = self._table(node, config_keys.POSTURE)
+        table = self._table(node, POSTURE)
         joints_node = self.reader.required(table, "joint_index") if table else None
         homes_node = self.reader.required(table, "rest_j_pos", _NO_HOME) if table else None
         joint_items = self._three(joints_node) if joints_node else None
@@ -302,12 +261,7 @@ class GroupReader(References):
         return tuple(home) if len(home) == len(joints) else None
 
     def _bound(self, table: Table, joints: Sequence[Joint | None] | None) -> None:
-        """Note how fast the targets of a group's joints may change their speed [rad/s^2; m/s^2].
-
-        Args:
-            table: the group.
-            joints: one for each place in the list of its joints; None for one that the robot lacks.
-        """
+        """Note how fast the targets of joints may change their speed; None is a joint that the robot lacks."""
         node = table.get("max_acceleration")
         if node is None or joints is None:
             return
@@ -360,3 +314,16 @@ def _is_absent(node: Node) -> bool:
 
 def _has_range(joint: Joint) -> bool:
     return math.isfinite(joint.limits.lower) and joint.limits.lower < joint.limits.upper < math.inf
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a message, cut where they would flood it."""
+    found = list(names)
+    if len(found) > MOST_LISTED:
+        found[MOST_LISTED:] = [f"… {len(found) - MOST_LISTED} more, see `cellwright robot`"]
+    return ", ".join(found) or "none"
+
+
+def _in_quotes(name: str) -> str:
+    """A remark on a number in quotes where an index should be."""
+    return f"; an index stands without quotes: {name}" if name.isascii() and name.isdigit() and len(name) < 6 else ""

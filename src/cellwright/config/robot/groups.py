@@ -1,17 +1,16 @@
 """Joint groups of a robot configuration: sides, consistency checks, and the robot as JSON values."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from itertools import takewhile
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Node, Problems, Table
-from cellwright.config.robot.config import Arm, End, RobotConfig
-from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.config import UNUSED, Arm, End, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
-from cellwright.config.robot.model import ROOT, Joint, JointType, RobotModel, link_poses
+from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotModel, link_poses
 from cellwright.util.pose import Pose
 
 MIN_NAMED_JOINTS, MIN_JOINTS = 2, 3
@@ -39,7 +38,8 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     the group, and without names it takes two such limbs.
     """
     ways = [robot.chain(joint.child) for joint in joints]
-    shared = _shared_length(ways)
+    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*ways, strict=False))
+    shared = sum(1 for _ in alike)  # joints that all ways from the root begin with
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
     for way in ways:
@@ -54,22 +54,13 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     return f"its joints hang on two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
 
 
-def _shared_length(ways: Sequence[tuple[Joint, ...]]) -> int:
-    """Number of joints that all ways from the root begin with."""
-    count = 0
-    for each in zip(*ways, strict=False):
-        if any(joint is not each[0] for joint in each):
-            break
-        count += 1
-    return count
-
-
-def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...] | None]]:
-    """Each group as (its key in the file, its joints, their home [rad; m]); grippers have no home of their own."""
+def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...]]]:
+    """Each group as (its key in the file, its joints, their home [rad; m]); grippers go home open."""
     for number, arm in enumerate(config.arms):
         yield f"arms[{number}]", arm.joints, arm.home
     for number, gripper in enumerate(config.grippers):
-        yield f"grippers[{number}]", gripper.joints, None
+        open_at = tuple(gripper.way(config.robot.joint(name))[0] for name in gripper.joints)
+        yield f"grippers[{number}]", gripper.joints, open_at
     for name in ("head", "waist", "dorsal"):
         group = getattr(config, name)
         if group is not None:
@@ -81,7 +72,7 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
     first: dict[str, str] = {}
     homes: dict[str, float] = {}
     for key, joints, home in groups(config):
-        for name, position in zip(joints, home or _open(config, key, joints), strict=True):
+        for name, position in zip(joints, home, strict=True):
             if name not in first:
                 first[name], homes[name] = key, position
             elif homes[name] != position:
@@ -91,12 +82,6 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
                 )
             else:
                 problems.warn(_node(root, key), f"{name} is in {first[name]} as well: what comes last is done")
-
-
-def _open(config: RobotConfig, key: str, joints: Sequence[str]) -> tuple[float, ...]:
-    """Where the joints of a gripper are open [rad; m]."""
-    gripper = config.grippers[int(key[len("grippers[") : -1])]
-    return tuple(gripper.way(config.robot.joint(name))[0] for name in joints)
 
 
 def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
@@ -113,11 +98,7 @@ def check_arms(
 ) -> None:
     """Warn of arms whose joints do not move their tips: a sign of indices that were counted otherwise.
 
-    Args:
-        arms: each with its place in the file.
-        config: what the file comes to.
-        joints: of the robot, as the file counts them.
-        problems: takes the warnings.
+    Each arm comes with its place in the file, and the robot's joints as the file counts them.
     """
     robot = config.robot
     for number, (node, arm) in enumerate(arms):
@@ -163,12 +144,7 @@ def _node(root: Table, key: str) -> Node:
 
 
 def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = None) -> dict[str, Any]:
-    """A robot with its joints in the order of their indices, its groups, and where its links are.
-
-    Args:
-        config: the robot.
-        positions: of joints by name [rad; m], for the poses of the links; all at 0 when left out.
-    """
+    """A robot with its joints by index, its groups, and its links; joints are at `positions` [rad; m], or at 0."""
     robot = config.robot
     return {
         "name": config.name,
@@ -197,7 +173,9 @@ def groups_of(config: RobotConfig, joint: Joint) -> list[str]:
 
 
 def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
-    limits, is_fixed = joint.limits, joint.type is JointType.FIXED
+    is_fixed = joint.type is JointType.FIXED
+    # as the engine of the original reports joints that nothing moves
+    limits = Limits(0.0, -1.0, 0.0, 0.0) if is_fixed else joint.limits
     return {
         "index": config.robot.joint_indices[joint.name],
         "name": joint.name,
@@ -205,15 +183,9 @@ def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
         "link": joint.child,
         "parent": joint.parent,
         "parent_index": parent_index(config, joint),
-        # as the engine of the original reports joints that nothing moves
-        "lower": 0.0 if is_fixed else _finite(limits.lower),
-        "upper": -1.0 if is_fixed else _finite(limits.upper),
-        "effort": 0.0 if is_fixed else _finite(limits.effort),
-        "velocity": 0.0 if is_fixed else _finite(limits.velocity),
+        **{name: value if math.isfinite(value) else None for name, value in asdict(limits).items()},
         "axis": [0.0, 0.0, 0.0] if is_fixed else list(joint.axis),
-        "mimic": None
-        if joint.mimic is None
-        else {"joint": joint.mimic.joint, "multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset},
+        "mimic": asdict(joint.mimic) if joint.mimic else None,
         "groups": groups_of(config, joint),
         "home": config.home.get(joint.name),
         "max_acceleration": config.max_accelerations.get(joint.name),
@@ -249,7 +221,3 @@ def _pose(pose: Pose) -> list[list[float]]:
     """Position [m] and quaternion (x, y, z, w), as in messages."""
     w, x, y, z = pose.quaternion
     return [list(pose.position), [x, y, z, w]]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

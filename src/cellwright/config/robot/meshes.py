@@ -4,8 +4,6 @@ Robots are passed on in folders, with meshes beside the URDF or in what was once
 text alone, such as rviz, find neither.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from html import escape, unescape
@@ -23,11 +21,7 @@ _SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
 
 
 class MeshFinder:
-    """Finds mesh files as a robot refers to them.
-
-    Args:
-        path: the robot's file.
-    """
+    """Finds mesh files as the robot in a file refers to them."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -39,7 +33,13 @@ class MeshFinder:
     def find(self, reference: str) -> Path | None:
         """The file of a mesh; None where there is none that can be used, which is noted."""
         if reference not in self._found:
-            self._found[reference] = self._usable(reference)
+            self._found[reference] = None
+            try:
+                self._found[reference] = self._usable(reference)
+            except ModelFileError as error:
+                self.missing[reference] = str(error)
+            except (OSError, ValueError) as error:
+                self.missing[reference] = f"cannot be read: {error}"
         return self._found[reference]
 
     def locate(self, reference: str) -> Path | None:
@@ -49,23 +49,17 @@ class MeshFinder:
         except (OSError, ValueError):
             return None
 
-    def _usable(self, reference: str) -> Path | None:
+    def _usable(self, reference: str) -> Path:
+        path = next((place for place in self._places(reference) if place.is_file()), None)
+        if path is None:
+            raise ModelFileError("not found")
+        size = path.stat().st_size
+        if self._bytes + size > MAX_TOTAL_BYTES:
+            raise ModelFileError(f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together")
         try:
-            path = next((place for place in self._places(reference) if place.is_file()), None)
-            if path is None:
-                self.missing[reference] = "not found"
-                return None
-            size = path.stat().st_size
-            if self._bytes + size > MAX_TOTAL_BYTES:
-                self.missing[reference] = f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together"
-                return None
             read_mesh(path)
         except ModelFileError as error:
-            self.missing[reference] = str(error).removeprefix(f"{path}: ")
-            return None
-        except (OSError, ValueError) as error:
-            self.missing[reference] = f"cannot be read: {error}"
-            return None
+            raise ModelFileError(str(error).removeprefix(f"{path}: ")) from None
         self._bytes += size
         return path
 
@@ -82,29 +76,21 @@ class MeshFinder:
 
 
 _MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*)(["'])(.*?)\2""", re.DOTALL)
-_MANIFEST = "package.xml"
-_PACKAGE = "package://"
 
 
 def with_absolute_meshes(text: str, path: Path) -> str:
-    """The text of a URDF with the address of each mesh file that is found on this machine.
+    """The text of the URDF at a path with the address of each mesh file that is found on this machine.
 
     What stays as it is: meshes that are not found, and those of real packages, which ROS finds on other machines too.
-
-    Args:
-        text: of the URDF.
-        path: where the URDF is; meshes are looked for from there.
     """
     finder = MeshFinder(path)
 
     def replace(match: re.Match[str]) -> str:
         found = finder.locate(unescape(match[3]))
-        if found is None or (match[3].startswith(_PACKAGE) and _is_in_package(found)):
+        if found is None:
+            return match[0]
+        if match[3].startswith("package://") and any((folder / "package.xml").is_file() for folder in found.parents):
             return match[0]
         return f"{match[1]}{match[2]}{escape(found.resolve().as_uri())}{match[2]}"
 
     return _MESH.sub(replace, text)
-
-
-def _is_in_package(file: Path) -> bool:
-    return any((folder / _MANIFEST).is_file() for folder in file.parents)

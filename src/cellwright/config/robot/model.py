@@ -5,8 +5,6 @@ order in which their `<joint>` elements stand in the file; fixed joints count. A
 it, and the root link has -1. (Measured: PyBullet counts so, and robot configuration files are written with its counts.)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -82,17 +80,10 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint.
+    """A joint between two links; the frame of the child is the frame of the joint.
 
-    Attributes:
-        name: as in the file.
-        type: how it moves.
-        parent: link that it is fastened to.
-        child: link that it moves; the frame of that link is the frame of the joint.
-        origin: parent_T_child at position 0.
-        axis: unit vector in the frame of the child; (0, 0, 0) where it means nothing.
-        limits: what it can do.
-        mimic: the joint that it follows, if it does.
+    `origin` is parent_T_child at position 0, `axis` a unit vector in the frame of the child, (0, 0, 0) where it means
+    nothing.
     """
 
     name: str
@@ -112,15 +103,10 @@ class Joint:
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A robot.
+    """A robot: its links by name, in the order of the file, and its joints in the order of their indices.
 
-    Attributes:
-        name: of the robot.
-        root: name of the root link.
-        links: by name, in the order of the file.
-        joints: in the order of their indices.
-        written: the names of the joints in the order in which their elements stand in the file; empty where that is
-            the order of their indices.
+    `written` are the names of the joints in the order in which their elements stand in the file; empty where that is
+    the order of their indices.
     """
 
     name: str
@@ -185,10 +171,7 @@ class RobotModel:
 def link_poses(robot: RobotModel, positions: Mapping[str, float], world_T_root: Pose | None = None) -> dict[str, Pose]:
     """The pose of each link frame in the world, by name.
 
-    Args:
-        robot: the robot.
-        positions: of joints by name [rad; m]; joints that are missing stand at 0, but for those that follow another.
-        world_T_root: where the root link is; the identity when left out.
+    Joints that `positions` [rad; m] leave out stand at 0, but for those that follow another.
     """
     poses = {robot.root: world_T_root or Pose()}
     for joint in robot.joints:

@@ -4,8 +4,6 @@ What the file's own node read is read; what is known and belongs to the headset'
 unknown is a warning. A file that means nothing, or the wrong joint, is refused with everything that is wrong at once.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,20 +11,40 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from cellwright.config.parsing.reader import Reader, plain
+from cellwright.config.parsing.reader import Keys, Reader, choice, numbers, plain
 from cellwright.config.parsing.sources import read_texts
 from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping
-from cellwright.config.robot import config_keys
 from cellwright.config.robot.cameras import read_cameras
-from cellwright.config.robot.config import Arm, Posture, RobotConfig
-from cellwright.config.robot.config_keys import READ, UNUSED
+from cellwright.config.robot.config import UNUSED, Arm, Posture, RobotConfig
 from cellwright.config.robot.group_reader import GroupReader, numbered
 from cellwright.config.robot.groups import check_arms, check_shared, check_sides
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.util.errors import DescriptionError, UnknownNameError, did_you_mean
 from cellwright.util.pose import Pose, normalized
+
+INDEX_ORDERS = ("pybullet", "urdf")
+"""How a file counts joints; the first when it does not say."""
+
+_GROUPS = ("arms", "grippers", "head", "dorsal", "waist", "folding_waist", "controller_indices", "cameras")
+ENTRIES = Keys(
+    {"urdf_path": None},
+    {
+        "robot_name": Reader.name,
+        "base_pose": None,
+        "fixed_link": None,
+        "joint_index_order": choice(INDEX_ORDERS),
+        **dict.fromkeys(_GROUPS),
+        "wo_controller": Reader.truth,
+        "base_command_mode": choice(("delta", "velocity")),
+    },
+)
+"""Entries that say how the robot is put up, which joints belong together, and what commands mean."""
+
+BASE_POSES = Keys(optional={"position": numbers(3, "x, y, z [m]"), "orientation": numbers(4, "x, y, z, w")})
+CONTROLLERS = Keys(optional=dict.fromkeys(("cmd_ee", "base")))
+FOLDING_WAIST_UNUSED = ("rot_offset", "cmd_ee", "base")
 
 _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffix in ("urdf", "xacro"))
 
@@ -67,8 +85,8 @@ def read_base_pose(node: Node | None, reader: Reader) -> Pose:
     table = reader.table(node) if node else None
     if table is None:
         return Pose()
-    values = config_keys.BASE_POSES.read(table, reader)
-    if len(values) < sum(key in table for key in config_keys.BASE_POSES.names):
+    values = BASE_POSES.read(table, reader)
+    if len(values) < sum(key in table for key in BASE_POSES.names):
         return Pose()
     position = values.get("position", (0.0, 0.0, 0.0))
     reader.near(table.get("position") or table, position)
@@ -90,11 +108,7 @@ Warn = Callable[[str], None]
 
 
 def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
-    """The robot that a configuration file is about.
-
-    Args:
-        path: the file.
-        warn: takes warnings about it and about its URDF.
+    """The robot that a configuration file is about; `warn` takes warnings about the file and about its URDF.
 
     Raises:
         DescriptionError: the file or its URDF cannot be used; the error lists everything that was found wrong.
@@ -102,7 +116,7 @@ def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
     problems = Problems()
     root = read_tree(path, problems)
     reader = Reader(problems)
-    values = config_keys.ENTRIES.read(root, reader, tuple(UNUSED))
+    values = ENTRIES.read(root, reader, tuple(UNUSED))
     urdf_node = root.get("urdf_path")
     urdf = find_urdf(urdf_node, reader) if urdf_node else None
     robot = None
@@ -139,14 +153,13 @@ class _Reading:
 
     def config(self, robot: RobotModel, urdf: Path) -> RobotConfig:
         """What the file comes to; worth nothing where errors were reported."""
-        joints = numbered(robot, self.values.get("joint_index_order", config_keys.INDEX_ORDERS[0]))
+        joints = numbered(robot, self.values.get("joint_index_order", INDEX_ORDERS[0]))
         groups = GroupReader(robot, joints, self.reader)
         arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
         grippers = [(node, groups.gripper(node)) for node in self._list("grippers", "grippers")]
-        lift, head = self.root.get("dorsal"), self.root.get("head")
+        lift, head, fixed = map(self.root.get, ("dorsal", "head", "fixed_link"))
         dorsal = groups.lift(lift) if lift else None
         head_posture, head_axes = groups.head(head) if head else (None, ())
-        fixed = self.root.get("fixed_link")
         fixed_link = groups.link(fixed, may_be_root=True) if fixed else None
         found_arms = [(node, arm) for node, arm in arms if arm is not None]
         command_links, reference_links = self._controller(groups, found_arms)
@@ -164,7 +177,6 @@ class _Reading:
             head_axes=head_axes,
             dorsal=dorsal,
             waist=self._waist(groups),
-            wo_controller=self.values.get("wo_controller", False),
             command_links=command_links,
             reference_links=reference_links,
             cameras=read_cameras(cameras, self.reader) if cameras else (),
@@ -188,9 +200,8 @@ class _Reading:
 
     def _waist(self, groups: GroupReader) -> Posture | None:
         """The waist, to which the joints of a folding waist count as well."""
-        node, folding_node = self.root.get("waist"), self.root.get("folding_waist")
-        found = [groups.posture(node)] if node else []
-        found += [groups.posture(folding_node, config_keys.FOLDING_WAIST_UNUSED)] if folding_node else []
+        names = (("waist", ()), ("folding_waist", FOLDING_WAIST_UNUSED))
+        found = [groups.posture(node, unused) for name, unused in names if (node := self.root.get(name))]
         parts = [posture for posture in found if posture is not None]
         joints = tuple(name for posture in parts for name in posture.joints)
         return Posture(joints, tuple(value for posture in parts for value in posture.home)) if parts else None
@@ -202,7 +213,7 @@ class _Reading:
         node = self.root.get("controller_indices")
         table = self.reader.table(node) if node else None
         if table is not None:
-            self.reader.ignored(table, config_keys.CONTROLLERS.names)
+            self.reader.ignored(table, CONTROLLERS.names)
         own = tuple(arm.tip for _, arm in arms)
         commanded = self._links(table, "cmd_ee", groups, len(own), is_base=False)
         bases = self._links(table, "base", groups, len(own), is_base=True)
@@ -228,7 +239,7 @@ class _Reading:
         """What is kept as it is written, as plain values."""
         if without_gui := self.root.get("without_gui"):
             self.reader.truth(without_gui)
-        known = (*config_keys.KEPT, *UNUSED)
+        known = ("base_command_mode", *UNUSED)
         return {str(name): plain(entry.value) for name, entry in self.root.entries.items() if name in known}
 
 
@@ -305,7 +316,7 @@ def is_robot_file(path: Path) -> bool:
         entries = read_tree(path, Problems()).entries
     except DescriptionError:
         return path.name in _CONFIGS
-    known = sum(name in (*READ, *UNUSED) for name in entries)
+    known = sum(name in (*ENTRIES.names, *UNUSED) for name in entries)
     return "urdf_path" in entries or known > len(entries) / 2 or path.name in _CONFIGS
 
 

@@ -8,8 +8,6 @@ its hand. A run that forks into two such runs is a trunk, and they are the arms.
 from left; where they say nothing, the side follows from y.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re
@@ -39,9 +37,7 @@ Vector = NDArray[np.float64]
 def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[End, ...] | None:
     """The end of its range at which each joint of a gripper is open; None where the kinematics do not tell.
 
-    Args:
-        robot: the robot.
-        names: the gripper's joints; those that mimic another get the end of the joint that they follow.
+    Joints that mimic another get the end of the joint that they follow.
     """
     joints = [robot.joint(name) for name in names]
     leaders = [joint for joint in joints if joint.mimic is None]
@@ -62,30 +58,25 @@ def _fingers(robot: RobotModel, joints: Sequence[Joint]) -> list[list[Joint]]:
     """The driven joints of each branch that hangs on the palm and has one of a gripper's joints."""
     palms = {joint.parent for joint in joints} - {joint.child for joint in joints}
     behind = {joint.name: robot.chain(joint.child) for joint in robot.driven}
-    first = [joint for joint in robot.driven if joint.parent in palms and _moves(robot, joint, joints)]
+    moved = [joint for joint in robot.driven if joint in joints or _leader(robot, joint) in joints]
+    first = [joint for joint in moved if joint.parent in palms]
     return [[joint for joint in robot.driven if each in behind[joint.name]] for each in first]
 
 
-def _moves(robot: RobotModel, joint: Joint, joints: Sequence[Joint]) -> bool:
-    return joint in joints or _leader(robot, joint) in joints
-
-
 def _leader(robot: RobotModel, joint: Joint) -> Joint:
-    seen = {joint.name}
-    while joint.mimic is not None and joint.mimic.joint not in seen:
-        joint = robot.joint(joint.mimic.joint)
-        seen.add(joint.name)
-    return joint
+    """The joint that one follows, which follows none itself, or that one."""
+    return robot.joint(joint.mimic.joint) if joint.mimic else joint
 
 
 def _open_end(
     robot: RobotModel, leaders: Sequence[Joint], leader: Joint, finger: Sequence[Joint], other: Sequence[Joint] | None
 ) -> End | None:
     """The end at which a finger is farther from the other one, or from the palm, along the way that it moves."""
-    if other is None and not _has_centre(robot, finger[0].parent):
+    palm = robot.links[finger[0].parent]
+    if other is None and palm.inertial is None and not palm.shapes:
         return None
     own = [joint.child for joint in finger]
-    opposite = [finger[0].parent] if other is None else [joint.child for joint in other]
+    opposite = [palm.name] if other is None else [joint.child for joint in other]
     leaders = [leader, *(joint for joint in leaders if joint is not leader)]
     apart: list[Vector] = []  # with this joint at its lower limit and then at its upper one, for each place of the rest
     for corner in product(*((joint.limits.lower, joint.limits.upper) for joint in reversed(leaders))):
@@ -105,21 +96,14 @@ def _open_end(
 
 
 def _centre(robot: RobotModel, poses: Mapping[str, Pose], links: Sequence[str]) -> Vector:
-    """The middle of some links' centres in the root's frame (3) [m]."""
-    found: Vector = np.mean([(poses[link] @ _own_centre(robot, link)).position for link in links], axis=0)
+    """The middle of some links' centres of mass, else of their first shapes, in the root's frame (3) [m]."""
+    places = []
+    for link in links:
+        inertial, shapes = robot.links[link].inertial, robot.links[link].shapes
+        link_T_centre = inertial.pose if inertial else shapes[0].pose if shapes else Pose()
+        places.append((poses[link] @ link_T_centre).position)
+    found: Vector = np.mean(places, axis=0)
     return found
-
-
-def _own_centre(robot: RobotModel, link: str) -> Pose:
-    """The centre of mass of a link in its frame, else that of its first shape, else its origin."""
-    found = robot.links[link]
-    if found.inertial is not None:
-        return found.inertial.pose
-    return found.shapes[0].pose if found.shapes else Pose()
-
-
-def _has_centre(robot: RobotModel, link: str) -> bool:
-    return robot.links[link].inertial is not None or bool(robot.links[link].shapes)
 
 
 LEAST_JOINTS = 4
@@ -161,9 +145,8 @@ def find_limbs(robot: RobotModel) -> Limbs:
     hands = [hand for hand in (_hand(robot, arm) for arm in arms) if hand and not mixed_sides(robot, hand)]
     ends = [find_open_ends(robot, joint_names(hand)) for hand in hands]
     head = _head(robot, [joint for joint in runs.rest if _HEAD.search(joint.name + joint.child)])
-    trunk = [
-        joint for joint in runs.rest if joint.name not in head and any(joint in _above(robot, arm) for arm in arms)
-    ]
+    above = {joint.name for arm in arms for joint in robot.chain(arm[0].parent)}
+    trunk = [joint for joint in runs.rest if joint.name not in head and joint.name in above]
     lifts = [joint for joint in trunk if joint.type is JointType.PRISMATIC]
     waist = [joint for joint in trunk if joint not in lifts]
     if {"right", "left"} <= {side_of(joint.name) for joint in waist}:
@@ -307,10 +290,6 @@ def _side(robot: RobotModel, limb: list[Joint]) -> tuple[int, float]:
     return side, link_poses(robot, {})[limb[-1].child].position[1]
 
 
-def _above(robot: RobotModel, arm: list[Joint]) -> tuple[Joint, ...]:
-    return robot.chain(arm[0].parent)
-
-
 def _rest(joint: Joint) -> float:
     """Zero, or the limit that lies next to it [rad; m]."""
     return min(max(0.0, joint.limits.lower), joint.limits.upper)
@@ -327,13 +306,7 @@ def _bent(joint: Joint) -> float:
 
 
 def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:
-    """The text of a configuration file, with what is guessed said to be so.
-
-    Args:
-        robot: the robot.
-        urdf: its file.
-        folder: where the configuration is going to be, from which the URDF's path counts.
-    """
+    """The text of a configuration file in a folder, from which the URDF's path counts; guesses are said to be so."""
     try:
         path = os.path.relpath(urdf, folder)
     except ValueError:  # on another drive of Windows there is no way from here to there

@@ -1,7 +1,5 @@
 """URDF reader: a robot as the tree of its joints, numbered as PyBullet numbers them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -103,33 +101,24 @@ class JointReader:
         if type_ not in DRIVEN:
             return Limits()
         written = element.find("limit")
-        if written is None:
-            if type_ is not JointType.CONTINUOUS:
-                message = f'a {type_} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
-                self._problems.error(element, message)
-            self._note(element, Limits())
-            return Limits()
-        lower, upper, effort, velocity = (
-            self._limit(written, name) for name in ("lower", "upper", "effort", "velocity")
-        )
-        if (written.get("lower") is None and written.get("upper") is None) or lower > upper:
-            lower, upper = -math.inf, math.inf
-        if type_ is JointType.CONTINUOUS:
+        if written is None and type_ is not JointType.CONTINUOUS:
+            message = f'a {type_} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
+            self._problems.error(element, message)
+        names = ("lower", "upper", "effort", "velocity")
+        lower, upper, effort, velocity = (self._limit(written, name) if written else 0.0 for name in names)
+        is_bounded = written is not None and (written.get("lower") or written.get("upper"))
+        if not is_bounded or lower > upper or type_ is JointType.CONTINUOUS:
             lower, upper = -math.inf, math.inf
         limits = Limits(lower, upper, abs(effort) or math.inf, abs(velocity) or math.inf)
-        self._note(element, limits)
+        if math.isinf(limits.effort):
+            self.without_effort.append(element.get("name") or "")
+        if math.isinf(limits.velocity):
+            self.without_velocity.append(element.get("name") or "")
         return limits
 
     def _limit(self, element: Element, name: str) -> float:
         value = self._numbers.number(element, name, 0.0, may_be_infinite=True)
         return value if abs(value) < ENDLESS else math.copysign(math.inf, value)
-
-    def _note(self, element: Element, limits: Limits) -> None:
-        name = element.get("name") or ""
-        if math.isinf(limits.effort):
-            self.without_effort.append(name)
-        if math.isinf(limits.velocity):
-            self.without_velocity.append(name)
 
     def _mimic(self, element: Element) -> Mimic | None:
         written = element.find("mimic")
@@ -139,11 +128,8 @@ class JointReader:
         if leader is None:
             self._problems.error(written, 'mimic needs joint="…", the joint to follow')
             return None
-        multiplier, offset = (
-            self._numbers.number(written, "multiplier", 1.0),
-            self._numbers.number(written, "offset", 0.0),
-        )
-        return Mimic(leader, multiplier, offset)
+        number = self._numbers.number
+        return Mimic(leader, number(written, "multiplier", 1.0), number(written, "offset", 0.0))
 
     def with_leaders(self, joints: Sequence[Joint]) -> list[Joint]:
         """The joints, those that follow another tied to the first in the chain, which follows none itself."""
@@ -160,21 +146,18 @@ class JointReader:
             return None
         way = {joint.name: None}
         while True:
-            leader = joints.get(mimic.joint)
+            leader, why = joints.get(mimic.joint), ""
             if leader is None:
                 hint = did_you_mean(mimic.joint, joints) if len(joints) <= _FEW else ""
-                self._problems.error(element, f"follows the unknown joint {shortened(mimic.joint)!r}{hint}")
-                return None
-            if leader.name in way:
-                self._problems.error(element, f"joints that follow each other in a ring: {', '.join(list(way)[:5])}")
-                return None
-            if not leader.is_driven:
-                self._problems.error(element, f"follows {shortened(leader.name)!r}, a {leader.type} joint")
-                return None
-            if max(abs(mimic.multiplier), abs(mimic.offset)) > FARTHEST:
-                self._problems.error(
-                    element, f"follows {shortened(leader.name)!r} by a factor or offset beyond {FARTHEST:g}"
-                )
+                why = f"follows the unknown joint {shortened(mimic.joint)!r}{hint}"
+            elif leader.name in way:
+                why = f"joints that follow each other in a ring: {', '.join(list(way)[:5])}"
+            elif not leader.is_driven:
+                why = f"follows {shortened(leader.name)!r}, a {leader.type} joint"
+            elif max(abs(mimic.multiplier), abs(mimic.offset)) > FARTHEST:
+                why = f"follows {shortened(leader.name)!r} by a factor or offset beyond {FARTHEST:g}"
+            if leader is None or why:
+                self._problems.error(element, why)
                 return None
             if leader.mimic is None:
                 return mimic
@@ -200,11 +183,7 @@ _KNOWN = ("link", "joint", "material")
 
 
 def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
-    """The robot in a URDF or xacro file.
-
-    Args:
-        path: the file.
-        warn: told what was forgiven or replaced, each as one line `path:line: key: what`.
+    """The robot in a URDF or xacro file; `warn` takes a line `path:line: key: what` for all that was forgiven.
 
     Raises:
         DescriptionError: it is none that can be read; every problem reads `path:line: key: what is wrong`.

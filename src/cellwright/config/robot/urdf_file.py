@@ -17,14 +17,14 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from cellwright._package import FOLDER
-from cellwright.config.parsing.sources import note_source, read_at_most
+from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
 from cellwright.util.pose import Pose, Vector3
 
@@ -35,12 +35,8 @@ _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 def package_folders(name: str, path: Path) -> Iterator[Path]:
     """Where a package may be, the likeliest place first; not all of them exist.
 
-    First come the folders above the file that asks: one that is called so, on disk or in its `package.xml`, or a
-    neighbour of one. Then those that the environment of ROS names.
-
-    Args:
-        name: of the package.
-        path: the file that asks for it.
+    First come the folders above the file at `path`, which asks: one that is called so, on disk or in its `package.xml`,
+    or a neighbour of one. Then those that the environment of ROS names.
     """
     for folder in path.resolve().parents:
         if folder.name == name or _declared_name(folder) == name:
@@ -74,11 +70,6 @@ _DOCUMENT_TYPE = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 _PROGRAM = (
     "import sys; sys.path.insert(0, sys.argv.pop(1)); from cellwright.config.robot.xacro_program import main; main()"
 )
-
-
-def is_xacro(path: Path) -> bool:
-    """Whether a file has to be expanded, which its name says: a file that is data is never run as a program."""
-    return path.suffix.lower() == ".xacro"
 
 
 def expand_xacro(path: Path, text: str) -> str:
@@ -173,13 +164,13 @@ def _text(path: Path, problems: Problems) -> tuple[str, bool]:
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # what it says is known by now, and it may stand only at the very beginning
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
-    if is_xacro(path):
+    if path.suffix.lower() == ".xacro":  # its name says so: a file that is data is never run as a program
         return expand_xacro(path, text), False
-    return _FROM_ENVIRONMENT.sub(_from_environment, text), True
 
+    def from_environment(match: re.Match[str]) -> str:
+        return escape(os.environ.get(match[1], match[2]).strip(), {'"': "&quot;"})
 
-def _from_environment(match: re.Match[str]) -> str:
-    return escape(os.environ.get(match[1], match[2]).strip(), {'"': "&quot;"})
+    return _FROM_ENVIRONMENT.sub(from_environment, text), True
 
 
 def _content(path: Path) -> bytes:
@@ -192,8 +183,7 @@ def _content(path: Path) -> bytes:
     except FileNotFoundError:
         raise refusal(path, 0, "there is no such file") from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise refusal(path, 0, f"cannot be read: {reason}") from None
+        raise refusal(path, 0, f"cannot be read: {reason(error)}") from None
     if not content.strip(b"\0 \t\r\n"):
         raise refusal(path, 0, "the file is empty")
     return content
@@ -304,8 +294,8 @@ class Numbers:
 
     def vector(self, element: Element, name: str, default: Vector3 = (0.0, 0.0, 0.0)) -> Vector3:
         """Three numbers, or the default where there are none."""
-        found = self.read(element, name, 3)
-        return _three(found) if found else default
+        x, y, z = self.read(element, name, 3) or default
+        return (x, y, z)
 
     def pose(self, owner: Element) -> Pose:
         """The `<origin>` of an element; the identity where it has none."""
@@ -317,8 +307,3 @@ class Numbers:
             self.problems.error(origin, f"a coordinate beyond {FARTHEST:g}")
             return Pose()
         return Pose.from_rpy(position, rpy) if any(rpy) else Pose(position)
-
-
-def _three(numbers: Sequence[float]) -> Vector3:
-    x, y, z = numbers
-    return (x, y, z)

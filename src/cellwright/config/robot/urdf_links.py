@@ -1,12 +1,10 @@
 """Links of a URDF: mass, shapes and colours, and simple shapes in place of missing meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace
 from enum import Enum
-from typing import TypeAlias, cast, get_args
+from typing import cast, get_args
 
 import numpy as np
 
@@ -40,12 +38,8 @@ def with_stand_ins(link: Link, joints: Iterable[Joint], lacking: Collection[Use]
     """A link with all that it needs to be seen and touched.
 
     What serves the one purpose serves the other where nothing else does; a link without any shape gets limbs: capsules
-    from its origin to each joint that it carries, or a ball around its centre of mass when it carries none.
-
-    Args:
-        link: as the file has it, less the shapes that could not be read.
-        joints: those of the robot.
-        lacking: what it lost shapes for.
+    from its origin to each joint that it carries, or a ball around its centre of mass when it carries none. The link
+    comes without the shapes that could not be read; `lacking` is what it lost them for.
     """
     seen = any(shape.is_seen for shape in link.shapes)
     touched = any(shape.is_touched for shape in link.shapes)
@@ -104,21 +98,12 @@ LARGEST = 1e4
 """Largest length of a shape that means anything [m]."""
 
 _FORMS: tuple[str, ...] = get_args(ModelShapeKind)
-Inertia: TypeAlias = tuple[float, float, float, float, float, float]
-"""ixx, iyy, izz, ixy, ixz, iyz [kg m^2]."""
-
-_NONE: Inertia = (0.0,) * 6
 _DENSITY = 1000.0  # of the ball that stands in for an inertia that cannot be [kg/m^3]
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 class LinkReader:
-    """Reads links one by one.
-
-    Args:
-        numbers: reads attributes, and collects what is wrong.
-        meshes: finds the files of meshes, and keeps count of those that cannot be used.
-    """
+    """Reads links one by one."""
 
     def __init__(self, numbers: Numbers, meshes: MeshFinder) -> None:
         self._numbers = numbers
@@ -132,22 +117,16 @@ class LinkReader:
 
     def read_materials(self, robot: Element) -> None:
         """Remember the colours that have names, wherever they are defined; the first of a name counts."""
-        inside = [
-            material
-            for link in robot.all("link")
-            for visual in link.all("visual")
-            for material in visual.all("material")
-        ]
-        for material in (*robot.all("material"), *inside):
+        visuals = [visual for link in robot.all("link") for visual in link.all("visual")]
+        for material in (material for owner in (robot, *visuals) for material in owner.all("material")):
             name, colour = material.get("name"), self._rgba(material)
             if name is not None and colour is not None:
                 self._colours.setdefault(name, colour)
 
     def read(self, element: Element, name: str) -> Link:
         """The link in an element; shapes whose mesh cannot be used are left out, and the link is noted for it."""
-        touched = self._shapes(element.all("collision"), name, is_touched=True)
-        seen = self._shapes(element.all("visual"), name, is_touched=False)
-        return Link(name, self._inertial(element, name), tuple(touched + seen))
+        shapes = [self._shape(each, name) for each in (*element.all("collision"), *element.all("visual"))]
+        return Link(name, self._inertial(element, name), tuple(shape for shape in shapes if shape is not None))
 
     def _inertial(self, link: Element, name: str) -> Inertial | None:
         """Mass and inertia; one that no body has is replaced by that of a ball."""
@@ -163,7 +142,9 @@ class LinkReader:
         if not 0.0 <= mass <= HEAVIEST:
             self._problems.error(written, f"a mass of {mass:g} kg; 0 to {HEAVIEST:g} kg make sense")
             return None
-        inertia = self._inertia(element)
+        moments = element.find("inertia")
+        xx, yy, zz, xy, xz, yz = (self._numbers.number(moments, name, 0.0) if moments else 0.0 for name in _INERTIA)
+        inertia = (xx, yy, zz, xy, xz, yz)
         if mass == 0:
             return Inertial(0.0, pose)
         if not _is_possible(*inertia):
@@ -171,18 +152,7 @@ class LinkReader:
             inertia = _of_a_ball(mass)
         return Inertial(mass, pose, inertia)
 
-    def _inertia(self, element: Element) -> Inertia:
-        written = element.find("inertia")
-        if written is None:
-            return _NONE
-        xx, yy, zz, xy, xz, yz = (self._numbers.number(written, name, 0.0) for name in _INERTIA)
-        return (xx, yy, zz, xy, xz, yz)
-
-    def _shapes(self, elements: Iterable[Element], link: str, *, is_touched: bool) -> list[ModelShape]:
-        found = [self._shape(element, link, is_touched=is_touched) for element in elements]
-        return [shape for shape in found if shape is not None]
-
-    def _shape(self, element: Element, link: str, *, is_touched: bool) -> ModelShape | None:
+    def _shape(self, element: Element, link: str) -> ModelShape | None:
         pose = self._numbers.pose(element)
         geometry = element.find("geometry")
         form = next((child for child in geometry.children if child.tag in _FORMS), None) if geometry else None
@@ -191,14 +161,19 @@ class LinkReader:
             what = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
             self._problems.warn(geometry or element, f"{what} is left out{suggestion(other or '', _FORMS)}")
             return None
-        if form.tag == "mesh":
-            return self._mesh(form, pose, self._colour(element), link, is_touched=is_touched)
-        size = self._size(form)
-        if size is None:
+        colour, is_touched, path = self._colour(element), element.tag == "collision", None
+        if form.tag != "mesh":
+            size = self._size(form)
+        elif (reference := form.get("filename")) is None:
+            self._problems.error(form, '<mesh> needs filename="…"')
             return None
-        return ModelShape(
-            cast("ModelShapeKind", form.tag), size, pose, self._colour(element), is_touched, not is_touched
-        )
+        else:
+            path, size = self._meshes.find(reference), self._scale(form)
+            if path is None:
+                self.lacking.setdefault(link, set()).add(Use.TOUCHED if is_touched else Use.SEEN)
+                return None
+        kind = cast("ModelShapeKind", form.tag)
+        return ModelShape(kind, size, pose, colour, is_touched, not is_touched, path) if size else None
 
     def _size(self, form: Element) -> Vector3 | None:
         """The size as `ModelShape` has it; None where a shape is nothing, which is told."""
@@ -218,20 +193,6 @@ class LinkReader:
             self._problems.warn(form, f"a {form.tag} of {given} m is left out; lengths are above 0")
             return None
         return size
-
-    def _mesh(
-        self, form: Element, pose: Pose, colour: Colour | None, link: str, *, is_touched: bool
-    ) -> ModelShape | None:
-        reference = form.get("filename")
-        if reference is None:
-            self._problems.error(form, '<mesh> needs filename="…"')
-            return None
-        path = self._meshes.find(reference)
-        scale = self._scale(form)
-        if path is None:
-            self.lacking.setdefault(link, set()).add(Use.TOUCHED if is_touched else Use.SEEN)
-            return None
-        return ModelShape("mesh", scale, pose, colour, is_touched, not is_touched, path)
 
     def _scale(self, form: Element) -> Vector3:
         written = (form.get("scale") or "").split()
@@ -256,7 +217,7 @@ class LinkReader:
         return clipped_colour(found) if found else None
 
 
-def _of_a_ball(mass: float) -> Inertia:
+def _of_a_ball(mass: float) -> tuple[float, float, float, float, float, float]:
     """The inertia [kg m^2] of a ball of this mass [kg]."""
     radius = (3.0 * mass / (4.0 * np.pi * _DENSITY)) ** (1 / 3)
     inertia = 0.4 * mass * radius**2

@@ -8,8 +8,6 @@ A xacro file is a program. It runs apart, with bounds of memory and time, so tha
 limit takes nothing along.
 """
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import io
@@ -17,7 +15,7 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 from xml.parsers.expat import ExpatError
 
 import xacro
@@ -115,14 +113,10 @@ def main() -> None:
     text = sys.stdin.buffer.read().decode("utf-8", "replace")
     try:
         expanded = _expanded(path, text)
-        _tell(answer, text=expanded, files=[str(each) for each in xacro.all_includes])
+        said: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
     except _RefusedError as error:
-        _tell(answer, path=str(error.path), line=error.line, message=str(error))
-
-
-def _tell(answer: TextIO, **said: str | int | list[str]) -> None:
-    answer.write(json.dumps(said))
-    answer.flush()
+        said = {"path": str(error.path), "line": error.line, "message": str(error)}
+    print(json.dumps(said), end="", file=answer, flush=True)
 
 
 def _expanded(path: Path, text: str) -> str:

@@ -1,7 +1,5 @@
 """The trials that come with Cellwright, and the files with an arm and sensors for those that have none, by name."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from importlib.resources import files
@@ -24,8 +22,6 @@ KIT_CHANGE = "final, in-process kit change"
 SCENARIOS = (LESSON, SAMPLE, QUALIFIER, BASELINE, DROPPED_PART, KIT_CHANGE)
 """What the bundled trials are about, the easier first; the finals had three scenarios of five trials each."""
 
-_FINALS_IN_A_SCENARIO = 5
-
 
 def bundled() -> list[str]:
     """The names of the bundled trials, by scenario."""
@@ -45,7 +41,7 @@ def scenario(name: str) -> str:
     if name.startswith("qual"):
         return QUALIFIER
     if final := re.fullmatch(r"final(\d+)", name):
-        return (BASELINE, DROPPED_PART, KIT_CHANGE)[(int(final[1]) - 1) // _FINALS_IN_A_SCENARIO]
+        return (BASELINE, DROPPED_PART, KIT_CHANGE)[(int(final[1]) - 1) // 5]
     return SAMPLE
 
 

@@ -3,8 +3,6 @@
 Figures: the cell's published models and the UR10's kinematic constants (m, world frame).
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator
@@ -13,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH, RAIL_LIMIT, TRAY_FRAMES, TRAY_PLATE
 from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
-from cellwright.util.pose import Pose, Vector3
+from cellwright.util.pose import Vector3
 
 _TRAY_TOP = 0.755
 _BIN_TOP = 0.725
@@ -158,10 +156,11 @@ def _of_supply(trial: Trial) -> Iterator[Demand]:
 
 
 def _of_poses(trial: Trial) -> Iterator[Demand]:
-    turned = dict.fromkeys(each.type for each in _objects(trial.orders) if _is_turned_over(each.pose))
+    objects = _objects(trial.orders)
+    heights = [(each.type, each.pose.rotate((0.0, 0.0, 1.0))[2]) for each in objects]
+    turned = dict.fromkeys(kind for kind, height in heights if height < _TURNED_OVER)
     if turned:
         yield Demand("turned_over", f"{_listed(list(turned))} to be turned over")
-    objects = _objects(trial.orders)
     off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
     if off:
         yield Demand("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
@@ -175,7 +174,8 @@ def _of_drops(trial: Trial) -> Iterator[Demand]:
             continue
         kind, where = _fall(region)
         places = grouped.setdefault((kind, region.type, where), [])
-        places.append(place_of(_middle(region)))
+        x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
+        places.append(place_of((x, y, z)))
     for (kind, part_type, where), places in grouped.items():
         yield Demand(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
 
@@ -191,17 +191,8 @@ def _fall(region: DropRegion) -> tuple[DemandKind, str]:
     return "dropped_in_reach", f"onto {place}"
 
 
-def _middle(region: DropRegion) -> tuple[float, float, float]:
-    x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
-    return x, y, z
-
-
 def _objects(orders: tuple[Order, ...]) -> list[KitObject]:
     return [each for order in orders for kit in order.kits for each in kit.objects]
-
-
-def _is_turned_over(pose: Pose) -> bool:
-    return pose.rotate((0.0, 0.0, 1.0))[2] < _TURNED_OVER
 
 
 def _listed(words: list[str], last: str = "and") -> str:

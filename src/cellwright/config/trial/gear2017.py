@@ -17,26 +17,16 @@ from typing import Any, TypeVar
 from cellwright.config.layout import PART_TYPES, REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.python2 import dictionary_order, number_text
-from cellwright.config.parsing.reader import Key, Keys, Placement, Reader
+from cellwright.config.parsing.reader import Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Problem, Problems, Table
 from cellwright.config.parsing.yaml_source import parse_mapping
+from cellwright.config.trial import parts
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
-from cellwright.config.trial.parts import (
-    PartBook,
-    RawOptions,
-    check_faulty,
-    read_belt,
-    read_bins,
-    read_drops,
-    read_extras,
-    read_faulty,
-    read_options,
-)
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
-from cellwright.config.trial.settings import RawSettings, read_settings
-from cellwright.config.trial.trial import DropRegion, Order, Part, Sensor, Trial
+from cellwright.config.trial.settings import read_settings
+from cellwright.config.trial.trial import DropRegion, Options, Order, Sensor, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
@@ -50,6 +40,7 @@ def resolved(loaded: Loaded) -> dict[str, Any]:
     texts, as there. Models are sorted by name, orders by their announcement.
     """
     trial = loaded.trial
+    orders = sorted(trial.orders, key=lambda order: math.inf if order.start_time is None else order.start_time)
     data: dict[str, Any] = {
         "time_limit": loaded.time_limit,
         "models": sorted([part.name, part.type, *_numbers(part.written)] for part in trial.bin_parts),
@@ -57,7 +48,7 @@ def resolved(loaded: Loaded) -> dict[str, Any]:
         "faulty": list(loaded.faulty_parts),
         "drop_regions": [_drop_data(drop) for drop in trial.drop_regions],
         "material_locations": {kind: list(places) for kind, places in sorted(trial.material_locations.items())},
-        "orders": [_order_data(order) for order in sorted(trial.orders, key=_start)],
+        "orders": [_order_data(order) for order in orders],
     }
     if trial.extra_parts:
         data["extra_models"] = sorted(
@@ -93,11 +84,6 @@ def _sensor_data(sensor: Sensor) -> dict[str, Any]:
 def _pose_data(pose: Pose) -> dict[str, list[float]]:
     xyz, rpy = pose.position, rpy_from_quaternion(pose.quaternion)
     return {"xyz": [float(number_text(v)) for v in xyz], "rpy": [float(number_text(v)) for v in rpy]}
-
-
-def _start(order: Order) -> float:
-    """When an order is announced [s]; those without a time come last, ties in the order of their ids."""
-    return math.inf if order.start_time is None else order.start_time
 
 
 def _order_data(order: Order) -> dict[str, Any]:
@@ -142,25 +128,11 @@ OWN = "cellwright"
 
 DEFAULT_TIME_LIMIT = 500
 
-SECTIONS = Keys(
-    Key("arm", "`{type: ur10}`", "there is an arm; every other entry is ignored", "no arm"),
-    Key("sensors", "`{name: {type, pose}}`", "sensors, see below"),
-    Key("options", "`{option: …}`", "what of the rest comes into the cell, see below", "see below"),
-    Key("time_limit", "seconds", "after so long the trial is over; negative: never", DEFAULT_TIME_LIMIT),
-    Key("orders", "`{name: {…}}`", "what is asked for, see below"),
-    Key("models_over_bins", "`{bin: {models: {part type: grid}, xyz}}`", "grids of parts, see below"),
-    Key("belt_parts", "`{part type: {seconds: {pose}}}`", "what the belt brings, see below"),
-    Key(
-        "faulty_parts",
-        "list of names",
-        "parts that earn nothing, without what stands before their last &#124;: `gear_part_3`, `gear_part_clone_0`",
-    ),
-    Key("drops", "`{drop_regions: {name: {…}}}`", "regions in which the gripper loses parts, see below"),
-    Key("models_to_spawn", "`{frame: {models: {any name: {type, pose}}}}`", "single parts in the frames of links"),
+TOP_LEVEL = (
+    *("arm", "sensors", "options", "time_limit", "orders", "models_over_bins", "belt_parts", "faulty_parts"),
+    *("drops", "models_to_spawn"),
 )
 """The sections of the 2017 format."""
-
-TOP_LEVEL = SECTIONS.names
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,15 +181,19 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
         node = root.get(name)
         return read(node, *more) if node else None
 
-    options = section("options", read_options, reader) or RawOptions()
-    own = section(OWN, read_settings, reader) or RawSettings()
-    book = PartBook(reader, options, PART_TYPES | own.part_models.keys())
-    bins, extras = _models(root, book)
-    belt = section("belt_parts", read_belt, book, other_year) or ()
-    drops = section("drops", read_drops, book) or ()
+    options, aliases = section("options", parts.read_options, reader) or (Options(), parts.DEFAULT_ALIASES)
+    own = section(OWN, read_settings, reader) or {}
+    types = PART_TYPES | own.get("part_models", {}).keys()
+    book = parts.PartBook(reader, options, aliases, types)
+    readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
+    walked = dictionary_order(name for name in root.entries if name != OWN)  # tells whose numbers come first
+    models = {name: readers[str(name)](root.entries[name].value, book) for name in walked if name in readers}
+    bins, extras = (models.get(name, ()) for name in readers)
+    belt = section("belt_parts", parts.read_belt, book, other_year) or ()
+    drops = section("drops", parts.read_drops, book) or ()
     orders = section("orders", read_orders, book, other_year) or ()
-    faulty = section("faulty_parts", read_faulty, reader) or {}
-    time_limit = section("time_limit", partial(Reader.number, reader))
+    faulty = section("faulty_parts", parts.read_faulty, reader) or {}
+    time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
     sensors: tuple[Sensor, ...] = section("sensors", read_sensors, reader) or ()
     sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
@@ -225,51 +201,33 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
         raise DescriptionError(reader.problems.errors, reader.problems.warnings)
 
     time_limit = DEFAULT_TIME_LIMIT if time_limit is None else time_limit
-    switches = options.options
-    frames = set(REFERENCE_FRAMES) - (set() if switches.insert_agvs else set(TRAY_FRAMES))
-    inserted = bins if switches.insert_models_over_bins else ()
-    spawned = [part for part in extras if part.frame in frames] if switches.spawn_extra_models else []
+    frames = set(REFERENCE_FRAMES) - (set() if options.insert_agvs else set(TRAY_FRAMES))
+    inserted = bins if options.insert_models_over_bins else ()
+    spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
     locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | book.locations
     trial = Trial(
         name=name,
         has_arm=has_arm,
         sensors=sensors,
-        options=switches,
+        options=options,
         time_limit=float(time_limit),
         orders=orders,
-        bin_parts=tuple(part for part in inserted if part.type in book.types),
-        extra_parts=tuple(part for part in spawned if part.type in book.types),
-        belt_parts=tuple(part for part in belt if part.type in book.types),
+        bin_parts=tuple(part for part in inserted if part.type in types),
+        extra_parts=tuple(part for part in spawned if part.type in types),
+        belt_parts=tuple(part for part in belt if part.type in types),
         faulty_parts=frozenset(faulty),
         drop_regions=drops,
         material_locations={kind: tuple(sorted(places)) for kind, places in locations.items()},
-        settings=own.settings,
-        initial_joint_states=own.initial_joint_states,
-        part_models=own.part_models,
-        furniture=own.furniture,
-        devices=own.devices,
+        **own,
     )
-    check_faulty(faulty, trial, reader)
-    _warn_unused(root, options, orders, reader)
+    parts.check_faulty(faulty, trial, reader)
+    _warn_unused(root, trial, reader)
     return trial, time_limit, tuple(faulty)
 
 
-def _models(root: Table, book: PartBook) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
-    """The parts over the bins and the extra ones; whose numbers come first follows from the original's walk."""
-    bins: tuple[Part, ...] = ()
-    extras: tuple[Part, ...] = ()
-    for name in dictionary_order(name for name in root.entries if name != OWN):
-        node = root.get(str(name))
-        if name == "models_over_bins" and node:
-            bins = read_bins(node, book)
-        elif name == "models_to_spawn" and node:
-            extras = read_extras(node, book)
-    return bins, extras
-
-
-def _warn_unused(root: Table, options: RawOptions, orders: Sequence[Order], reader: Reader) -> None:
+def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
     """Warn of sections that an option leaves without effect."""
-    switches = options.options
+    switches = trial.options
     gates = (
         ("models_over_bins", switches.insert_models_over_bins, "insert_models_over_bins is true"),
         ("models_to_spawn", switches.spawn_extra_models, "spawn_extra_models is true"),
@@ -281,6 +239,6 @@ def _warn_unused(root: Table, options: RawOptions, orders: Sequence[Order], read
         if entry and not is_empty and not is_used:
             reader.problems.warn(entry, f"nothing of it comes into the cell unless options.{condition}")
     node = root.get("options")
-    if node and switches.fill_demo_tray and not (orders and switches.insert_agvs):
-        missing = "no tray" if orders else "no order"
+    if node and switches.fill_demo_tray and not (trial.orders and switches.insert_agvs):
+        missing = "no tray" if trial.orders else "no order"
         reader.problems.warn(node, f"fill_demo_tray has no effect, for there is {missing}")

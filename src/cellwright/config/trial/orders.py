@@ -1,13 +1,11 @@
 """The section `orders`: which kits are asked for, and when the order is announced."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 from cellwright.config.parsing.python2 import dictionary_order
-from cellwright.config.parsing.reader import REQUIRED, Key, Keys
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
+from cellwright.config.parsing.reader import Keys, Reader
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described, shortened
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
 from cellwright.config.trial.trial import Kit, KitObject, Order
@@ -18,26 +16,8 @@ MOST_KITS = 10_000
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
-
-DEFAULT_KITS = 1
-"""How many equal kits an order asks for."""
-
 ORDER = Keys(
-    Key(
-        "announcement_condition",
-        "`time`, `wanted_parts` or `unwanted_parts`",
-        "when it is announced: after a time, or when so many parts lie on a tray that it wants, or does not want; with "
-        "any other word never",
-        REQUIRED,
-    ),
-    Key(
-        "announcement_condition_value",
-        "seconds, or a number of parts",
-        "of that condition; a number of parts below 1 is no condition",
-        REQUIRED,
-    ),
-    Key("parts", "`{any name: {type, pose}}`", "of a kit, with poses in the tray's frame", REQUIRED),
-    Key("kit_count", "whole number", "how many equal kits", DEFAULT_KITS),
+    dict.fromkeys(("announcement_condition", "announcement_condition_value", "parts")), {"kit_count": Reader.whole}
 )
 
 
@@ -45,12 +25,11 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
     """The orders in the order that gives them their ids."""
     reader = book.reader
     if isinstance(node, Items):
-        reader.problems.error(node, f"must be a mapping; a list of orders{other_year.list_of_orders()}")
+        reader.problems.error(node, f"must be a mapping; a list of orders{other_year.belongs(2023)}")
         return ()
-    table = reader.table(node)
     orders: dict[object, Order] = {}
     asked = 0
-    for entry in reader.entries(table) if table else ():
+    for entry in reader.entries(node):
         order = _order(entry, book, other_year)
         if order:
             asked += sum(1 + len(kit.objects) for kit in order.kits)
@@ -62,9 +41,9 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
     walked = [orders[name] for name in dictionary_order(orders)]
     ids = [f"order_{index}" for index in range(len(walked))]
     for own, order in zip(ids, walked, strict=True):
-        if table and order.yaml_name != own and order.yaml_name in ids:
+        if isinstance(node, Table) and order.yaml_name != own and order.yaml_name in ids:
             message = f"its id is {own}: ids follow the walk of the original's unordered dictionary"
-            reader.problems.warn(table.entries[order.yaml_name], message)
+            reader.problems.warn(node.entries[order.yaml_name], message)
     return tuple(replace(order, order_id=own) for own, order in zip(ids, walked, strict=True))
 
 
@@ -85,7 +64,7 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
         condition_node = value_node = None
     parts_node = reader.required(table, "parts", remark)
     count_node = table.get("kit_count")
-    kit_count = reader.whole(count_node) if count_node else DEFAULT_KITS
+    kit_count = reader.whole(count_node) if count_node else 1
     parts = _parts(parts_node, book) if parts_node else ()
     if condition_node is None or value_node is None or kit_count is None or name is None:
         return None
@@ -112,9 +91,8 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
 
 
 def _parts(node: Node, book: PartBook) -> tuple[KitObject, ...]:
-    table = book.reader.table(node)
     parts: list[KitObject] = []
-    for entry in book.reader.entries(table) if table else ():
+    for entry in book.reader.entries(node):
         part_table = book.reader.table(entry.value)
         part = read_part(part_table, book) if part_table else None
         if part:

@@ -5,57 +5,45 @@ The years are those in which an entry first appeared; later formats kept many of
 
 from collections.abc import Mapping
 
-from cellwright.config.parsing.tree import Items, Leaf, Node, Scalar, Table, shortened
+from cellwright.config.parsing.tree import Items, Leaf, Node, Scalar, Table, children, shortened
 from cellwright.util.errors import did_you_mean
 
 EARLY = 2016
 """The formats before version 1.1 of the 2017 competition, some of which were in use until April 2017."""
 
-_TOP_LEVEL: Mapping[str, int] = {
-    "belt_models": 2018,
-    "faulty_products": 2018,
-    "models_to_insert": 2018,
-    "random_seed": 2018,
-    "sensor_blackout": 2018,
-    "models_over_shelves": 2020,
-    "agv_infos": 2021,
-    "models_over_stations": 2021,
-    "robot_health": 2021,
-    "sensor_health": 2022,
-    "table_tray_infos": 2022,
-    "assembly_inserts": 2023,
-    "challenges": 2023,
-    "kitting_trays": 2023,
-    "parts": 2023,
-}
-_ORDER: Mapping[str, int] = {
-    "announcement_time": EARLY,
-    "products": 2018,
-    "shipments": 2018,
-    "shipment_count": 2018,
-    "destinations": 2019,
-    "agv_id": 2019,
-    "assembly": 2021,
-    "assembly_robot_health": 2021,
-    "kitting": 2021,
-    "kitting_robot_health": 2021,
-    "priority": 2021,
-    "announcement": 2023,
-    "assembly_task": 2023,
-    "combined_task": 2023,
-    "kitting_task": 2023,
-    "tasks": 2023,
-}
-_OPTION: Mapping[str, int] = {"insert_bins": 2018, "visualize_sensor_views": 2018, "insert_models_over_shelves": 2020}
-_SENSOR: Mapping[str, int] = {
-    "depth_camera": 2018,
-    "quality_control": 2018,
-    "rgb_camera": 2020,
-    "rgbd_camera": 2020,
-    "basic_logical_camera": 2022,
-    "advanced_logical_camera": 2023,
-}
-_NAMES_NOW: Mapping[str, str] = {
+
+def _by_name(years: Mapping[int, tuple[str, ...]]) -> Mapping[Scalar, int]:
+    return {name: year for year, names in years.items() for name in names}
+
+
+_TOP_LEVEL = _by_name(
+    {
+        2018: ("belt_models", "faulty_products", "models_to_insert", "random_seed", "sensor_blackout"),
+        2020: ("models_over_shelves",),
+        2021: ("agv_infos", "models_over_stations", "robot_health"),
+        2022: ("sensor_health", "table_tray_infos"),
+        2023: ("assembly_inserts", "challenges", "kitting_trays", "parts"),
+    }
+)
+_ORDER = _by_name(
+    {
+        EARLY: ("announcement_time",),
+        2018: ("products", "shipments", "shipment_count"),
+        2019: ("destinations", "agv_id"),
+        2021: ("assembly", "assembly_robot_health", "kitting", "kitting_robot_health", "priority"),
+        2023: ("announcement", "assembly_task", "combined_task", "kitting_task", "tasks"),
+    }
+)
+LATER_OPTIONS = _by_name({2018: ("insert_bins", "visualize_sensor_views"), 2020: ("insert_models_over_shelves",)})
+LATER_SENSORS = _by_name(
+    {
+        2018: ("depth_camera", "quality_control"),
+        2020: ("rgb_camera", "rgbd_camera"),
+        2022: ("basic_logical_camera",),
+        2023: ("advanced_logical_camera",),
+    }
+)
+_NAMES_NOW: Mapping[Scalar, str] = {
     "belt_models": "belt_parts",
     "faulty_products": "faulty_parts",
     "models_to_insert": "models_over_bins",
@@ -65,70 +53,45 @@ _NAMES_NOW: Mapping[str, str] = {
 }
 
 
-def year_of_option(name: object) -> int | None:
-    """The year whose format brought an option, if it is a known one."""
-    return _OPTION.get(name) if isinstance(name, str) else None
-
-
-def year_of_sensor(sensor_type: str) -> int | None:
-    """The year whose format brought a sensor type, if it is a known one."""
-    return _SENSOR.get(sensor_type)
-
-
 class OtherYear:
     """The year whose format a configuration seems to be in, by everything in it."""
 
     def __init__(self, root: Table) -> None:
-        years = [year for name in root.entries if (year := _year(_TOP_LEVEL, name))]
+        years = [year for name in root.entries if (year := _TOP_LEVEL.get(name))]
         orders = root.get("orders")
         if isinstance(orders, Items):
             years.append(2023)
-        candidates = orders.entries.values() if isinstance(orders, Table) else ()
-        for entry in candidates:
-            if isinstance(entry.value, Table):
-                years += [year for name in entry.value.entries if (year := _year(_ORDER, name))]
+        for order in children(orders) if isinstance(orders, Table) else ():
+            if isinstance(order, Table):
+                years += [year for name in order.entries if (year := _ORDER.get(name))]
         self.year = max(years, default=None)
 
     def top_level(self, name: Scalar, valid: tuple[str, ...]) -> str:
         """What to say of a top-level entry that the 2017 format does not have."""
-        counterpart = _NAMES_NOW.get(str(name))
+        counterpart = _NAMES_NOW.get(name)
         meant = f"; did you mean {counterpart}" if counterpart else did_you_mean(str(name), valid)
         known = "" if meant else f" (known: {', '.join(valid)})"
-        return f"unknown top-level entry{self._belongs(_year(_TOP_LEVEL, name))}{meant}{known}"
+        return f"unknown top-level entry{self.belongs(_TOP_LEVEL.get(name))}{meant}{known}"
 
     def order(self, table: Table) -> str:
         """A remark on an order in which something is missing: another year's entries that it has instead."""
         for name in table.entries:
-            if year := _year(_ORDER, name):
-                counterpart = _NAMES_NOW.get(str(name))
+            if year := _ORDER.get(name):
+                counterpart = _NAMES_NOW.get(name)
                 instead = f"; did you mean {counterpart} instead of {name!s}" if counterpart else ""
-                return f"; {str(name)!r}{self._belongs(year)}{instead}"
+                return f"; {str(name)!r}{self.belongs(year)}{instead}"
         return ""
 
     def announcement_time(self, node: Node) -> str:
         """What to write in place of the announcement of an order in an early file."""
         time = shortened(str(node.value)) if isinstance(node, Leaf) and node.value is not None else "0"
         return (
-            f"this entry{self._belongs(EARLY)}: write announcement_condition: time and "
+            f"this entry{self.belongs(EARLY)}: write announcement_condition: time and "
             f"announcement_condition_value: {time} instead"
         )
 
-    def list_of_orders(self) -> str:
-        """A remark on orders that come as a list."""
-        return self._belongs(2023)
-
-    def belt_by_time(self) -> str:
-        """What to say of belt parts that are listed by their times."""
-        return (
-            f"belt parts are listed by type and then by time [s], as in gear_part: {{1.0: {{pose: {{…}}}}}}; this entry"
-            f"{self._belongs(EARLY)}"
-        )
-
-    def belt_without_pose(self) -> str:
-        """A remark on belt parts without a pose."""
-        return "; files without one are of the 2016 format"
-
-    def _belongs(self, year: int | None) -> str:
+    def belongs(self, year: int | None) -> str:
+        """A remark that an entry is of a year's format; empty where there is no year."""
         if year is None:
             return ""
         if year == EARLY:
@@ -137,7 +100,3 @@ class OtherYear:
         return (
             f" belongs to the {latest} format{'' if latest > year else ' or a later one'}; this reads the 2017 format"
         )
-
-
-def _year(years: Mapping[str, int], name: Scalar) -> int | None:
-    return years.get(name) if isinstance(name, str) else None

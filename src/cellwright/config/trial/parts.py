@@ -1,17 +1,16 @@
 """Parts of a trial: options and aliases, parts over bins and in frames, belt parts, drop regions and faulty parts."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
+from itertools import product
 
-from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
+from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
-from cellwright.config.parsing.reader import POSE, REQUIRED, TRUTH, Key, Keys, Placement, Reader, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Scalar, Table, described, shortened
-from cellwright.config.trial.other_years import OtherYear, year_of_option
+from cellwright.config.parsing.reader import Keys, Placement, Reader, section
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Table, children, described, shortened
+from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.util.errors import did_you_mean, suggestion
 from cellwright.util.pose import Vector3
@@ -20,29 +19,13 @@ DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_t
 """Other names of part types, unless a file has its own."""
 
 
-@dataclass(frozen=True, slots=True)
-class RawOptions:
-    """The options and the aliases of part types."""
-
-    options: Options = field(default_factory=Options)
-    aliases: Mapping[str, str] = field(default_factory=lambda: dict(DEFAULT_ALIASES))
-
-    def resolve(self, part_type: str) -> str:
-        """The part type that a name stands for; an alias of an alias is not followed."""
-        return self.aliases.get(part_type, part_type)
-
-
 def _switch(reader: Reader, node: Node) -> bool:
     """A switch. Whatever is no truth value counts as Python counts it, as it did in the original."""
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
-    truth = bool(node.value) if isinstance(node, Leaf) else len(_members(node)) > 0
+    truth = bool(node.value if isinstance(node, Leaf) else children(node))
     reader.problems.warn(node, f"should be true or false; {described(node)} counts as {str(truth).lower()}")
     return truth
-
-
-def _members(node: Node) -> tuple[object, ...]:
-    return tuple(getattr(node, "items", None) or getattr(node, "entries", None) or ())
 
 
 def _aliases(reader: Reader, node: Node) -> Mapping[str, str]:
@@ -56,46 +39,26 @@ def _aliases(reader: Reader, node: Node) -> Mapping[str, str]:
 
 
 ALIASES = "model_type_aliases"
+_SWITCHES = [each.name for each in fields(Options) if isinstance(each.default, bool)]
 OPTIONS = Keys(
-    Key("insert_agvs", TRUTH, "AGVs, trays and quality control sensors are there", read=_switch),
-    Key("insert_models_over_bins", TRUTH, "the parts of `models_over_bins` are there", read=_switch),
-    Key("spawn_extra_models", TRUTH, "the parts of `models_to_spawn` are there", read=_switch),
-    Key("fill_demo_tray", TRUTH, "at the start the first order's parts drop on AGV 1's tray", read=_switch),
-    *(
-        Key(name, TRUTH, "read, without effect on the simulation", read=_switch)
-        for name in ("gazebo_state_logging", "disable_shadows", "unthrottled_physics_update")
-    ),
-    Key(
-        "belt_population_cycles",
-        "whole number",
-        "how often the list of belt parts is gone through; 0 for an empty belt",
-        read=Reader.whole,
-    ),
-    Key(
-        ALIASES,
-        "`{name: part type}`",
-        "other names for part types; yours replace these",
-        f"`{{{', '.join(f'{name}: {part}' for name, part in DEFAULT_ALIASES.items())}}}`",
-        _aliases,
-    ),
-    of=Options,
+    optional={**dict.fromkeys(_SWITCHES, _switch), "belt_population_cycles": Reader.whole, ALIASES: _aliases}
 )
 
 
-def read_options(node: Node, reader: Reader) -> RawOptions:
-    """The section `options`."""
+def read_options(node: Node, reader: Reader) -> tuple[Options, Mapping[str, str]]:
+    """The section `options`, and other names of part types in it."""
     table = reader.table(node)
     if table is None:
-        return RawOptions()
+        return Options(), DEFAULT_ALIASES
     for entry in table.entries.values():
         if entry.name not in OPTIONS.names:
-            year = year_of_option(entry.name)
+            year = LATER_OPTIONS.get(entry.name)
             origin = f" (it came with the {year} format)" if year else ""
             hint = did_you_mean(str(entry.name), OPTIONS.names)
             reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
     values = OPTIONS.values(table, reader)
     aliases = values.pop(ALIASES, DEFAULT_ALIASES)
-    return RawOptions(Options(**values), aliases)
+    return Options(**values), aliases
 
 
 MAX_PARTS = 2000
@@ -109,13 +72,15 @@ _MANY = 100
 class PartBook:
     """Keeps count while parts are read: the numbers in their names, how many there are in all, and where.
 
-    Numbers are counted per type as written: an alias counts apart from the type that it stands for. `types` are the
-    part types that there is a model for; `locations` the places where each type can be found.
+    Numbers are counted per type as written: an alias counts apart from the type that it stands for; an alias of an
+    alias is not followed. `types` are the part types that there is a model for; `locations` the places where each type
+    can be found.
     """
 
     reader: Reader
-    options: RawOptions
-    types: frozenset[str] = PART_TYPES
+    options: Options
+    aliases: Mapping[str, str]
+    types: frozenset[str]
     count: int = 0
     locations: defaultdict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
@@ -136,82 +101,65 @@ class PartBook:
 
     def part_type(self, name: str, where: Located) -> str:
         """The type that a name stands for, with a warning when no part of that type exists."""
-        resolved = self.options.resolve(name)
+        resolved = self.aliases.get(name, name)
         if resolved not in self.types:
-            aliases = self.options.aliases if len(self.options.aliases) <= _MANY else ()
+            aliases = self.aliases if len(self.aliases) <= _MANY else ()
             hint = did_you_mean(name, [*self.types, *aliases]) or f" (known: {', '.join(sorted(self.types))})"
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
             self.reader.problems.warn(where, message)
         return resolved
 
 
-PART = Keys(
-    Key("type", "a part type", "what it is", REQUIRED, Reader.name),
-    Key("pose", POSE, "where it is, or belongs", REQUIRED, Reader.placement),
-)
-
-BIN = Keys(
-    Key("models", "`{part type: grid}`", "the parts", REQUIRED),
-    Key(
-        "xyz",
-        "three lengths, m",
-        "where coordinates count from, in the world frame; needed for places other than `bin1` to `bin8`",
-        f"the bin's corner: its centre −{BIN_WIDTH / 2:g} m in x and y, at a height of {BIN_PART_HEIGHT:g} m",
-        Reader.position,
-    ),
-)
-_START, _END = partial(Reader.coordinates, least=3), partial(Reader.coordinates, least=2)
+PART = Keys({"type": Reader.name, "pose": Reader.placement})
+BIN = Keys({"models": None}, {"xyz": Reader.position})
 GRID = Keys(
-    Key("xyz_start", "three plain numbers, m", "the first part", REQUIRED, _START),
-    Key(
-        "xyz_end", "two or three plain numbers, m", "the last part; all stand at the first one's height", REQUIRED, _END
-    ),
-    Key("rpy", "three angles, rad", "how each is turned", REQUIRED, Reader.vector),
-    Key("num_models_x", "whole number", "parts along x", REQUIRED, Reader.whole),
-    Key("num_models_y", "whole number", "parts along y", REQUIRED, Reader.whole),
+    {
+        "xyz_start": partial(Reader.coordinates, least=3),
+        "xyz_end": partial(Reader.coordinates, least=2),
+        "rpy": Reader.vector,
+        "num_models_x": Reader.whole,
+        "num_models_y": Reader.whole,
+    }
 )
 
 
 def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_over_bins`: grids of parts, numbered in the original's order."""
     reader = book.reader
-    table = reader.table(node)
     found: dict[str, Part] = {}
-    for entry in reader.entries(table) if table else ():
-        name = reader.text_key(entry)
-        bin_table = reader.table(entry.value)
-        if name is None or bin_table is None:
-            continue
-        origin = _origin(name, bin_table, reader)
-        models = bin_table.get("models")
+    for _, name, table in reader.tables(node):
+        origin = _origin(name, table, reader)
+        models = table.get("models")
         if models is None or (isinstance(models, Leaf) and models.value is None):
             continue
-        model_table = reader.table(models)
-        for model in reader.entries(model_table) if model_table else ():
-            _add(found, _grid(name, origin, model, book), model, reader)
+        for model in reader.entries(models):
+            parts = _grid(name, origin, model, book)
+            lost = [part.name for part in parts if part.name in found]
+            if lost:  # one with the name of an earlier one replaces it, as in the original
+                first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
+                message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
+                reader.problems.warn(model, message)
+            found.update((part.name, part) for part in parts)
     return tuple(found.values())
 
 
 def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_to_spawn`: single parts, each in the frame of a link."""
     reader = book.reader
-    table = reader.table(node)
     found: dict[str, Part] = {}
-    for entry in reader.entries(table) if table else ():
-        frame = reader.text_key(entry)
-        frame_table = reader.table(entry.value)
-        if frame is None or frame_table is None:
-            continue
+    for entry, frame, frame_table in reader.tables(node):
         reader.ignored(frame_table, ("models",))
         if frame not in REFERENCE_FRAMES:
             message = f"unknown reference frame, its parts are left out{suggestion(frame, REFERENCE_FRAMES)}"
             reader.problems.warn(entry, message)
         models = reader.required(frame_table, "models")
-        model_table = reader.table(models) if models else None
-        for model in reader.entries(model_table) if model_table else ():
-            part = _single(frame, model, book)
-            if part:
-                found[part.name] = part
+        for model in reader.entries(models) if models else ():
+            table = reader.table(model.value)
+            part = read_part(table, book) if table else None
+            if part and book.admit(model, 1):
+                part_type, placement = part
+                name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
+                found[name] = Part(name, part_type, placement.pose, frame, placement)
     return tuple(found.values())
 
 
@@ -256,73 +204,54 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
     parts: list[Part] = []
-    for ix in range(nx):
-        for iy in range(ny):
-            x = origin[0] + start[0] + ix * step_x
-            y = origin[1] + start[1] + iy * step_y
-            name = f"{bin_name}|{part_type}_{book.number(written_type)}"
-            placement = Placement((x, y, origin[2] + start[2]), rpy)
-            parts.append(Part(name, part_type, placement.pose, written=placement))
+    for ix, iy in product(range(nx), range(ny)):
+        x = origin[0] + start[0] + ix * step_x
+        y = origin[1] + start[1] + iy * step_y
+        name = f"{bin_name}|{part_type}_{book.number(written_type)}"
+        placement = Placement((x, y, origin[2] + start[2]), rpy)
+        parts.append(Part(name, part_type, placement.pose, written=placement))
     return parts
 
 
-def _add(found: dict[str, Part], parts: list[Part], entry: Entry, reader: Reader) -> None:
-    """Take parts in; one with the name of an earlier one replaces it, as in the original."""
-    lost = [part.name for part in parts if part.name in found]
-    if lost:
-        first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
-        message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
-        reader.problems.warn(entry, message)
-    found.update((part.name, part) for part in parts)
-
-
-def _single(frame: str, entry: Entry, book: PartBook) -> Part | None:
-    table = book.reader.table(entry.value)
-    part = read_part(table, book) if table else None
-    if part is None or not book.admit(entry, 1):
-        return None
-    part_type, placement = part
-    name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
-    return Part(name, part_type, placement.pose, frame, placement)
+_BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part: {1.0: {pose: {…}}}"
+_NO_POSE = "; files without one are of the 2016 format"
 
 
 def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """The parts in the order of their times, ties in the original's order."""
     reader = book.reader
-    table = reader.table(node)
-    found: dict[tuple[str, Scalar], BeltPart] = {}
-    for entry in reader.entries(table) if table else ():
+    found: dict[tuple[str, object], BeltPart] = {}
+    for entry in reader.entries(node):
         if isinstance(entry.value, Table) and "type" in entry.value.entries:
-            reader.problems.error(entry, other_year.belt_by_time())
+            reader.problems.error(entry, f"{_BY_TYPE}; this entry{other_year.belongs(EARLY)}")
             continue
         written_type = reader.key(entry)
-        times = reader.table(entry.value)
-        if written_type is None or times is None:
+        times = reader.entries(entry.value)
+        if written_type is None or not isinstance(entry.value, Table):
             continue
         part_type = book.part_type(written_type, entry)
-        for time in reader.entries(times):
-            part = _belt_part(part_type, time, book, other_year)
+        for time in times:
+            part = _belt_part(part_type, time, reader)
             if part is None:
                 continue
             if (part_type, time.name) in found:
                 reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
             found[part_type, time.name] = part
             book.locations[part_type].add("belt")
-    if not book.admit(node, len(found) * book.options.options.belt_population_cycles):
+    if not book.admit(node, len(found) * book.options.belt_population_cycles):
         return ()
     return tuple(sorted(found.values(), key=lambda part: part.time))
 
 
-def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> BeltPart | None:
-    reader = book.reader
+def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if entry.name == "pose":
-        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{other_year.belt_without_pose()}")
+        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{_NO_POSE}")
         return None
     time = reader.number(Leaf(entry.name, entry.place, entry.key))
     if time is None:
         return None
     if isinstance(entry.value, Leaf) and entry.value.value is None:
-        reader.problems.error(entry, f"the required entry 'pose' is missing{other_year.belt_without_pose()}")
+        reader.problems.error(entry, f"the required entry 'pose' is missing{_NO_POSE}")
         return None
     table = reader.table(entry.value)
     if table is None:
@@ -346,13 +275,8 @@ def _destination(reader: Reader, node: Node) -> Placement | None:
     return reader.placement(table) if table and reader.required(table, "xyz") else None
 
 
-_CORNER = section(Keys(Key("xyz", "three lengths, m", "the corner", REQUIRED, Reader.position)), lambda xyz: xyz)
-DROP_REGION = Keys(
-    Key("min", "`{xyz}`, m", "a corner of the region, in the world frame", REQUIRED, _CORNER, "first"),
-    Key("max", "`{xyz}`, m", "the opposite corner; which is which does not matter", REQUIRED, _CORNER, "second"),
-    Key("destination", POSE, "where the part then is, in the world frame; `xyz` must be there", REQUIRED, _destination),
-    Key("part_type_to_drop", "a part type", "what is lost there, once", REQUIRED, Reader.name, "type"),
-)
+_CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
+DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination, "part_type_to_drop": Reader.name})
 
 
 def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
@@ -363,9 +287,8 @@ def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
         return ()
     reader.ignored(table, ("drop_regions",))
     regions_node = reader.required(table, "drop_regions")
-    regions = reader.table(regions_node) if regions_node else None
     drops: dict[object, DropRegion] = {}
-    for entry in reader.entries(regions) if regions else ():
+    for entry in reader.entries(regions_node) if regions_node else ():
         drop = _region(entry, book)
         if drop:
             drops[entry.name] = drop
@@ -381,8 +304,8 @@ def _region(entry: Entry, book: PartBook) -> DropRegion | None:
     values = DROP_REGION.read(table, reader)
     if name is None or not DROP_REGION.complete(values):
         return None
-    part_type = book.part_type(values["type"], table.entries["part_type_to_drop"].value)
-    first, second, destination = values["first"], values["second"], values["destination"]
+    part_type = book.part_type(values["part_type_to_drop"], table.entries["part_type_to_drop"].value)
+    first, second, destination = values["min"], values["max"], values["destination"]
     lower, upper = (tuple(map(choose, first, second)) for choose in (min, max))
     return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))
 
@@ -410,7 +333,7 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
             names = dict.fromkeys(text, node)
         case _:
             reader.problems.error(node, f"must be a list of names, not {described(node)}")
-    return {str(name): names[str(name)] for name in dictionary_order(dictionary_order(names))}
+    return {name: names[name] for name in dictionary_order(dictionary_order(names))}
 
 
 def check_faulty(faulty: Mapping[str, Node], trial: Trial, reader: Reader) -> None:

@@ -1,27 +1,13 @@
 """Arm, sensors, cameras and plugin devices of a trial."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Sequence
 from typing import get_args
 
 from cellwright.config.layout import ARM_FRAMES
-from cellwright.config.parsing.reader import (
-    POSE,
-    TRUTH,
-    Key,
-    Keys,
-    Reader,
-    number,
-    one_of,
-    plain,
-    section,
-    whole,
-    words,
-)
+from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
 from cellwright.config.parsing.tree import Entry, Node, Table, shortened
-from cellwright.config.trial.other_years import year_of_sensor
+from cellwright.config.trial.other_years import LATER_SENSORS
 from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, PluginDevice, Sensor, SensorType, WhenLate
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
@@ -36,28 +22,28 @@ CAMERA_PREFIX = "logical_camera"
 
 TAKEN_NAMES = frozenset(
     {
-        "agv1/state",
-        "agv2/state",
-        "arm/command",
-        "arm/state",
-        "competition_state",
-        "current_score",
-        "gripper/state",
-        "joint_states",
-        "orders",
-        "population/state",
-        "quality_control_sensor_1",
-        "quality_control_sensor_2",
-        "trays",
+        *(
+            "agv1/state",
+            "agv2/state",
+            "arm/command",
+            "arm/state",
+            "competition_state",
+            "current_score",
+            "gripper/state",
+        ),
+        *(
+            "joint_states",
+            "orders",
+            "population/state",
+            "quality_control_sensor_1",
+            "quality_control_sensor_2",
+            "trays",
+        ),
     }
 )
 """Topics of the cell, which no sensor can be named after."""
 
-SENSOR = Keys(
-    Key("type", words(SENSOR_TYPES), "what it is", read=Reader.name),
-    Key("pose", POSE, "where it is fixed, in the world frame", read=Reader.pose),
-    of=Sensor,
-)
+SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
 
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 
@@ -106,7 +92,7 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
         return None
     sensor = Sensor(name, **values)
     if sensor.type not in SENSOR_TYPES and sensor.type not in brought:
-        year = year_of_sensor(sensor.type)
+        year = LATER_SENSORS.get(sensor.type)
         origin = f" of the {year} format" if year else ""
         hint = suggestion(sensor.type, (*SENSOR_TYPES, *brought))
         if sensor.type in CAMERA_TYPES:
@@ -137,37 +123,22 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
 
 MOST_CAMERAS = 16
 """Most cameras in one cell."""
-
-MAX_PICTURE_SIZE = (1920, 1080)
-"""Width and height of the largest pictures [pixels]."""
-
+MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
+"""Least width and height, and those of the largest pictures [pixels]."""
 MAX_DEPTH_PIXELS = 1_000_000
 """Most pixels of a picture of depth: as a cloud of points it has to go into one message."""
-
-MIN_PICTURE_SIZE = 8
-"""Least width and height [pixels]."""
-
 MIN_PICTURE_RATE, MAX_PICTURE_RATE = 0.1, 100.0
 """Pictures a second [Hz]."""
-
 MIN_FOV, MAX_FOV = 0.01, 2.8
 """How far a camera sees to the left and right together [rad]."""
-
 MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH = 0.02, 100.0
 """Bounds of the depths that a camera measures [m]."""
-
 MAX_CAMERA_LATENCY = 10.0
 """[s]"""
-
-MAX_NOISE = 1.0
-"""Largest figure of noise."""
 
 WORLD = "world"
 
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
-_LATE: tuple[str, ...] = get_args(WhenLate)
-_DEPTH = number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m")
-_NOISE = number(0.0, MAX_NOISE)
 
 
 def _camera_type(reader: Reader, node: Node) -> str | None:
@@ -178,67 +149,31 @@ def _camera_type(reader: Reader, node: Node) -> str | None:
     return one_of(CAMERA_TYPES, "type of camera")(reader, node) if kind is not None else None
 
 
-NOISE = Keys(
-    Key("colour", "share of full brightness", "standard deviation of each colour of each pixel", read=_NOISE),
-    Key("depth", "m", "standard deviation of each depth", read=_NOISE),
-    Key("depth_growth", "1/m", "what comes to that with the square of the depth", read=_NOISE),
-    of=PictureNoise,
-    strict="entry",
-)
+NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
 """The noise of a camera."""
 
 CAMERA = Keys(
-    Key("type", words(CAMERA_TYPES), "whether it takes colour pictures, measures depth, or both", read=_camera_type),
-    Key("pose", POSE, "where it is fixed; it looks along +x, and z is up", read=Reader.pose),
-    Key(
-        "frame",
-        "`world`, or a link of the arm",
-        "what it is fixed to, and the pose is given in",
-        read=one_of((WORLD, *ARM_FRAMES)),
-    ),
-    Key("width", "pixels", "width of its pictures", read=whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels")),
-    Key("height", "pixels", "height of its pictures", read=whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels")),
-    Key("fov", "rad", "how far it sees to the left and right together", read=number(MIN_FOV, MAX_FOV, "rad")),
-    Key("rate", "Hz", "pictures a second of simulation time", read=number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz")),
-    Key("near", "m", "depths below this are not measured", read=_DEPTH),
-    Key("far", "m", "depths above this are not measured", read=_DEPTH),
-    Key("shadows", TRUTH, "things throw shadows in its colour pictures, which take longer to draw", read=Reader.truth),
-    Key(
-        "noise",
-        "`{colour, depth, depth_growth}`",
-        "noise of its pictures; 0 for none at all",
-        "see below",
-        section(NOISE, PictureNoise),
-    ),
-    Key(
-        "latency",
-        "seconds",
-        "from the moment that a picture shows to its delivery",
-        "the time between two pictures",
-        number(0.0, MAX_CAMERA_LATENCY, "s"),
-    ),
-    Key(
-        "when_late",
-        words(_LATE),
-        "what happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are "
-        "left out for it; `auto` waits, but where time goes by the wall clock",
-        read=one_of(_LATE),
-    ),
-    of=Camera,
-    strict="entry",
+    {"type": _camera_type, "pose": Reader.pose},
+    {
+        "frame": one_of((WORLD, *ARM_FRAMES)),
+        "width": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels"),
+        "height": whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels"),
+        "fov": number(MIN_FOV, MAX_FOV, "rad"),
+        "rate": number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
+        "near": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
+        "far": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
+        "shadows": Reader.truth,
+        "noise": section(NOISE, PictureNoise),
+        "latency": number(0.0, MAX_CAMERA_LATENCY, "s"),
+        "when_late": one_of(get_args(WhenLate)),
+    },
+    "entry",
 )
 """A camera under `sensors` in the section `cellwright`."""
 
 
 def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
-    """What the section `cellwright` has under `sensors`.
-
-    Args:
-        own: the section.
-        sensors: the sensors of the 2017 format; a camera cannot have the name of one.
-        reader: collects what is wrong.
-        has_arm: whether there is an arm to fix cameras to.
-    """
+    """What the section `cellwright` has under `sensors`; a camera cannot have the name of another sensor."""
     node = own.get("sensors") if isinstance(own, Table) else None
     table = reader.table(node) if node else None
     if table is None:

@@ -1,35 +1,22 @@
 """Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every slip is an error."""
 
-from __future__ import annotations
-
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, get_args
 
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
-from cellwright.config.models.model import Furniture, Model
 from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import TRUTH, Key, Keys, Read, Reader, one_of, section, whole, words
+from cellwright.config.parsing.reader import Keys, Read, Reader, one_of, section, whole
 from cellwright.config.parsing.tree import Leaf, Node, Table, described, shortened
 from cellwright.config.trial.sensors import read_plugin_devices
-from cellwright.config.trial.trial import (
-    ArmSettings,
-    CellSettings,
-    JointGains,
-    JointTolerance,
-    PluginDevice,
-    ServoProfile,
-)
+from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.util.errors import ExpressionError
 
 SHORTEST_STEP = Fraction(1, 100_000)
 LONGEST_STEP = Fraction(1, 50)
 LARGEST_SEED = 2**63 - 1
 
-_PROFILES: tuple[str, ...] = get_args(ServoProfile)
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 
 
@@ -50,21 +37,9 @@ def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
     return step.numerator, step.denominator
 
 
-def _by_joint(read: Read) -> Read:
-    """Reader of a mapping of joints to values, each of which `read` reads."""
-
-    def by_joint(reader: Reader, node: Node) -> dict[str, Any] | None:
-        table = reader.table(node)
-        if table:
-            reader.refuse_unknown(table, ARM_JOINTS, "joint")
-        return _of_joints(table, reader, read) if table else None
-
-    return by_joint
-
-
-def _of_joints(table: Table, reader: Reader, read: Read) -> dict[str, Any]:
-    found = {str(name): read(reader, entry.value) for name, entry in table.entries.items() if name in ARM_JOINTS}
-    return {name: value for name, value in found.items() if value is not None}
+def _by_joint(read: Read) -> Keys:
+    """A mapping of joints to values, each of which `read` reads."""
+    return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
 
 
 def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
@@ -72,17 +47,18 @@ def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
     table = reader.table(node)
     if table is None:
         return None
-    tolerances = _of_joints(table, reader, section(TOLERANCE, JointTolerance))
+    tolerances = _by_joint(section(TOLERANCE, JointTolerance)).values(table, reader)
     return CONSTRAINTS.read(table, reader, ARM_JOINTS) | {"tolerances": tolerances}
 
 
 def _initial(reader: Reader, node: Node) -> dict[str, float]:
     """Joint positions, which may be expressions; values that cannot be computed have been reported before."""
     states: dict[str, float] = {}
-    if not isinstance(node, Table):
-        return states
-    reader.refuse_unknown(node, ARM_JOINTS, "joint")
-    for entry in (each for each in node.entries.values() if each.name in ARM_JOINTS):
+    if isinstance(node, Table):
+        reader.refuse_unknown(node, ARM_JOINTS, "joint")
+    for entry in node.entries.values() if isinstance(node, Table) else ():
+        if entry.name not in ARM_JOINTS:
+            continue
         limit = RAIL_LIMIT if entry.name == ARM_JOINTS[0] else TURN_LIMIT
         try:
             position = expressions.expression_value(entry.value)
@@ -94,122 +70,50 @@ def _initial(reader: Reader, node: Node) -> dict[str, float]:
     return states
 
 
-GAINS = Keys(
-    Key("p", "N m/rad or N/m, not negative", "force for each distance from the target", read=Reader.not_negative),
-    Key("d", "N m s/rad or N s/m, not negative", "force for each difference in velocity", read=Reader.not_negative),
-    Key(
-        "i", "N m/(rad s) or N/(m s), not negative", "force for the integral of the distance", read=Reader.not_negative
-    ),
-    Key("i_clamp", "N m or N, not negative", "most that the integral comes to", read=Reader.not_negative),
-    of=JointGains,
-    strict="gain",
-)
+_NOT_NEGATIVE = Reader.not_negative
+GAINS = Keys({"p": _NOT_NEGATIVE, "d": _NOT_NEGATIVE}, {"i": _NOT_NEGATIVE, "i_clamp": _NOT_NEGATIVE}, "gain")
 CONSTRAINTS = Keys(
-    Key("goal_time", "seconds", "after its end in which a goal may still be reached", read=Reader.not_negative),
-    Key("stopped_velocity_tolerance", "rad/s or m/s", "so slow a joint counts as standing", read=Reader.not_negative),
-    of=ArmSettings,
-    strict="joint or entry",
+    optional={"goal_time": _NOT_NEGATIVE, "stopped_velocity_tolerance": _NOT_NEGATIVE}, strict="joint or entry"
 )
-TOLERANCE = Keys(
-    Key("trajectory", "rad or m; 0: not checked", "how far it may stray on its way", read=Reader.not_negative),
-    Key("goal", "rad or m; 0: not checked", "how far from its goal it may end", read=Reader.not_negative),
-    of=JointTolerance,
-    strict="tolerance",
-)
+TOLERANCE = Keys(optional={"trajectory": _NOT_NEGATIVE, "goal": _NOT_NEGATIVE}, strict="tolerance")
 OWN_ARM = Keys(
-    Key(
-        "servo",
-        words(_PROFILES, " or "),
-        "the competition's gains and compliance, or such as track below 1 mrad",
-        read=one_of(_PROFILES, "servo profile"),
-    ),
-    Key(
-        "gains",
-        "`{joint: {p, d, i, i_clamp}}`",
-        "gains of the servos of single joints",
-        "the profile's",
-        _by_joint(section(GAINS, JointGains)),
-    ),
-    Key(
-        "dry_friction",
-        "`{joint: friction}`, N m or N, not negative",
-        "dry friction of single joints",
-        read=_by_joint(Reader.not_negative),
-    ),
-    Key("constraints", "`{…, joint: {…}}`", "when a trajectory has failed", "see below", _constraints),
-    Key(
-        "stop_trajectory_duration",
-        "seconds",
-        "in which the arm comes to rest when it is told to hold",
-        read=Reader.not_negative,
-    ),
-    Key("allow_partial_joints_goal", TRUTH, "whether a command may name some of the joints only", read=Reader.truth),
-    Key(
-        "initial_joint_states",
-        "`{joint: position}`, rad or m, expressions allowed",
-        "where the arm begins",
-        "the usual place of each joint",
-        _initial,
-    ),
-    of=ArmSettings,
+    optional={
+        "servo": one_of(get_args(ServoProfile), "servo profile"),
+        "gains": section(_by_joint(section(GAINS, JointGains)), dict),
+        "dry_friction": section(_by_joint(_NOT_NEGATIVE), dict),
+        "constraints": _constraints,
+        "stop_trajectory_duration": _NOT_NEGATIVE,
+        "allow_partial_joints_goal": Reader.truth,
+        "initial_joint_states": _initial,
+    },
     strict="entry",
 )
 """What stands under `arm` in the section `cellwright`."""
 
 OWN = Keys(
-    Key("seed", "0 to 2⁶³−1", "root of all chance", read=whole(0, LARGEST_SEED)),
-    Key(
-        "timestep",
-        "seconds, a decimal or a fraction, 1/100000 to 1/50",
-        "length of a step",
-        "/".join(map(str, CellSettings().timestep)),
-        _timestep,
-    ),
-    Key("arm", "`{…}`", "how the arm is controlled, see below", "see below", section(OWN_ARM, dict)),
-    Key(
-        "parts",
-        "`{part type: {…}}`",
-        "part types of your own: [Models of your own](own-models.md)",
-        read=read_part_models,
-        field="part_models",
-    ),
-    Key("furniture", "list", "furniture of your own: [Models of your own](own-models.md)", read=read_furniture),
-    Key("sensors", "`{name: {type, pose, …}}`", "cameras that take pictures, see below"),
-    Key(
-        "devices",
-        "`{name: {type, …}}`",
-        "devices that other packages bring along: [Plugins](plugins.md)",
-        read=read_plugin_devices,
-    ),
-    of=CellSettings,
+    optional={
+        "seed": whole(0, LARGEST_SEED),
+        "timestep": _timestep,
+        "arm": section(OWN_ARM, dict),
+        "parts": read_part_models,
+        "furniture": read_furniture,
+        "sensors": None,
+        "devices": read_plugin_devices,
+    },
     strict="entry",
 )
 """The section `cellwright`; `read_cameras` reads its `sensors`, which need to know those of the 2017 format."""
 
 
-@dataclass(frozen=True, slots=True)
-class RawSettings:
-    """The section `cellwright`, without its cameras.
-
-    `initial_joint_states` are the joint positions [rad or m] that the arm begins with where they are not the usual
-    ones; `part_models` the part types of somebody's own by name.
-    """
-
-    settings: CellSettings = field(default_factory=CellSettings)
-    initial_joint_states: Mapping[str, float] = field(default_factory=dict)
-    part_models: Mapping[str, Model] = field(default_factory=dict)
-    furniture: tuple[Furniture, ...] = ()
-    devices: tuple[PluginDevice, ...] = ()
-
-
-def read_settings(node: Node, reader: Reader) -> RawSettings:
-    """The section `cellwright`, without its cameras."""
+def read_settings(node: Node, reader: Reader) -> dict[str, Any]:
+    """The fields of a trial that the section `cellwright` sets, without its cameras."""
     table = reader.table(node)
     if table is None:
-        return RawSettings()
+        return {}
     values = OWN.read(table, reader)
     arm = values.pop("arm", {})
     states, constraints = arm.pop("initial_joint_states", {}), arm.pop("constraints", {})
     cell = {name: values.pop(name) for name in ("seed", "timestep") if name in values}
     settings = CellSettings(**cell, arm=ArmSettings(**arm, **constraints))
-    return RawSettings(settings, states, **values)
+    own = {"settings": settings, "initial_joint_states": states, "part_models": values.pop("parts", {})}
+    return {**own, **values}

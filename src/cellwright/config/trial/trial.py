@@ -1,11 +1,8 @@
 """A trial: everything that was written about a cell, checked and resolved, with units.
 
-These are plain values. The loader (`gear2017.py`) makes them; the world, the devices and the kitting logic read them.
-Nothing in here knows an engine, a clock or a message. `written` is a value as the file has it, for the loader's
-`resolved`; it takes no part in comparisons, and is None in a trial that no file describes.
+`written` is a value as the file has it, for the loader's `resolved`; it takes no part in comparisons, and is None in a
+trial that no file describes.
 """
-
-from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping

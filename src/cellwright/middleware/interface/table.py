@@ -18,8 +18,7 @@ class Kind(Enum):
 
     TOPIC = "topic"
     SERVICE = "service"
-    ACTION = "action"
-    """Said and heard over topics, which have rows of their own; the row tells that they belong together."""
+    ACTION = "action"  # over topics, which have rows of their own; the row tells that they belong together
 
 
 class Pace(Enum):
@@ -29,24 +28,20 @@ class Pace(Enum):
     ON_EVENT = "on event"
 
 
-Rate: TypeAlias = Fraction | Pace
-"""Messages per second of simulation time [Hz], or the occasion."""
+Rate: TypeAlias = Fraction | Pace  # messages per second of simulation time [Hz], or the occasion
 
 
 @dataclass(frozen=True, slots=True)
 class Qos:
     """Quality of service of a topic, in the terms of ROS 2.
 
-    Attributes:
-        is_reliable: whether lost messages are sent again. A publisher offers it; a subscription asks for it, and gets
-            nothing from a publisher that does not offer it.
-        is_transient_local: whether a late subscriber gets the newest messages.
-        depth: how many messages are kept.
+    Where lost messages are sent again a publisher `is_reliable`; a subscription that asks for it gets nothing from a
+    publisher that is not.
     """
 
     is_reliable: bool = True
-    is_transient_local: bool = False
-    depth: int = 10
+    is_transient_local: bool = False  # whether a late subscriber gets the newest messages
+    depth: int = 10  # messages that are kept
 
     @property
     def text(self) -> str:
@@ -60,8 +55,8 @@ RELIABLE = Qos()
 LATCHED = Qos(is_transient_local=True, depth=1)
 BEST_EFFORT = Qos(is_reliable=False, depth=1)
 
+# Types whose messages are too large to be sent again.
 _LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
-"""Types whose messages are too large to be sent again."""
 
 
 class Where(Enum):
@@ -99,46 +94,22 @@ class Competition(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One topic, service or action.
+    """One topic, service or action."""
 
-    Attributes:
-        template: absolute name; `{sensor}` and `{n}` stand for the name of a sensor and the number of an AGV.
-        type: short name of the message, service or action type.
-        about: what it is, in a sentence.
-        kind: topic, service or action.
-        direction: out of the cell, or into it.
-        rate: how often it comes; None for what comes from clients.
-        latch: whether a late listener is given the newest message.
-        where: in which cells it is there.
-        competition: what becomes of it in competition mode.
-        node: the node that publishes, hears or serves it, as the original's graph names it.
-        source: the part of the original that this is taken from.
-        handler: name of the method that serves it; see `binding.bind`.
-        qos: quality of service of a topic.
-        subject: the sensor or the number that the template is filled with; None where it has no gap, or is not filled.
-    """
-
-    template: str
-    type: str
-    about: str
+    name: str  # absolute; `of` fills in `{sensor}` and `{n}`, the name of a sensor and the number of an AGV
+    type: str  # short name of the message, service or action type
+    about: str  # what it is, in a sentence
     kind: Kind = Kind.TOPIC
     direction: Direction = Direction.OUT
-    rate: Rate | None = None
-    latch: bool = False
+    rate: Rate | None = None  # None for what comes from clients
+    latch: bool = False  # whether a late listener is given the newest message
     where: Where = Where.ALWAYS
     competition: Competition = Competition.SAME
-    node: str = "/gazebo"
-    source: str = ""
-    handler: str = ""
+    node: str = "/gazebo"  # the node that publishes, hears or serves it, as the original's graph names it
+    source: str = ""  # the part of the original that this is taken from
+    handler: str = ""  # name of the method that serves it; see `binding.bind`
     qos: Qos = RELIABLE
-    subject: str | None = None
-
-    @property
-    def name(self) -> str:
-        """The name, filled in where the row has a subject."""
-        if self.subject is None:
-            return self.template
-        return self.template.replace("{sensor}", self.subject).replace("{n}", self.subject)
+    subject: str | None = None  # the sensor or the number in the name; None where it has no gap, or is not filled
 
     @property
     def period(self) -> Fraction | None:
@@ -148,17 +119,15 @@ class Row:
     @property
     def rate_text(self) -> str:
         """The rate in words: "50 Hz", "each step", "on event", or nothing for what comes from clients."""
-        match self.rate:
-            case None:
-                return ""
-            case Pace() as pace:
-                return pace.value
-            case rate:
-                return f"{float(rate):g} Hz"
+        if isinstance(self.rate, Fraction):
+            return f"{float(self.rate):g} Hz"
+        return "" if self.rate is None else self.rate.value
 
     def of(self, subject: str | None) -> Row:
         """The row for one sensor or AGV, or for none."""
-        return replace(self, subject=subject)
+        if subject is None:
+            return self
+        return replace(self, name=self.name.replace("{sensor}", subject).replace("{n}", subject), subject=subject)
 
 
 class RowOptions(TypedDict, total=False):
@@ -172,7 +141,7 @@ class RowOptions(TypedDict, total=False):
 
 
 def says(
-    template: str,
+    name: str,
     type_name: str,
     rate: int | Pace,
     where: Where,
@@ -187,9 +156,9 @@ def says(
     """
     more.setdefault("qos", LATCHED if latch else BEST_EFFORT if type_name in _LARGE_TYPES else RELIABLE)
     pace = Fraction(rate) if isinstance(rate, int) else rate
-    return Row(template=template, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
+    return Row(name=name, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
 
 
-def takes(kind: Kind, template: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
+def takes(kind: Kind, name: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
     """The row of a topic that the cell hears, of a service or of an action. A topic is reliable."""
-    return Row(template=template, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)
+    return Row(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)

@@ -15,7 +15,6 @@ from cellwright.middleware.messages.types import (
     message_type,
     service_type,
     short_name,
-    source,
     type_of,
 )
 from cellwright.middleware.messages.validation import checked, said
@@ -34,7 +33,6 @@ __all__ = [
     "said",
     "service_type",
     "short_name",
-    "source",
     "to_cdr",
     "to_ros1",
     "type_of",

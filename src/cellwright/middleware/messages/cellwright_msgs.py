@@ -5,9 +5,8 @@ Generated: change the definitions, and run `python -m tools.message_classes`.
 
 from dataclasses import field
 
-from cellwright.middleware.messages.conversions import Counts, counts, duration, stamp
+from cellwright.middleware.messages import conversions, standard
 from cellwright.middleware.messages.message_class import MessageClass, message_class
-from cellwright.middleware.messages.standard import Duration, Time
 
 
 @message_class("cellwright_msgs/msg/TeleopStatus")
@@ -32,10 +31,10 @@ class TeleopStatus(MessageClass):
 class StepRequest(MessageClass):
     """Lets time pass in a cell that is in lockstep. A caller may give the duration alone."""
 
-    duration: Duration = field(default_factory=duration)  # how much simulation time is to pass
+    duration: standard.Duration = field(default_factory=conversions.duration)  # how much simulation time is to pass
     topics: list[str] = field(default_factory=list)  # topics that the caller publishes to, or listens to
     # how many messages it has published on each of them; the step waits for all to have come
-    published: Counts = field(default_factory=counts)
+    published: conversions.Counts = field(default_factory=conversions.counts)
 
 
 @message_class("cellwright_msgs/srv/Step_Response")
@@ -44,6 +43,7 @@ class StepResponse(MessageClass):
 
     success: bool = False  # whether the time has passed
     message: str = ""  # how it went, for people
-    time: Time = field(default_factory=stamp)  # simulation time at the end
+    time: standard.Time = field(default_factory=conversions.stamp)  # simulation time at the end
     topics: list[str] = field(default_factory=list)  # topics that the cell has sent something on
-    sent: Counts = field(default_factory=counts)  # how many messages the caller was sent on each of them
+    # how many messages the caller was sent on each of them
+    sent: conversions.Counts = field(default_factory=conversions.counts)

@@ -6,27 +6,8 @@ Generated: change the definitions, and run `python -m tools.message_classes`.
 from dataclasses import field
 from typing import ClassVar
 
-from cellwright.middleware.messages.conversions import (
-    Floats,
-    duration,
-    floats,
-    goal_id,
-    goal_status,
-    header,
-    joint_trajectory,
-    stamp,
-    trajectory_point,
-)
+from cellwright.middleware.messages import conversions, standard
 from cellwright.middleware.messages.message_class import MessageClass, message_class
-from cellwright.middleware.messages.standard import (
-    Duration,
-    GoalID,
-    GoalStatus,
-    Header,
-    JointTrajectory,
-    JointTrajectoryPoint,
-    Time,
-)
 
 
 @message_class("control_msgs/msg/JointTolerance")
@@ -43,19 +24,19 @@ class JointTolerance(MessageClass):
 class FollowJointTrajectoryGoal(MessageClass):
     """A trajectory to follow, and how well it has to be followed."""
 
-    trajectory: JointTrajectory = field(default_factory=joint_trajectory)
+    trajectory: standard.JointTrajectory = field(default_factory=conversions.joint_trajectory)
     path_tolerance: list[JointTolerance] = field(default_factory=list)  # on the way; a breach aborts the goal
     goal_tolerance: list[JointTolerance] = field(default_factory=list)  # at the end
     # how much later than planned the end may be reached
-    goal_time_tolerance: Duration = field(default_factory=duration)
+    goal_time_tolerance: standard.Duration = field(default_factory=conversions.duration)
 
 
 @message_class("control_msgs/msg/FollowJointTrajectoryActionGoal")
 class FollowJointTrajectoryActionGoal(MessageClass):
     """A goal with its identifier, as it travels to the action server."""
 
-    header: Header = field(default_factory=header)
-    goal_id: GoalID = field(default_factory=goal_id)
+    header: standard.Header = field(default_factory=conversions.header)
+    goal_id: standard.GoalID = field(default_factory=conversions.goal_id)
     goal: FollowJointTrajectoryGoal = field(default_factory=FollowJointTrajectoryGoal)
 
 
@@ -77,8 +58,8 @@ class FollowJointTrajectoryResult(MessageClass):
 class FollowJointTrajectoryActionResult(MessageClass):
     """A result with the goal that it belongs to, as it travels from the action server."""
 
-    header: Header = field(default_factory=header)
-    status: GoalStatus = field(default_factory=goal_status)
+    header: standard.Header = field(default_factory=conversions.header)
+    status: standard.GoalStatus = field(default_factory=conversions.goal_status)
     result: FollowJointTrajectoryResult = field(default_factory=FollowJointTrajectoryResult)
 
 
@@ -86,19 +67,19 @@ class FollowJointTrajectoryActionResult(MessageClass):
 class FollowJointTrajectoryFeedback(MessageClass):
     """How following a trajectory goes."""
 
-    header: Header = field(default_factory=header)
+    header: standard.Header = field(default_factory=conversions.header)
     joint_names: list[str] = field(default_factory=list)
-    desired: JointTrajectoryPoint = field(default_factory=trajectory_point)
-    actual: JointTrajectoryPoint = field(default_factory=trajectory_point)
-    error: JointTrajectoryPoint = field(default_factory=trajectory_point)
+    desired: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
+    actual: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
+    error: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
 
 
 @message_class("control_msgs/msg/FollowJointTrajectoryActionFeedback")
 class FollowJointTrajectoryActionFeedback(MessageClass):
     """Feedback with the goal that it belongs to, as it travels from the action server."""
 
-    header: Header = field(default_factory=header)
-    status: GoalStatus = field(default_factory=goal_status)
+    header: standard.Header = field(default_factory=conversions.header)
+    status: standard.GoalStatus = field(default_factory=conversions.goal_status)
     feedback: FollowJointTrajectoryFeedback = field(default_factory=FollowJointTrajectoryFeedback)
 
 
@@ -115,18 +96,18 @@ class FollowJointTrajectoryAction(MessageClass):
 class JointTrajectoryControllerState(MessageClass):
     """What a joint trajectory controller wants, what the joints do, and the difference."""
 
-    header: Header = field(default_factory=header)
+    header: standard.Header = field(default_factory=conversions.header)
     joint_names: list[str] = field(default_factory=list)
-    desired: JointTrajectoryPoint = field(default_factory=trajectory_point)
-    actual: JointTrajectoryPoint = field(default_factory=trajectory_point)
-    error: JointTrajectoryPoint = field(default_factory=trajectory_point)
+    desired: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
+    actual: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
+    error: standard.JointTrajectoryPoint = field(default_factory=conversions.trajectory_point)
 
 
 @message_class("control_msgs/srv/QueryTrajectoryState_Request")
 class QueryTrajectoryStateRequest(MessageClass):
     """Asks where a controller wants its joints to be at a moment."""
 
-    time: Time = field(default_factory=stamp)
+    time: standard.Time = field(default_factory=conversions.stamp)
 
 
 @message_class("control_msgs/srv/QueryTrajectoryState_Response")
@@ -134,6 +115,6 @@ class QueryTrajectoryStateResponse(MessageClass):
     """Response of control_msgs/QueryTrajectoryState."""
 
     name: list[str] = field(default_factory=list)
-    position: Floats = field(default_factory=floats)  # [rad] or [m]
-    velocity: Floats = field(default_factory=floats)  # [rad/s] or [m/s]
-    acceleration: Floats = field(default_factory=floats)  # [rad/s^2] or [m/s^2]
+    position: conversions.Floats = field(default_factory=conversions.floats)  # [rad] or [m]
+    velocity: conversions.Floats = field(default_factory=conversions.floats)  # [rad/s] or [m/s]
+    acceleration: conversions.Floats = field(default_factory=conversions.floats)  # [rad/s^2] or [m/s^2]

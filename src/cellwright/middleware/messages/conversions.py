@@ -4,8 +4,6 @@ Inside, time is whole nanoseconds and a quaternion is (w, x, y, z); in messages 
 (x, y, z, w).
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence
@@ -35,19 +33,14 @@ from cellwright.util.pose import IDENTITY_QUATERNION
 from cellwright.util.pose import Pose as SpatialPose
 
 NANOSECONDS = 1_000_000_000
-UNIT_TOLERANCE = 1e-9
-"""How far the length of a quaternion may be from 1 and still be taken as it is."""
-
+UNIT_TOLERANCE = 1e-9  # how far the length of a quaternion may be from 1 and still be taken as it is
 N = TypeVar("N", bound=np.generic)
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-"""What a `float64[]` field holds."""
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]  # what a `float64[]` field holds
 
-Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]
-"""What a `float32[]` field holds."""
+Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]  # what a `float32[]` field holds
 
-Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]
-"""What a `uint64[]` field holds."""
+Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]  # what a `uint64[]` field holds
 
 
 def stamp(time: int = 0) -> Time:

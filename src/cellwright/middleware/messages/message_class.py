@@ -1,7 +1,5 @@
 """Message classes of Cellwright: what the generated modules beside this one are made with."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from typing import Any, ClassVar, TypeVar, dataclass_transform

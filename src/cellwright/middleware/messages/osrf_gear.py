@@ -5,9 +5,8 @@ Generated: change the definitions, and run `python -m tools.message_classes`.
 
 from dataclasses import field
 
-from cellwright.middleware.messages.conversions import header, origin
+from cellwright.middleware.messages import conversions, standard
 from cellwright.middleware.messages.message_class import MessageClass, message_class
-from cellwright.middleware.messages.standard import Header, Pose
 
 
 @message_class("osrf_gear/msg/ConveyorBeltState")
@@ -23,7 +22,7 @@ class DetectedObject(MessageClass):
 
     type: str = ""  # "gear_part"
     is_faulty: bool = False  # a faulty part never counts for a kit
-    pose: Pose = field(default_factory=origin)  # in the frame of the tray
+    pose: standard.Pose = field(default_factory=conversions.origin)  # in the frame of the tray
 
 
 @message_class("osrf_gear/msg/KitObject")
@@ -31,7 +30,7 @@ class KitObject(MessageClass):
     """One part of a kit."""
 
     type: str = ""  # "gear_part"
-    pose: Pose = field(default_factory=origin)  # where it belongs, in the frame of the tray
+    pose: standard.Pose = field(default_factory=conversions.origin)  # where it belongs, in the frame of the tray
 
 
 @message_class("osrf_gear/msg/Kit")
@@ -55,7 +54,7 @@ class Model(MessageClass):
     """A thing in view of a logical camera."""
 
     type: str = ""  # "gear_part"
-    pose: Pose = field(default_factory=origin)  # in the frame of the camera
+    pose: standard.Pose = field(default_factory=conversions.origin)  # in the frame of the camera
 
 
 @message_class("osrf_gear/msg/LogicalCameraImage")
@@ -63,7 +62,7 @@ class LogicalCameraImage(MessageClass):
     """What a logical camera makes out: types and poses instead of pixels."""
 
     models: list[Model] = field(default_factory=list)  # everything known that meets the camera's frustum
-    pose: Pose = field(default_factory=origin)  # of the camera, in the world frame
+    pose: standard.Pose = field(default_factory=conversions.origin)  # of the camera, in the world frame
 
 
 @message_class("osrf_gear/msg/Order")
@@ -85,7 +84,8 @@ class PopulationState(MessageClass):
 class Proximity(MessageClass):
     """The reading of a break beam."""
 
-    header: Header = field(default_factory=header)  # when it was taken, and the frame of the sensor
+    # when it was taken, and the frame of the sensor
+    header: standard.Header = field(default_factory=conversions.header)
     object_detected: bool = False  # whether something stands in the beam
     min_range: float = 0.0  # nearest distance at which something is noticed [m]
     max_range: float = 0.0  # farthest distance at which something is noticed [m]

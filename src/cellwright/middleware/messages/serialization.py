@@ -5,8 +5,6 @@ tests, and what reads. A recording and every guest at the socket pay for each me
 numbers is one call, and texts, which are nearly always names that have been written before, are looked up.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -32,9 +30,7 @@ MAX_CACHED_BYTES = 1024
 class StringCache(dict[Any, bytes]):
     """What was written, by what was to be written; what is not there yet is written when it is looked up.
 
-    Args:
-        write: writes a text, or some.
-        filled: whether zeros follow up to the next multiple of four bytes.
+    With `filled`, zeros follow up to the next multiple of four bytes.
     """
 
     def __init__(self, write: Callable[[Any], bytes], *, filled: bool) -> None:

@@ -1,10 +1,9 @@
 """Message and service types: names, definition files, classes, ROS 1 and ROS 2 stores, checksums.
 
-Both are understood everywhere; short ones are given back. A service is named alike ("osrf_gear/AGVControl"); its two
-halves are types of their own, "osrf_gear/srv/AGVControl_Request" and "…_Response".
+Short names ("osrf_gear/Order") and full ones ("osrf_gear/msg/Order") are understood everywhere; short ones are given
+back. The two halves of a service are types of their own, "osrf_gear/srv/AGVControl_Request" and "…_Response".
 
-They are written so that ROS 1 and ROS 2 can both take them (but for `time` and `duration`, which ROS 2 spells
-otherwise), and lie in the folder `definitions` as `<package>/msg/<Name>.msg` and `<package>/srv/<Name>.srv`.
+Definitions lie in the folder `definitions`, as ROS 1 and ROS 2 can both take them, but for `time` and `duration`.
 
 The ROS 1 checksum of a message is the MD5 of its bare text: constants first, then fields, comments dropped, and each
 type that is itself a message replaced by that one's checksum. A service is the MD5 of its two bare texts joined with
@@ -18,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from hashlib import md5 as hash_md5
 from importlib.resources import files
-from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, cast
+from typing import TYPE_CHECKING, ClassVar, Protocol, cast
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Constdefs, Fielddefs
@@ -86,19 +85,6 @@ def sources() -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def source(name: str) -> str:
-    """The text of one definition file, message or service.
-
-    Raises:
-        UnknownNameError: the project brings no file of this name.
-    """
-    texts = sources()
-    for namespace in (MESSAGE, SERVICE):
-        if (text := texts.get(full_name(name, namespace))) is not None:
-            return text
-    raise UnknownNameError("definition file", name, texts)
-
-
 def parsed_definitions() -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
     """Every type that the files define, with its constants and fields; a service makes two types."""
     for name, text in sources().items():
@@ -124,16 +110,14 @@ HEADER = "std_msgs/msg/Header"
 RANGE = "sensor_msgs/msg/Range"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 
-OTHERWISE_IN_ROS1 = frozenset(
-    f"{package}/msg/{name}"
-    for package, names in {
-        "sensor_msgs": ("BatteryState", "NavSatStatus"),
-        "shape_msgs": ("SolidPrimitive",),
-        "stereo_msgs": ("DisparityImage",),
-        "visualization_msgs": ("ImageMarker", "Marker"),
-    }.items()
-    for name in names
-)
+OTHERWISE_IN_ROS1 = {
+    "sensor_msgs/msg/BatteryState",
+    "sensor_msgs/msg/NavSatStatus",
+    "shape_msgs/msg/SolidPrimitive",
+    "stereo_msgs/msg/DisparityImage",
+    "visualization_msgs/msg/ImageMarker",
+    "visualization_msgs/msg/Marker",
+}
 """Types whose fields, constants or names changed from ROS 1 to ROS 2, and which no contract here needs in ROS 1."""
 
 
@@ -264,22 +248,21 @@ def md5(name: str) -> str:
         return hash_md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
-def definition(name: str, *, ros: Literal[1, 2] = 1) -> str:
-    """The whole definition of a message, the types in it included, as connection headers and bags carry it.
+def definition(name: str) -> str:
+    """The whole ROS 1 definition of a message, the types in it included, as connection headers and bags carry it.
 
     Raises:
         UnknownNameError: there is no such message.
         UsageError: the type has another form in ROS 1 that is not supported.
     """
-    return _generated(message_type(name).__msgtype__, ros)[0]
+    return _generated(message_type(name).__msgtype__)[0]
 
 
 @cache
-def _generated(full: str, ros: Literal[1, 2] = 1) -> tuple[str, str]:
-    """The whole definition of a message, and in ROS 1 its checksum."""
-    store = ros1_store() if ros == 1 else ros2_store()
+def _generated(full: str) -> tuple[str, str]:
+    """The whole definition of a message, and its checksum."""
     try:
-        return store.generate_msgdef(full, ros_version=ros)
+        return ros1_store().generate_msgdef(full, ros_version=1)
     except TypesysError:
         raise UsageError(f"{short_name(full)} has another form in ROS 1, which is not supported") from None
 

@@ -1,7 +1,5 @@
 """Validation of messages from outside: each field against its type."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from functools import cache
@@ -19,7 +17,10 @@ from cellwright.util.errors import MessageError
 M = TypeVar("M", bound=Message)
 
 Check = Callable[[object, str], object]
-"""Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError."""
+"""Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError.
+
+A message that stands nowhere ("") is named by its type.
+"""
 
 _ANY_STRING = (Nodetype.BASE, ("string", 0))
 
@@ -43,22 +44,19 @@ def checked(message: M) -> M:
     name = getattr(type(message), "__msgtype__", None)  # what an instance says of itself is one of its fields
     if not isinstance(name, str):
         raise MessageError(f"{said(message)} is no message")
-    return type_check(name)(message, short_name(name))  # type: ignore[return-value]
+    return type_check(name)(message, "")  # type: ignore[return-value]
 
 
 @cache
 def type_check(name: str) -> Check:
-    """The check for a message type, by full name.
-
-    Raises:
-        UnknownNameError: there is no such type.
-    """
+    """The check for a message type, by full name."""
     message_class = message_type(name)
     fields = ros2_store().fielddefs[name][1]
     members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]
     short = short_name(name)
 
     def check(value: object, where: str) -> object:
+        where = where or short
         if not isinstance(value, message_class):
             raise MessageError(f"{where} must be of type {short}, not {said(value)}")
         named = value.__msgtype__
@@ -97,21 +95,12 @@ def _field_check(desc: FieldDesc) -> Check:
         case (Nodetype.BASE, (name, limit)):
             return _base_check(str(name), int(limit))
         case (Nodetype.NAME, name):
-            return _late_check(str(name))
+            return lambda value, where: type_check(str(name))(value, where)  # made when it is first needed
         case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
             return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
         case (kind, (member, length)):
             check = _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
             return _unless_plain(check) if member == _ANY_STRING and not length else check
-
-
-def _late_check(name: str) -> Check:
-    """The check for a message inside another, made when it is first needed."""
-
-    def check(value: object, where: str) -> object:
-        return type_check(name)(value, where)
-
-    return check
 
 
 def _base_check(name: str, limit: int) -> Check:

@@ -1,7 +1,5 @@
 """Requests of clients: greeting, message encodings, and execution on the bus."""
 
-from __future__ import annotations
-
 import hmac
 import json
 import logging
@@ -15,17 +13,8 @@ from typing import Any, TypeAlias
 from cellwright._package import VERSION
 from cellwright.middleware.bus import Bus, Direction, Given, How, Later, Served, TopicInfo, absolute
 from cellwright.middleware.interface.table import Pace
-from cellwright.middleware.messages import (
-    ENCODINGS,
-    Message,
-    ServiceType,
-    definition,
-    md5,
-    message_type,
-    service_type,
-    type_of,
-)
-from cellwright.middleware.server.client_connection import ClientConnection, Heartbeat
+from cellwright.middleware.messages import ENCODINGS, Message, ServiceType, definition, md5, message_type, type_of
+from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
 from cellwright.middleware.wire.frames import (
     PROTOCOL,
     QUIET,
@@ -36,7 +25,6 @@ from cellwright.middleware.wire.frames import (
     read_advance,
     time_frame,
 )
-from cellwright.util import errors
 from cellwright.util.errors import (
     CellwrightError,
     MessageError,
@@ -55,12 +43,7 @@ class MessageEncoder:
         self._written: dict[str, bytes] = {}
 
     def to_bytes(self, message: Message, encoding: str) -> bytes:
-        """A message as bytes.
-
-        Raises:
-            UsageError: its type has no such form.
-            MessageError: a value does not fit its field.
-        """
+        """A message as bytes; errors as of `messages.Encoding`."""
         if message is not self._newest:
             self._newest, self._written = message, {}
         data = self._written.get(encoding)
@@ -88,7 +71,12 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
     """Topics and services with their types; the first call takes some time, for checksums are worked out."""
     services = [
-        {"name": service.name, "type": service.type, "md5": _ros1_form(service.type, md5), "node": service.node}
+        {
+            "name": service.name,
+            "type": service.type.name,
+            "md5": _ros1_form(service.type.name, md5),
+            "node": service.node,
+        }
         for service in bus.services()
     ]
     return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services}
@@ -104,8 +92,8 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
         "rate": info.rate,
         "on_event": info.rate == Pace.ON_EVENT.value,
         "latch": info.latch,
-        "publishers": list(info.publishers),
-        "subscribers": list(info.subscribers),
+        "publishers": info.publishers,
+        "subscribers": info.subscribers,
     }
 
 
@@ -118,8 +106,7 @@ def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
         return ""
 
 
-MOST_SUBSCRIPTIONS = 1024
-"""Of one guest."""
+MOST_SUBSCRIPTIONS = 1024  # of one guest
 
 MAX_PENDING_ADVANCES = 16
 """So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
@@ -146,12 +133,7 @@ class AdvanceRequest:
 
 
 class Requests:
-    """Carries out the frames of guests, in the order in which they are handed in.
-
-    Args:
-        cell: whose bus it is.
-        lockstep: whether time passes for guests that ask for it, and for nothing else.
-    """
+    """Carries out the frames of guests, in the order in which they are handed in."""
 
     def __init__(self, cell: Served, *, lockstep: bool) -> None:
         self._cell = cell
@@ -159,25 +141,17 @@ class Requests:
         self._translation = MessageEncoder()
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
-        self._services = {info.name: service_type(info.type) for info in cell.bus.services()}
-        self.asked: deque[AdvanceRequest] = deque()
-        """Wishes that time pass, in the order in which they came."""
-        self.extras: dict[str, Extra] = {}
-        """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
-        self.acting: set[str] = set()
-        """Those of them that act on what is served: they are noted as commands are."""
+        self._services = {service.name: service.type for service in cell.bus.services()}
+        self.asked: deque[AdvanceRequest] = deque()  # wishes that time pass, in the order in which they came
+        self.extras: dict[str, tuple[Extra, bool]] = {}
+        """Services of the server itself, by name, and whether they are noted as commands are. No bridge offers them."""
         self.guarded: dict[str, str] = {}
         """Those of them that answer only who has shown the key, and what all others are told."""
-        self.key = ""
-        """The key; empty: there is none."""
+        self.key = ""  # the key; empty: there is none
         welcome_frame(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
 
     def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
-        """Do what a frame asks for, and answer.
-
-        Raises:
-            FrameError: it is nothing that a guest may say; the connection is worth nothing any more.
-        """
+        """Do what a frame asks for, and answer; a FrameError if it is nothing that a guest may say."""
         if not guest.node:
             self._greet(guest, frame)
             return
@@ -262,7 +236,7 @@ class Requests:
             data = self._translation.to_bytes(message, guest.encoding)
             guest.tell(number, data, is_quiet=is_quiet)
         except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
-            guest.untold.add(str(error))
+            guest.untold[str(error)] += 1
 
     def _publish(self, guest: ClientConnection, frame: Frame) -> None:
         node = frame.node or guest.node
@@ -275,12 +249,12 @@ class Requests:
             guest.say(Frame(Kind.DONE, frame.number))
 
     def _call(self, guest: ClientConnection, frame: Frame) -> None:
-        extra = self.extras.get(frame.name)
-        if extra is not None:
+        if frame.name in self.extras:
+            extra, acts = self.extras[frame.name]
             if frame.name in self.guarded and not guest.has_key:
                 raise RejectedCommandError(self.guarded[frame.name])
             asked = frame.json()
-            if frame.name in self.acting:
+            if acts:
                 self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
             answer = extra(asked)
             if isinstance(answer, dict):
@@ -336,13 +310,6 @@ class Requests:
 def _is_name(node: str) -> bool:
     """Whether a node may be called so: its name is printed where people read, and must not break their lines."""
     return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
-
-
-def refused_frame(number: int, error: BaseException) -> Frame:
-    """The answer that says why not, by the nearest class of error that every guest knows."""
-    kinds = type(error).__mro__
-    known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
-    return Frame(Kind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
 
 
 def _nothing() -> None:

@@ -4,8 +4,6 @@ One thread does everything. The loop that steps the cell calls `wait` between tw
 carried out at that border. Time is looked at after every frame, so that a flood of them eats idle time and no more.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import secrets
@@ -17,9 +15,8 @@ from contextlib import suppress
 from ipaddress import ip_address
 
 from cellwright.middleware.bus import Served
-from cellwright.middleware.server.client_connection import ClientConnection
-from cellwright.middleware.server.client_registry import ClientRegistry
-from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests, refused_frame
+from cellwright.middleware.server.clients import ClientConnection, ClientRegistry, refused_frame
+from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 from cellwright.util.errors import UsageError
 
@@ -27,13 +24,9 @@ _EXHAUSTED = frozenset({errno.EMFILE, errno.ENFILE})
 
 
 def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) -> socket.socket:
-    """A socket that listens at an address.
+    """A socket that listens at an address of this machine.
 
-    Args:
-        host: name or address of this machine.
-        port: 0 takes a free one.
-        tries: so many ports are tried, from `port` upward, where it is in use.
-        backlog: so many connections may wait to be accepted.
+    With several `tries` so many ports are tried, from `port` upward, where it is in use; port 0 takes a free one.
 
     Raises:
         UsageError: the address cannot be listened at.
@@ -81,7 +74,10 @@ class Listener:
             connection, address = self.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
-                self._turn_away()
+                self._give_one_up()
+                with suppress(OSError):  # the connection has gone, or another thread took the descriptor
+                    self.socket.accept()[0].close()
+                self._keep_one_back()
             return None
         return connection, str(address[0])
 
@@ -89,12 +85,6 @@ class Listener:
         """Listen no longer."""
         self.socket.close()
         self._give_one_up()
-
-    def _turn_away(self) -> None:
-        self._give_one_up()
-        with suppress(OSError):  # the connection has gone, or another thread took the descriptor
-            self.socket.accept()[0].close()
-        self._keep_one_back()
 
     def _keep_one_back(self) -> None:
         try:
@@ -109,8 +99,7 @@ class Listener:
 
 
 DEFAULT_PORT = 11399
-TRIES = 20
-"""So many ports are tried from the default one on, where it is in use."""
+TRIES = 20  # so many ports are tried from the default one on, where it is in use
 LOOPBACK = "127.0.0.1"
 
 _TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
@@ -127,12 +116,9 @@ class Server:
     Args:
         cell: whose bus it is.
         host: the address to listen at; anything but loopback lets others in the network drive the cell.
-        port: the port to listen at; 0 takes a free one, None the default one, or one of the next where it is in use.
+        port: 0 takes a free one, None the default one, or one of the next where it is in use.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
         report: takes a line about guests that misbehave, at most one a second for each.
-
-    Attributes:
-        key: who shows it is answered by services that are guarded; empty while none is.
 
     Raises:
         UsageError: the address cannot be listened at.
@@ -149,9 +135,9 @@ class Server:
     ) -> None:
         found = open_listener(host, port) if port is not None else open_listener(host, DEFAULT_PORT, tries=TRIES)
         self._listener = Listener(found)
+        # the default port where it was wished for and in use; else 0
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
-        """The default port where it was wished for and in use; else 0."""
-        self.key = ""
+        self.key = ""  # who shows it is answered by services that are guarded; empty while none is
         self._requests = Requests(cell, lockstep=lockstep)
         self._guests = ClientRegistry(report, self._requests.forget)
         self._turn = 0
@@ -192,25 +178,16 @@ class Server:
             asked.guest.say(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
-        """Offer a service of the server itself: JSON in, JSON or JSON and bytes out. It is not on the bus.
+        """Offer a service of the server itself: JSON in, JSON or a tuple of JSON and bytes out. It is not on the bus.
 
-        Args:
-            service: its name.
-            handler: answers with a JSON object, or with a tuple of one and bytes.
-            acts: whether it changes what is served; then those who take notes of commands hear of it as well.
+        One that `acts` changes what is served; then those who take notes of commands hear of it as well.
         """
-        self._requests.extras[service] = handler
-        if acts:
-            self._requests.acting.add(service)
+        self._requests.extras[service] = handler, acts
 
     def guard(self, services: Iterable[str], reason: str) -> None:
-        """Let services of the server answer only those who have shown the key, which is drawn when it is first needed.
+        """Let services of the server answer only those who have shown the key; all others are told the reason.
 
-        Guests that are there already have none.
-
-        Args:
-            services: their names.
-            reason: what all others are told.
+        The key is drawn when it is first needed: guests that are there already have none.
         """
         if not self.key:
             self.key = self._requests.key = secrets.token_urlsafe(16)
@@ -278,19 +255,18 @@ class Server:
 
     def _look_at_sockets(self, timeout: float) -> None:
         """Wait until some socket is ready; take in what came, send what waits."""
-        readers: list[ClientConnection | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
-        read = {_socket_of(guest, self._listener.socket): guest for guest in readers}
+        listener = self._listener.socket
+        read = {guest.connection: guest for guest in self._guests if guest.may_be_read}
         write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
-        readable, writable, _ = select.select(list(read), list(write), (), timeout)
+        readable, writable, _ = select.select([listener, *read], list(write), (), timeout)
         for connection in writable:
             write[connection].flush()
         for connection in readable:
-            guest = read[connection]
-            if guest is None:
+            if connection is listener:
                 self._take_in()
             else:
-                guest.read()
-                if guest.begun > _MUCH:
+                read[connection].read()
+                if read[connection].begun > _MUCH:
                     self._guests.limit_what_is_begun()
         if readable or writable:
             self._guests.forget_those_gone()
@@ -350,7 +326,3 @@ class Server:
     def _flush(self) -> None:
         for guest in self._guests:
             guest.flush()
-
-
-def _socket_of(guest: ClientConnection | None, listener: socket.socket) -> socket.socket:
-    return listener if guest is None else guest.connection

@@ -31,7 +31,7 @@ that is not `quiet`. There an answer may need time to pass: DONE says so, and AN
 
 PING measures how far a guest is behind: it answers PONG when it is done with all that came before. A guest asks for
 PINGs by a PONG of its own. In real time, simulation time stands while such a guest is late with its answer, within the
-limits of `cellwright.middleware.server.client_connection`.
+limits of `cellwright.middleware.server.clients`.
 """
 
 from __future__ import annotations
@@ -45,8 +45,7 @@ from typing import Any, Dict, Iterator, Tuple
 PROTOCOL = 1
 QUIET = "quiet"
 """Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
-LONGEST_FRAME = 16 << 20
-"""Bytes of the longest frame that is taken; no message of a cell comes near."""
+LONGEST_FRAME = 16 << 20  # bytes of the longest frame that is taken; no message of a cell comes near
 LONGEST_SAID = 3 << 20
 """Bytes of the longest frame that a guest may say: it is kept until it is whole, and time stands while it is read."""
 
@@ -96,11 +95,8 @@ class Frame:
     def encode(self, longest: int = LONGEST_FRAME) -> bytes:
         """The frame as bytes, its length in front.
 
-        Args:
-            longest: bytes that it may have at most, without the length; a guest says `LONGEST_SAID` at most.
-
         Raises:
-            FrameError: a number or a name does not fit, or it is too long.
+            FrameError: a number or a name does not fit, or it is too long; a guest says `LONGEST_SAID` bytes at most.
         """
         name, type_name, node = self.name.encode(), self.type.encode(), self.node.encode()
         try:
@@ -113,11 +109,7 @@ class Frame:
         return _LENGTH.pack(len(rest)) + rest
 
     def json(self) -> Dict[str, Any]:  # noqa: UP006
-        """The payload as a JSON object.
-
-        Raises:
-            FrameError: it is none.
-        """
+        """The payload as a JSON object; a FrameError if it is none."""
         return self._json_object(self.payload)
 
     def text(self) -> str:
@@ -152,15 +144,10 @@ class Frame:
 
 
 class Decoder:
-    """Makes frames of bytes, however they come in pieces.
-
-    Args:
-        longest: bytes of the longest frame that is taken.
-    """
+    """Makes frames of bytes, however they come in pieces."""
 
     def __init__(self, longest: int = LONGEST_FRAME) -> None:
-        self.longest = longest
-        """May be changed at any time; it holds for the frames that begin from then on."""
+        self.longest = longest  # may be changed at any time; it holds for the frames that begin from then on
         self._waiting = bytearray()
 
     @property
@@ -210,10 +197,7 @@ def _decoded(data: bytes) -> Frame:
 def hello(node: str, encoding: str, key: str = "") -> Frame:
     """The guest's first word.
 
-    Args:
-        node: its node name.
-        encoding: the form of messages that it wants, `cdr` or `ros1`.
-        key: what the cell's own page was given, to be told what others are not; left out by all others.
+    Messages come in the `encoding` `cdr` or `ros1`. The cell's own page shows a `key`, to be told what others are not.
     """
     said = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
     if key:
@@ -222,34 +206,21 @@ def hello(node: str, encoding: str, key: str = "") -> Frame:
 
 
 def data_frame(number: int, said: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
-    """Answer of a service of the server with bytes: `u32` length of the JSON, little endian, JSON object, bytes.
-
-    Args:
-        number: of the call.
-        said: JSON object.
-        data: bytes behind it.
-    """
+    """Answer of a service of the server with bytes: `u32` length of the JSON, little endian, JSON object, bytes."""
     text = json.dumps(said).encode()
     return Frame(Kind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
 
 
 def advance(number: int, until: int, *, each_tick: bool) -> Frame:
-    """Ask for time to pass to `until` [ns], or until the tick in which a message came that is not quiet.
+    """Ask for time to pass to the first tick at or after `until` [ns].
 
-    Args:
-        number: of the question.
-        until: simulation time [ns]; the first tick at or after it.
-        each_tick: stop after the next tick in any case.
+    It ends early in the tick in which a message came that is not quiet, and with `each_tick` after the next tick.
     """
     return Frame(Kind.ADVANCE, number, payload=_ADVANCE.pack(until, each_tick))
 
 
 def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
-    """Until when time shall pass [ns], and whether for one tick at most.
-
-    Raises:
-        FrameError: the payload is something else.
-    """
+    """Until when time shall pass [ns], and whether for one tick at most; a FrameError if the payload is wrong."""
     try:
         until, each_tick = _ADVANCE.unpack(frame.payload)
     except struct.error as error:
@@ -263,11 +234,7 @@ def time_frame(number: int, now: int) -> Frame:
 
 
 def read_time(frame: Frame) -> int:
-    """Simulation time [ns].
-
-    Raises:
-        FrameError: the payload is something else.
-    """
+    """Simulation time [ns]; a FrameError if the payload is wrong."""
     try:
         (now,) = _TIME.unpack(frame.payload)
     except struct.error as error:

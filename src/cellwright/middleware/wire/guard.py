@@ -20,8 +20,7 @@ import time
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
-_KILLING = 5.0
-"""How long processes that were killed may take to be gone [s]."""
+_KILLING = 5.0  # how long processes that were killed may take to be gone [s]
 
 
 def main() -> None:
@@ -45,8 +44,10 @@ def main() -> None:
         if ear in ready:
             os.read(ear, 4096)
         if 0 in ready and not os.read(0, 4096):
+            import shutil  # rarely needed, and takes a while
+
             _kill_all()
-            _remove(folder)
+            shutil.rmtree(folder, ignore_errors=True)
             sys.exit(0)
         ended, found = os.waitpid(child, os.WNOHANG)
         status = found if ended else None
@@ -91,7 +92,9 @@ def _kill_all() -> list[str]:
             with contextlib.suppress(OSError):  # it is gone, or another user's
                 os.kill(pid, signal.SIGKILL)
         time.sleep(0.002)
-        _reap()
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
     return list(names.values())
 
 
@@ -123,18 +126,6 @@ def _name(pid: int) -> str:
             return file.read(200).replace(b"\0", b" ").decode(errors="replace").strip() or str(pid)
     except OSError:
         return str(pid)
-
-
-def _reap() -> None:
-    with contextlib.suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
-
-
-def _remove(folder: str) -> None:
-    import shutil  # rarely needed, and takes a while
-
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":

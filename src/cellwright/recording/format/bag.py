@@ -1,7 +1,5 @@
 """A ROS 1 bag of a recording: all that was said on the bus, in the ROS 1 form, for the tools of ROS 1."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -28,14 +26,8 @@ def write_bag(
     """Make a bag of a recording; one that is there already is replaced when the new one is whole.
 
     What Cellwright adds to recordings stays behind: a bag can be listened to, and not be run again. A bag that begins
-    later begins with what is latched then, as its listeners would have been told.
-
-    Args:
-        recording: the recording's file.
-        bag: the bag's.
-        start: from this time [ns] on; None: from the begin.
-        until: up to this time [ns]; None: to the end.
-        tell: told now and then how far it is, 0..1; None for nobody.
+    later, at `start` [ns], begins with what is latched then, as its listeners would have been told; it goes up to
+    `until` [ns]. `tell` takes now and then how far it is, 0..1.
 
     Returns:
         Topics that are left out, since their types have another form in ROS 1.
@@ -46,7 +38,7 @@ def write_bag(
     """
     try:
         with Recording(recording) as source, in_its_place(bag) as unfinished:
-            return _write(source, unfinished, TimeRange.of(source, start, until), tell)
+            return _write(source, unfinished, TimeRange(source, start, until), tell)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise UsageError(f"{bag}: cannot be written: {reason or error}") from None
@@ -73,7 +65,7 @@ def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float
                 latching=int(topic.latch),
             )
         before: dict[str, tuple[bytes, bytes]] = {}  # states are said over and over
-        for message in span.messages(source, connections, tell):
+        for message in span.messages(connections, tell):
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:
                 data = to_ros1(source.decode(message))

@@ -102,11 +102,8 @@ class WriteQueue(Generic[R]):
     def take(self) -> Iterator[Messages | R]:
         """What there is, in its order; what is handed in meanwhile is left for the next time."""
         count = len(self.contents)
-        channels, times, contents = (
-            _take_first(self.channels, count),
-            _take_first(self.times, count),
-            _take_first(self.contents, count),
-        )
+        channels, times = _take_first(self.channels, count), _take_first(self.times, count)
+        contents = _take_first(self.contents, count)
         sizes = np.fromiter(map(len, contents), np.int64, count) + MESSAGE_OVERHEAD
         messages = Messages(channels, times, contents, self.taken + np.cumsum(sizes), self.taken)
         begin, end = 0, int(messages.ends[-1]) if count else self.taken
@@ -155,67 +152,55 @@ _ZSTD = "zstd"
 
 @dataclass(frozen=True)
 class WrittenChunk:
-    """A chunk as it goes to the file, and what the file's summary says of it.
-
-    Attributes:
-        data: the record of the chunk and those of its indexes.
-        index: its entry in the summary.
-        counts: messages by channel.
-    """
+    """A chunk: its record with those of its indexes, its entry in the file's summary, and messages by channel."""
 
     data: bytes
     index: ChunkIndex
     counts: dict[int, int]
 
 
-class ChunkMaker:
-    """Makes chunks, compressed so lightly that it costs next to nothing.
+def make_chunk(compressor: zstandard.ZstdCompressor, messages: Messages, offset: int) -> WrittenChunk:
+    """A chunk of these messages, of which there is at least one, at a place in the file.
 
     There are thousands of messages in one: what is done for each is done for all at once.
     """
-
-    def __init__(self) -> None:
-        self._compressor = zstandard.ZstdCompressor(level=1)
-
-    def make(self, messages: Messages, offset: int) -> WrittenChunk:
-        """A chunk of these messages, of which there is at least one, at a place in the file."""
-        sizes = np.diff(messages.ends, prepend=messages.begin)
-        heads = np.empty(len(messages), _MESSAGE)
-        heads["opcode"], heads["sequence"], heads["length"] = Opcode.MESSAGE, 0, sizes - _RECORD_HEAD
-        heads["channel"] = messages.channels
-        heads["log_time"] = heads["publish_time"] = messages.times
-        head_bytes: list[Any] = heads.view(_AS_BYTES).tolist()
-        raw = b"".join(chain.from_iterable(zip(head_bytes, messages.contents, strict=True)))
-        packed = self._compressor.compress(raw)
-        first, last = int(heads["log_time"].min()), int(heads["log_time"].max())
-        builder = RecordBuilder()
-        Chunk(
-            compression=_ZSTD,
-            data=packed,
-            message_start_time=first,
-            message_end_time=last,
-            uncompressed_crc=zlib.crc32(raw),
-            uncompressed_size=len(raw),
-        ).write(builder)
-        length = builder.count
-        offsets, counts = {}, {}
-        for channel, places in _places(heads, messages.ends - sizes - messages.begin):
-            offsets[channel], counts[channel] = offset + builder.count, len(places)
-            size = places.nbytes
-            builder.write(_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size))
-            builder.write(places.tobytes())
-        index = ChunkIndex(
-            chunk_start_offset=offset,
-            chunk_length=length,
-            compression=_ZSTD,
-            compressed_size=len(packed),
-            uncompressed_size=len(raw),
-            message_start_time=first,
-            message_end_time=last,
-            message_index_length=builder.count - length,
-            message_index_offsets=offsets,
-        )
-        return WrittenChunk(built_bytes(builder), index, counts)
+    sizes = np.diff(messages.ends, prepend=messages.begin)
+    heads = np.empty(len(messages), _MESSAGE)
+    heads["opcode"], heads["sequence"], heads["length"] = Opcode.MESSAGE, 0, sizes - _RECORD_HEAD
+    heads["channel"] = messages.channels
+    heads["log_time"] = heads["publish_time"] = messages.times
+    head_bytes: list[Any] = heads.view(_AS_BYTES).tolist()
+    raw = b"".join(chain.from_iterable(zip(head_bytes, messages.contents, strict=True)))
+    packed = compressor.compress(raw)
+    first, last = int(heads["log_time"].min()), int(heads["log_time"].max())
+    builder = RecordBuilder()
+    Chunk(
+        compression=_ZSTD,
+        data=packed,
+        message_start_time=first,
+        message_end_time=last,
+        uncompressed_crc=zlib.crc32(raw),
+        uncompressed_size=len(raw),
+    ).write(builder)
+    length = builder.count
+    offsets, counts = {}, {}
+    for channel, places in _places(heads, messages.ends - sizes - messages.begin):
+        offsets[channel], counts[channel] = offset + builder.count, len(places)
+        size = places.nbytes
+        builder.write(_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size))
+        builder.write(places.tobytes())
+    index = ChunkIndex(
+        chunk_start_offset=offset,
+        chunk_length=length,
+        compression=_ZSTD,
+        compressed_size=len(packed),
+        uncompressed_size=len(raw),
+        message_start_time=first,
+        message_end_time=last,
+        message_index_length=builder.count - length,
+        message_index_offsets=offsets,
+    )
+    return WrittenChunk(built_bytes(builder), index, counts)
 
 
 def _places(heads: NDArray[np.void], places: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.uint64]]]:

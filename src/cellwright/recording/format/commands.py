@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright.engine.clock import Clock
-from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Given, How
 from cellwright.middleware.messages import from_cdr, message_type, service_type, to_cdr, type_of
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
@@ -49,8 +48,7 @@ class Command:
         Raises:
             MessageError: a value does not fit its field.
         """
-        is_json = given.how is How.EXTRA
-        data = json.dumps(given.message).encode() if is_json else to_cdr(given.message)
+        data = json.dumps(given.message).encode() if given.how is How.EXTRA else to_cdr(given.message)
         return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
 
     def message(self) -> Any:
@@ -101,60 +99,41 @@ class Command:
         """
         try:
             told = json.loads(text)
-            how = How(told["kind"])
+            how, data = How(told["kind"]), base64.b64decode(told["data"], validate=True)
             tick, stamp, name, kind, node = (told[key] for key in ("tick", "stamp", "name", "type", "node"))
-            data = base64.b64decode(told["data"], validate=True)
-        except (ValueError, TypeError, KeyError, RecursionError, binascii.Error):
+            if (
+                not all(isinstance(each, str) for each in (name, kind, node))
+                or type(tick) is not int
+                or not 0 <= tick < 1 << 62
+                or not (stamp is None or type(stamp) is int)
+            ):
+                raise ValueError("values of other types")
+            return Command(tick, how, name, kind, node, data, stamp)
+        except (ValueError, TypeError, KeyError, RecursionError):
             raise RecordingError(f"{text!r:.60} is no command") from None
-        is_fitting = (
-            all(isinstance(each, str) for each in (name, kind, node))
-            and type(tick) is int
-            and 0 <= tick < 1 << 62
-            and (stamp is None or type(stamp) is int)
-        )
-        if not is_fitting:
-            raise RecordingError(f"{text!r:.60} is no command")
-        return Command(tick, how, name, kind, node, data, stamp)
 
 
-class CommandNotes:
-    """Takes a note of everything that comes to a bus, until it is closed.
+def note_commands(
+    bus: Bus, clock: Clock, take: Callable[[Command], None], stamp: Callable[[], int] | None = None
+) -> Callable[[], None]:
+    """Take a note of everything that comes to a bus, each before it is handled, until what is returned is called.
 
     Args:
         bus: the bus.
         clock: counts the ticks.
-        take: is given each command before it is handled.
+        take: is given each command.
         stamp: what else tells when it came (see `Command.stamp`).
     """
 
-    def __init__(
-        self, bus: Bus, clock: Clock, take: Callable[[Command], None], stamp: Callable[[], int] | None = None
-    ) -> None:
-        self._bus, self._clock, self._take, self._stamp = bus, clock, take, stamp
-        bus.on_given.append(self._note)
-
-    def close(self) -> None:
-        """Take no more."""
-        self._bus.on_given.remove(self._note)
-
-    def _note(self, given: Given) -> None:
+    def note(given: Given) -> None:
         match given.how:
             case How.PUBLISH:
                 type_name = type_of(type(given.message))
             case How.CALL:
-                type_name = self._bus.service(given.name).type
+                type_name = bus.service(given.name).type.name
             case How.EXTRA:
                 type_name = ""
-        stamp = None if self._stamp is None else self._stamp()
-        self._take(Command.of(given, self._clock.tick, type_name, stamp))
+        take(Command.of(given, clock.tick, type_name, None if stamp is None else stamp()))
 
-
-def play(simulation: Simulation, bus: Bus, commands: Iterable[Command], *, extras: Extras | None = None) -> None:
-    """Let time pass, and do each command in its tick.
-
-    Raises:
-        RecordingError: a command makes no sense, or is something that cannot be done here.
-    """
-    for command in commands:
-        simulation.step_until(simulation.clock.time_of(command.tick))
-        command.carry_out(bus, extras)
+    bus.on_given.append(note)
+    return partial(bus.on_given.remove, note)

@@ -1,7 +1,5 @@
 """The files that a recording is asked to be in: it is written as MCAP, and turned into others when it has ended."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path

@@ -11,13 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from cellwright.middleware.messages import short_name
 from cellwright.util.errors import RecordingError, showable
 
 Entry: TypeAlias = tuple[int, int, bytes]
 """A message in a file: number of its channel, its time [ns], its bytes."""
 
-FORMAT_VERSION = "1"
-"""Version of the format, in the metadata."""
+FORMAT_VERSION, EXPORT = "1", "export"
+"""Format in the metadata: of a recording, and of what was made of one for other tools."""
 
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of every MCAP file."""
@@ -53,11 +54,9 @@ class RecordedTopic:
     """A topic in a recording.
 
     Attributes:
-        name: of the topic.
         type: of its messages, the short name.
         direction: "out" of the cell, or "in".
         rate: how often, in words.
-        latch: whether who listens late is given the newest message.
         node: who publishes it, or hears it.
     """
 
@@ -75,15 +74,17 @@ class RecordedTopic:
 
     def metadata(self) -> dict[str, str]:
         """What the channel in the file says besides name and type."""
-        return {
-            "direction": self.direction,
-            "rate": self.rate,
-            "latch": "true" if self.latch else "false",
-            "node": self.node,
-        }
+        latch = "true" if self.latch else "false"
+        return {"direction": self.direction, "rate": self.rate, "latch": latch, "node": self.node}
+
+    @staticmethod
+    def of(name: str, type_name: str, metadata: Mapping[str, str]) -> RecordedTopic:
+        """The topic of a channel in a file."""
+        latch = metadata.get("latch") == "true"
+        told = metadata.get("direction", "out"), metadata.get("rate", ""), latch, metadata.get("node", "")
+        return RecordedTopic(name, short_name(type_name), *told)
 
 
-_EXPORT = "export"
 _MAX_NAME_LENGTH = 200  # characters
 
 
@@ -101,13 +102,9 @@ class RecordingHeader:
     name: str
     facts: Mapping[str, Any] = field(default_factory=dict)
 
-    def metadata(self) -> dict[str, str]:
-        """As the values of a metadata record."""
-        return {"format": FORMAT_VERSION, "kind": self.kind, "name": self.name, "header": json.dumps(self.facts)}
-
-    def of_export(self) -> dict[str, str]:
-        """As the values of a metadata record in a file that was made of the recording for other tools."""
-        return self.metadata() | {"format": _EXPORT}
+    def metadata(self, format_version: str = FORMAT_VERSION) -> dict[str, str]:
+        """As the values of a metadata record; `EXPORT` is the format of files for other tools."""
+        return {"format": format_version, "kind": self.kind, "name": self.name, "header": json.dumps(self.facts)}
 
     @staticmethod
     def of(values: Mapping[str, str]) -> RecordingHeader:
@@ -116,7 +113,7 @@ class RecordingHeader:
         Raises:
             RecordingError: it is none, or of another format.
         """
-        if values.get("format") == _EXPORT:
+        if values.get("format") == EXPORT:
             raise RecordingError("it was made for other tools, and is no recording: give the one that it was made of")
         if values.get("format") != FORMAT_VERSION:
             found = values.get("format", "none")

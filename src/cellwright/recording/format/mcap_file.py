@@ -4,17 +4,14 @@ Who records hands in bytes and goes on; a thread puts them together, compresses 
 lock) and gives them to the operating system, some times a second. SIGKILL takes away what came since then.
 """
 
-from __future__ import annotations
-
 import os
 import struct
 import time
 import zlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import Event, Thread
-from types import TracebackType
 from typing import Self, TypeAlias
 
 from mcap.data_stream import RecordBuilder
@@ -23,7 +20,6 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
-    ChunkIndex,
     DataEnd,
     Footer,
     Header,
@@ -34,78 +30,67 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from mcap.summary import Summary
+from zstandard import ZstdCompressor
 
 from cellwright._package import VERSION
 from cellwright.middleware.messages.types import full_name, message_type, ros2_store
 from cellwright.recording.format.chunks import (
     MESSAGE_OVERHEAD,
-    ChunkMaker,
     Messages,
     WriteQueue,
     built_bytes,
     encoded_records,
+    make_chunk,
 )
 from cellwright.recording.format.format import MAGIC, PROFILE, RecordedTopic
 from cellwright.util.errors import UsageError
 
 
-@dataclass
-class Summary:
-    """What is in a file so far."""
+def _encoded_end(summary: Summary, counts: dict[int, int], offset: int, checksum: int) -> bytes:
+    """The end of a file, which begins at `offset` in it.
 
-    schemas: list[Schema] = field(default_factory=list)
-    channels: list[Channel] = field(default_factory=list)
-    chunks: list[ChunkIndex] = field(default_factory=list)
-    attachments: list[AttachmentIndex] = field(default_factory=list)
-    metadata: list[MetadataIndex] = field(default_factory=list)
-    counts: dict[int, int] = field(default_factory=dict)
-    """Messages by channel."""
-
-    def count(self, more: dict[int, int]) -> None:
-        """Count messages."""
-        for channel, number in more.items():
-            self.counts[channel] = self.counts.get(channel, 0) + number
-
-    def encode(self, offset: int, checksum: int) -> bytes:
-        """The end of the file, which begins at `offset` in it; `checksum` is the CRC-32 of all before."""
-        head = encoded_records(DataEnd(checksum))
-        builder = RecordBuilder()
-        start = offset + len(head)
-        groups: list[tuple[Opcode, list[McapRecord]]] = [
-            (Opcode.SCHEMA, [*self.schemas]),
-            (Opcode.CHANNEL, [*self.channels]),
-            (Opcode.STATISTICS, [self._statistics()]),
-            (Opcode.CHUNK_INDEX, [*self.chunks]),
-            (Opcode.ATTACHMENT_INDEX, [*self.attachments]),
-            (Opcode.METADATA_INDEX, [*self.metadata]),
-        ]
-        offsets = []
-        for opcode, records in groups:
-            begin = builder.count
-            for record in records:
-                record.write(builder)
-            if records:
-                offsets.append(SummaryOffset(opcode, start + begin, builder.count - begin))
-        offsets_start = start + builder.count
-        for each in offsets:
-            each.write(builder)
-        body = built_bytes(builder)
-        places = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_start)
-        footer = Footer(start, offsets_start, zlib.crc32(places, zlib.crc32(body)))
-        return head + body + encoded_records(footer) + MAGIC
-
-    def _statistics(self) -> Statistics:
-        return Statistics(
-            attachment_count=len(self.attachments),
-            channel_count=len(self.channels),
-            channel_message_counts=self.counts,
-            chunk_count=len(self.chunks),
-            message_count=sum(self.counts.values()),
-            metadata_count=len(self.metadata),
-            message_start_time=min((each.message_start_time for each in self.chunks), default=0),
-            message_end_time=max((each.message_end_time for each in self.chunks), default=0),
-            schema_count=len(self.schemas),
-        )
+    Args:
+        summary: what is in the file.
+        counts: messages by channel.
+        offset: how long the file is.
+        checksum: CRC-32 of all that.
+    """
+    schemas, channels, chunks = list(summary.schemas.values()), list(summary.channels.values()), summary.chunk_indexes
+    statistics = Statistics(
+        attachment_count=len(summary.attachment_indexes),
+        channel_count=len(channels),
+        channel_message_counts=counts,
+        chunk_count=len(chunks),
+        message_count=sum(counts.values()),
+        metadata_count=len(summary.metadata_indexes),
+        message_start_time=min((each.message_start_time for each in chunks), default=0),
+        message_end_time=max((each.message_end_time for each in chunks), default=0),
+        schema_count=len(schemas),
+    )
+    groups: dict[Opcode, Sequence[McapRecord]] = {
+        Opcode.SCHEMA: schemas,
+        Opcode.CHANNEL: channels,
+        Opcode.STATISTICS: [statistics],
+        Opcode.CHUNK_INDEX: chunks,
+        Opcode.ATTACHMENT_INDEX: summary.attachment_indexes,
+        Opcode.METADATA_INDEX: summary.metadata_indexes,
+    }
+    head = encoded_records(DataEnd(checksum))
+    builder, start, offsets = RecordBuilder(), offset + len(head), []
+    for opcode, records in groups.items():
+        begin = builder.count
+        for record in records:
+            record.write(builder)
+        if records:
+            offsets.append(SummaryOffset(opcode, start + begin, builder.count - begin))
+    offsets_start = start + builder.count
+    for each in offsets:
+        each.write(builder)
+    body = built_bytes(builder)
+    places = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_start)
+    footer = Footer(start, offsets_start, zlib.crc32(places, zlib.crc32(body)))
+    return head + body + encoded_records(footer) + MAGIC
 
 
 INTERVAL = 0.25
@@ -143,9 +128,10 @@ class McapFile:
         self._waiting: WriteQueue[_Record | Event] = WriteQueue()
         self._hurry_at = CHUNK
         self._summary = Summary()
+        self._counts: Counter[int] = Counter()  # messages by channel
         self._schemas: dict[str, int] = {}
         self._channels = 0
-        self._chunks = ChunkMaker()
+        self._compressor = ZstdCompressor(level=1)  # so lightly that it costs next to nothing
         self._offset = self._checksum = 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
@@ -155,11 +141,6 @@ class McapFile:
         self._wake, self._is_closing = Event(), False
         self._thread = Thread(target=self._work, name=f"recording {path.name}", daemon=True)
         self._thread.start()
-
-    @property
-    def is_writing(self) -> bool:
-        """Whether what is handed in still goes to the file."""
-        return not self._is_deaf
 
     @property
     def is_whole(self) -> bool:
@@ -191,13 +172,7 @@ class McapFile:
         self._waiting.add_record(Metadata(name, dict(values)))
 
     def add(self, channel: int, time: int, data: bytes) -> None:
-        """Hand in a message.
-
-        Args:
-            channel: its number.
-            time: when it was said [ns]; not before the one before it.
-            data: its bytes, CDR.
-        """
+        """Hand in a message: number of its channel, time [ns] not before that of the one before it, bytes as CDR."""
         if self._is_deaf:
             return
         waiting = self._waiting  # not a call of its own: this is done thousands of times a second
@@ -228,9 +203,7 @@ class McapFile:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _hurry(self) -> None:
@@ -249,7 +222,7 @@ class McapFile:
                 self._wake.clear()
                 self._drain()
             self._drain()
-            self._pass_on(self._summary.encode(self._offset, self._checksum))
+            self._pass_on(_encoded_end(self._summary, self._counts, self._offset, self._checksum))
         except OSError as error:
             self._failure = f"{self.path}: can be written no more: {error.strerror or error}"
             self._is_deaf = True
@@ -272,10 +245,10 @@ class McapFile:
                 self._write_record(what)
 
     def _write_chunk(self, messages: Messages) -> None:
-        chunk = self._chunks.make(messages, self._offset)
+        chunk = make_chunk(self._compressor, messages, self._offset)
         self._pass_on(chunk.data)
-        self._summary.chunks.append(chunk.index)
-        self._summary.count(chunk.counts)
+        self._summary.chunk_indexes.append(chunk.index)
+        self._counts.update(chunk.counts)
         self._waiting.taken = int(messages.ends[-1])
 
     def _write_record(self, record: _Record) -> None:
@@ -283,15 +256,15 @@ class McapFile:
         self._pass_on(data)
         match record:
             case Schema():
-                summary.schemas.append(record)
+                summary.schemas[record.id] = record
             case Channel():
-                summary.channels.append(record)
+                summary.channels[record.id] = record
             case Metadata():
-                summary.metadata.append(MetadataIndex(offset, len(data), record.name))
+                summary.metadata_indexes.append(MetadataIndex(offset, len(data), record.name))
             case Attachment():
                 size = len(record.data)
                 index = AttachmentIndex(offset, len(data), 0, 0, size, record.name, record.media_type)
-                summary.attachments.append(index)
+                summary.attachment_indexes.append(index)
 
     def _pass_on(self, data: bytes) -> None:
         rest = memoryview(data)

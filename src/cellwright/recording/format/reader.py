@@ -1,24 +1,26 @@
 """Recording reader: topics, messages, commands and frames, also of files that were cut short."""
 
-from __future__ import annotations
-
 import json
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from cellwright.middleware.messages import Message, from_cdr, message_type, short_name
+from cellwright.middleware.messages import from_cdr, message_type
 from cellwright.middleware.messages.standard import String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
-from cellwright.recording.format.format import FRAME, Entry, RecordedTopic, RecordingHeader
-from cellwright.recording.format.scan import ChannelRecord, ChunkPlace
-from cellwright.recording.format.scanned_file import ScannedFile, named_errors
+from cellwright.recording.format.format import FRAME, OWN_TOPICS, Entry, RecordingHeader
+from cellwright.recording.format.scan import ChunkPlace, chunk_entries, scan_file, unpack_chunk, verify_checksums
 from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
+from cellwright.util.files import open_to_read
+
+_KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
 
 
 class RecordedMessage(NamedTuple):
@@ -32,29 +34,26 @@ class RecordedMessage(NamedTuple):
 class Recording:
     """A recording, opened for reading.
 
-    Args:
-        path: the file.
-
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._file = ScannedFile(self.path)
-        self._layout = self._file.layout
-        try:
-            with named_errors(self.path):
-                self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
-            channels = {number: each for number, each in self._layout.channels.items() if each.encoding == "cdr"}
-            self.topics: dict[str, RecordedTopic] = {each.topic: _topic(each) for each in channels.values()}
+        self._unpacked: dict[int, bytes] = {}  # chunks by their places, the one used last at the end
+        with ExitStack() as opened:
+            with self._named_errors():
+                self._file = opened.enter_context(open_to_read(self.path))
+                self._layout = scan_file(self._file)
+                if names.METADATA not in self._layout.metadata:
+                    raise RecordingError("is an MCAP file, but no recording of Cellwright")
+                self.header = RecordingHeader.of(self._layout.metadata[names.METADATA])
+            self._names = {number: topic.name for number, topic in self._layout.topics.items()}
+            self.topics = {topic.name: topic for topic in self._layout.topics.values()}
             """The topics in it by name, those that Cellwright adds among them."""
-            self._names = {number: each.topic for number, each in channels.items()}
             if any(each.is_cut and not any(self._entries(each)) for each in self._layout.chunks[-1:]):
                 self._layout.chunks.pop()
-        except BaseException:
-            self._file.close()
-            raise
+            opened.pop_all()
 
     @property
     def is_complete(self) -> bool:
@@ -74,8 +73,9 @@ class Recording:
         """
         if name not in self._layout.attachments:
             raise UnknownNameError("attachment", name, self.attachments)
-        offset, length = self._layout.attachments[name]
-        return self._file.read(offset, length)
+        offset, length, _ = self._layout.attachments[name]
+        with self._named_errors():
+            return self._read(offset, length)
 
     @cached_property
     def sources(self) -> dict[str, bytes]:
@@ -126,7 +126,8 @@ class Recording:
         Raises:
             RecordingError: it is damaged; the text says where.
         """
-        self._file.check_bytes()
+        with self._named_errors():
+            verify_checksums(self._file, self._layout)
 
     def messages(
         self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
@@ -142,46 +143,30 @@ class Recording:
             RecordingError: the file is damaged.
         """
         wanted = {number for number, name in self._names.items() if topics is None or name in topics}
-        for chunk in self._file.chunks(start, until):
-            if chunk.counts and not wanted.intersection(chunk.counts):
-                continue
+        for chunk in self._chunks(wanted, start, until):
             for channel, time, data in self._entries(chunk, wanted):
                 if (start is None or time >= start) and (until is None or time < until):
                     yield RecordedMessage(self._names[channel], time, data)
 
-    def newest(self, topic: str, time: int, *, at_least: int | None = None) -> RecordedMessage | None:
-        """The newest message of a topic at or before a time [ns]; None where there is none after `at_least` [ns]."""
+    def newest(self, topic: str, time: int) -> RecordedMessage | None:
+        """The newest message of a topic at or before a time [ns]; None where there is none."""
         wanted = {number for number, name in self._names.items() if name == topic}
-        for chunk in reversed(list(self._file.chunks(at_least, time + 1))):
-            if chunk.counts and not wanted.intersection(chunk.counts):
-                continue
+        for chunk in reversed(list(self._chunks(wanted, None, time + 1))):
             found = [(when, data) for _, when, data in self._entries(chunk, wanted) if when <= time]
             if found:
                 return RecordedMessage(topic, *found[-1])
         return None
 
-    def decode(self, message: RecordedMessage) -> Message:
+    def decode(self, message: RecordedMessage) -> Any:
         """A message as the bus had it.
 
         Raises:
             RecordingError: its type is not known here, or its bytes are none of it.
         """
         try:
-            return from_cdr(message.data, message_type(self.topics[message.topic].type))
+            type_name = OWN_TOPICS.get(message.topic) or self.topics[message.topic].type
+            return from_cdr(message.data, message_type(type_name))
         except CellwrightError as error:
-            raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
-
-    def content(self, message: RecordedMessage) -> bytes:
-        """What a message of a topic that Cellwright adds holds: JSON, or a frame's bytes.
-
-        Raises:
-            RecordingError: its bytes are no such message.
-        """
-        try:
-            if names.OWN_TOPICS[message.topic] == names.BYTES:
-                return from_cdr(message.data, UInt8MultiArray).data.tobytes()
-            return from_cdr(message.data, String).data.encode()
-        except (MessageError, UnicodeEncodeError) as error:
             raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
 
     def commands(self) -> Iterator[Command]:
@@ -191,7 +176,7 @@ class Recording:
             RecordingError: the file is damaged.
         """
         for message in self.messages([names.COMMAND]):
-            yield Command.decode(self.content(message).decode())
+            yield Command.decode(self.decode(message).data)
 
     def values(
         self, topic: str, *, start: int | None = None, until: int | None = None
@@ -203,7 +188,7 @@ class Recording:
         """
         for message in self.messages([topic], start=start, until=until):
             try:
-                value = json.loads(self.content(message))
+                value = json.loads(self.decode(message).data)
             except (ValueError, RecursionError):
                 value = None
             if not isinstance(value, dict):
@@ -226,75 +211,89 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _chunks(self, wanted: set[int], start: int | None, until: int | None) -> Iterator[ChunkPlace]:
+        """The chunks that may hold messages of some channels from `start` [ns] on and before `until` [ns]."""
+        chunks = self._layout.chunks
+        for chunk in chunks[0 if start is None else bisect_left(chunks, start, key=lambda each: each.last) :]:
+            if until is not None and chunk.first >= until:
+                return
+            if not chunk.counts or wanted.intersection(chunk.counts):
+                yield chunk
+
     def _entries(self, chunk: ChunkPlace, channels: Collection[int] | None = None) -> Iterator[Entry]:
-        return self._file.entries(chunk, self._names if channels is None else channels)
+        """The messages of some channels in a chunk, or of all."""
+        with self._named_errors():
+            data = self._unpacked.pop(chunk.offset, None)
+            if data is None:
+                data = unpack_chunk(self._read(chunk.offset, chunk.length), chunk)
+            self._unpacked[chunk.offset] = data
+            if len(self._unpacked) > _KEPT:
+                del self._unpacked[next(iter(self._unpacked))]
+            yield from chunk_entries(data, self._names if channels is None else channels)
 
+    def _read(self, offset: int, length: int) -> bytes:
+        try:
+            self._file.seek(offset)
+            data = self._file.read(length)
+        except ValueError as error:  # it was closed
+            raise RecordingError(f"cannot be read: {error}") from None
+        if len(data) < length:
+            raise RecordingError("has become shorter while it was read")
+        return data
 
-def _topic(channel: ChannelRecord) -> RecordedTopic:
-    told = channel.metadata
-    return RecordedTopic(
-        channel.topic,
-        short_name(channel.type),
-        told.get("direction", "out"),
-        told.get("rate", ""),
-        told.get("latch") == "true",
-        told.get("node", ""),
-    )
+    @contextmanager
+    def _named_errors(self) -> Iterator[None]:
+        """Raise errors of reading the file as RecordingError that begins with its path."""
+        try:
+            yield
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from None
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 
 
 _PROGRESS_PERIOD = 500  # messages
 
 
-@dataclass(frozen=True)
 class TimeRange:
-    """The part of a recording that is wanted: its first and last time [ns], and whether something is before it."""
+    """The part of a recording from one time [ns] up to another; None: from the begin, to the end.
 
-    begin: int
-    end: int
-    begins_later: bool
+    Attributes:
+        begin, end: its first and last time [ns].
 
-    @classmethod
-    def of(cls, source: Recording, start: int | None, until: int | None) -> Self:
-        """The part from one time [ns] up to another; None: from the begin, to the end.
+    Raises:
+        UsageError: nothing is in it at these times.
+    """
 
-        Raises:
-            UsageError: nothing is in it at these times.
-        """
-        begin = source.begin if start is None else max(source.begin, start)
-        end = source.end_time if until is None else min(source.end_time, until)
-        if begin > end:
+    def __init__(self, source: Recording, start: int | None, until: int | None) -> None:
+        self._source = source
+        self.begin = source.begin if start is None else max(source.begin, start)
+        self.end = source.end_time if until is None else min(source.end_time, until)
+        if self.begin > self.end:
             raise UsageError(f"{source.path}: nothing is in it at these times")
-        return cls(begin, end, begin > source.begin)
-
-    def share(self, time: int) -> float:
-        """How much of it is over, 0..1."""
-        return (time - self.begin) / max(1, self.end - self.begin)
 
     def messages(
-        self, source: Recording, topics: Collection[str], on_progress: Callable[[float], None] | None = None
+        self, topics: Collection[str], on_progress: Callable[[float], None] | None = None
     ) -> Iterator[RecordedMessage]:
         """What was latched when it begins, as if it were said then, and what was said in it.
 
-        Args:
-            source: the recording.
-            topics: names of topics.
-            on_progress: takes now and then how much of it is over, 0..1.
+        `on_progress` takes now and then how much of it is over, 0..1.
         """
-        for number, message in enumerate(self._messages(source, topics)):
+        found = self._source.messages(topics, start=self.begin, until=self.end + 1)
+        for number, message in enumerate(chain(self._latched(topics), found)):
             if on_progress is not None and number % _PROGRESS_PERIOD == 0:
-                on_progress(self.share(message.time))
+                on_progress((message.time - self.begin) / max(1, self.end - self.begin))
             yield message
 
-    def _messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
-        for topic in topics if self.begins_later else ():
+    def _latched(self, topics: Collection[str]) -> Iterator[RecordedMessage]:
+        source = self._source
+        for topic in topics if self.begin > source.begin else ():
             latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
             if latched is not None and latched.time < self.begin:
                 yield latched._replace(time=self.begin)
-        yield from source.messages(topics, start=self.begin, until=self.end + 1)
 
 
-WHOLE_FRAME_SEARCH = 5_000_000_000
-"""So far back [ns] a whole frame is looked for; there is one a second."""
+_WHOLE_FRAME_SEARCH = 5_000_000_000  # so far back [ns] a whole frame is looked for; there is one a second
 
 
 def recorded_frames(recording: Recording, *, start: int | None = None, until: int | None = None) -> Iterator[Frame]:
@@ -304,7 +303,7 @@ def recorded_frames(recording: Recording, *, start: int | None = None, until: in
         RecordingError: the file is damaged.
     """
     before: Frame | None = None
-    begin = None if start is None else start - WHOLE_FRAME_SEARCH
+    begin = None if start is None else start - _WHOLE_FRAME_SEARCH
     for message in recording.messages([FRAME], start=begin, until=until):
         data = frame_bytes(message.data)
         if before is None and not is_whole_frame(data):
@@ -315,6 +314,21 @@ def recorded_frames(recording: Recording, *, start: int | None = None, until: in
             raise RecordingError(f"{recording.path}: {FRAME} at {message.time / 1e9:.3f} s: {error}") from None
         if start is None or message.time >= start:
             yield before
+
+
+def json_object(data: bytes) -> dict[str, Any]:
+    """The JSON object in the message that carries it, CDR.
+
+    Raises:
+        MessageError: there is none.
+    """
+    try:
+        found = json.loads(from_cdr(data, String).data)
+    except (ValueError, RecursionError):
+        raise MessageError("a text that is no JSON") from None
+    if not isinstance(found, dict):
+        raise MessageError("JSON that is no object")
+    return found
 
 
 def frame_bytes(data: bytes) -> bytes:

@@ -1,7 +1,5 @@
 """Records a run: everything that is said on its bus, what came from outside, and what replaying needs besides."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from fractions import Fraction
@@ -11,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.engine.events import Watch
+from cellwright.engine.clock import Watch
 from cellwright.middleware.bus import Served, Subscription
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
-from cellwright.recording.format.commands import Command, CommandNotes
+from cellwright.recording.format.commands import Command, note_commands
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.rendering.scene.engine import SceneTaker
@@ -24,17 +22,10 @@ from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.util.errors import CellwrightError
 
 NODE = "/recorder"
-FRAMES = Fraction(1, 25)
-"""Simulation time between two frames of the scene [s]."""
-
-FRAMES_TO_A_WHOLE = 25
-"""One in so many frames is whole; the others say what has changed."""
-
-HASHES = Fraction(1)
-"""Simulation time between two state hashes [s]."""
-
-PANELS = Fraction(1, 2)
-"""Simulation time between two looks at what a panel shows [s]."""
+_FRAMES = Fraction(1, 25)  # simulation time between two frames of the scene [s]
+_WHOLE_FRAMES = 25  # one in so many frames is whole; the others say what has changed
+_HASHES = Fraction(1)  # simulation time between two state hashes [s]
+_PANELS = Fraction(1, 2)  # simulation time between two looks at what a panel shows [s]
 
 PICTURES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
 """Types of messages that are kept when somebody else listens to them: drawing them for the file alone would slow the
@@ -81,22 +72,18 @@ class Recorder:
         self._panel, self._report = panel, report
         self._taker = SceneTaker(self._simulation.model, name=served.name, hidden=served.out_of_sight)
         self._runs = 0
-        self.is_over = False
-        """Whether it has come to its end."""
-        self._unwritable: set[str] = set()
+        self._is_over = False
         self.paths: list[Path] = []
         """The files, one a run."""
         self.is_whole = True
         """Whether everything has gone to the files that were ended."""
         self._begin()
-        self._leave: list[Callable[[], None]] = [
-            CommandNotes(served.bus, self._simulation.clock, self._note, stamp).close
-        ]
+        self._leave = [note_commands(served.bus, self._simulation.clock, self._note, stamp)]
         self._leave += [self._listen(topic).cancel for topic in _topics(served)]
-        self._watch("frames", FRAMES, self._keep_frame)
-        self._watch("state hashes", HASHES, self._keep_hash)
+        self._watch("frames", _FRAMES, self._keep_frame)
+        self._watch("state hashes", _HASHES, self._keep_hash)
         if panel is not None:
-            self._watch("panels", PANELS, self._keep_panel)
+            self._watch("panels", _PANELS, self._keep_panel)
         self._simulation.on_reset.append(self._begin_anew)
         self._leave.append(partial(self._simulation.on_reset.remove, self._begin_anew))
         self._keep_frame(0)
@@ -105,21 +92,20 @@ class Recorder:
 
     def event(self, value: Mapping[str, Any]) -> None:
         """Keep something that happened, as JSON values."""
-        self._text(names.EVENT, value)
+        self._write_text(names.EVENT, json.dumps(value))
 
     def end(self, result: Mapping[str, Any]) -> None:
         """Keep what came of the run, and end the file. Again is no error."""
-        if self.is_over:
+        if self._is_over:
             return
-        self.is_over = True
+        self._is_over = True
         for leave in self._leave:
             leave()
         self._finish(result)
 
     def _begin(self) -> None:
         self._runs += 1
-        stem = self._path.stem if self._runs == 1 else f"{self._path.stem}_{self._runs}"
-        path = self._path.with_stem(stem)
+        path = self._path if self._runs == 1 else self._path.with_stem(f"{self._path.stem}_{self._runs}")
         self._file = file = McapFile(path, report=self._report)
         self.paths.append(path)
         file.describe(names.METADATA, self._header.metadata())
@@ -148,22 +134,24 @@ class Recorder:
         self._keep_frame(0)
         self._keep_panel(0)
         self._keep_hash(0)
-        self._text(names.END, result)
+        self._write_text(names.END, json.dumps(result))
         self._file.close()
         self.is_whole = self.is_whole and self._file.is_whole
 
     def _listen(self, topic: RecordedTopic) -> Subscription:
         clock = self._simulation.clock
         newest: Message | None = None
-        data = b""
+        data, is_missed = b"", False
 
         def hear(message: Message) -> None:
-            nonlocal newest, data
+            nonlocal newest, data, is_missed
             if message is not newest:
                 try:
                     data = to_cdr(message)
                 except CellwrightError as error:
-                    self._miss(topic.name, error)
+                    if not is_missed:
+                        is_missed = True
+                        self._report(f"{self._path}: {topic.name} is not recorded: {error}")
                     return
                 newest = message
             self._file.add(self._channels[topic.name], clock.now, data)
@@ -171,23 +159,25 @@ class Recorder:
         return self._served.bus.subscribe(topic.name, hear, node=NODE, along=topic.type in PICTURES)
 
     def _note(self, command: Command) -> None:
-        self._write(names.COMMAND, _text_data(command.encode()))
+        self._write_text(names.COMMAND, command.encode())
 
     def _keep_frame(self, _index: int) -> None:
         self._simulation.refresh()
         frame = self._taker.frame(self._simulation.data, self._simulation.now)
         if not np.isfinite(frame.poses).all():  # the run has become unstable, and is about to end
             return
-        is_whole = self._frames % FRAMES_TO_A_WHOLE == 0
+        is_whole = self._frames % _WHOLE_FRAMES == 0
         self._frames += 1
-        self._write(names.FRAME, _bytes_data(frame.encode(None if is_whole else self._before)))
+        data = frame.encode(None if is_whole else self._before)
+        carrier = UInt8MultiArray(MultiArrayLayout([], 0), np.frombuffer(data, np.uint8))
+        self._write(names.FRAME, to_cdr(carrier))
         self._before = frame
 
     def _keep_hash(self, _index: int) -> None:
         tick = self._simulation.clock.tick
         if tick != self._hashed:
             self._hashed = tick
-            self._text(names.STATE_HASH, {"tick": tick, "hash": self._simulation.state_hash()})
+            self._write_text(names.STATE_HASH, json.dumps({"tick": tick, "hash": self._simulation.state_hash()}))
 
     def _keep_panel(self, _index: int) -> None:
         if self._panel is None:
@@ -195,22 +185,17 @@ class Recorder:
         text = json.dumps(self._panel())
         if text != self._last_panel:
             self._last_panel = text
-            self._write(names.PANEL, _text_data(text))
+            self._write_text(names.PANEL, text)
 
     def _watch(self, name: str, period: Fraction, action: Callable[[int], None]) -> None:
         watch: Watch = self._simulation.watch(f"recording: {name}", period, action, _LAST)
         self._leave.append(watch.cancel)
 
-    def _text(self, topic: str, value: Mapping[str, Any]) -> None:
-        self._write(topic, _text_data(json.dumps(value)))
+    def _write_text(self, topic: str, text: str) -> None:
+        self._write(topic, to_cdr(String(text)))
 
     def _write(self, topic: str, data: bytes) -> None:
         self._file.add(self._channels[topic], self._simulation.now, data)
-
-    def _miss(self, topic: str, error: CellwrightError) -> None:
-        if topic not in self._unwritable:
-            self._unwritable.add(topic)
-            self._report(f"{self._path}: {topic} is not recorded: {error}")
 
 
 def _topics(served: Served) -> list[RecordedTopic]:
@@ -220,11 +205,3 @@ def _topics(served: Served) -> list[RecordedTopic]:
         node = ",".join(info.publishers) or next(iter(info.subscribers), "")
         found.append(RecordedTopic(info.name, info.type, info.direction.value, info.rate, info.latch, node))
     return found
-
-
-def _text_data(text: str) -> bytes:
-    return to_cdr(String(text))
-
-
-def _bytes_data(data: bytes) -> bytes:
-    return to_cdr(UInt8MultiArray(MultiArrayLayout([], 0), np.frombuffer(data, np.uint8)))

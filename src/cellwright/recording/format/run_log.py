@@ -10,23 +10,12 @@ Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time
 - `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from cellwright.cell.kitting.effects import (
-    ConveyorPower,
-    Effect,
-    KitSubmitted,
-    OrderAnnounced,
-    OrderCompleted,
-    PopulationRestart,
-    StateChanged,
-    TrialEnded,
-)
+from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.evidence import Evidence, evidence_to_json, kit_evidence, kit_to_json
 from cellwright.cell.kitting.reach import TrialReach, reach
 from cellwright.cell.kitting.scorer import system_cost
@@ -52,12 +41,7 @@ class RunEvents:
         self._reach = TrialReach(())
 
     def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
-        """Tell what it is.
-
-        Args:
-            trial: what is run.
-            more: seed, versions and the like.
-        """
+        """Tell what it is; `more` is seed, versions and the like."""
         self._reach = reach(trial)
         facts = {
             "best": self._reach.maximum,
@@ -68,7 +52,7 @@ class RunEvents:
         }
         self._write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
 
-    def effect(self, effect: Effect, now: int) -> None:
+    def effect(self, effect: effects.Effect, now: int) -> None:
         """Tell what the referee did at the time `now` [ns]."""
         kind, values = _values(effect, self._reach)
         self._write({"kind": kind, "time": seconds(now), **values})
@@ -78,14 +62,7 @@ class RunEvents:
         self._write({"kind": "collision", "time": facts["end"], **facts})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
-        """Tell what came of it.
-
-        Args:
-            outcome: how the run ended, in a word.
-            evidence: its score with all evidence.
-            now: the time [ns].
-            more: state hash, wall time and the like.
-        """
+        """Tell what came of it, at the time `now` [ns]; `more` is state hash, wall time and the like."""
         score = evidence_to_json(evidence)
         self._write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
 
@@ -95,7 +72,7 @@ class RunLog(RunEvents):
 
     Args:
         path: the file; it is begun anew.
-        about: what the caller knows of the run besides, such as the agent's name, for the first line.
+        about: see `RunEvents`.
         report: takes a line when the disk fails; the run goes on without its log.
 
     Raises:
@@ -112,37 +89,32 @@ class RunLog(RunEvents):
         """Write that the run has begun anew, at the time `now` [ns]."""
         self.lines.write_value({"kind": "reset", "time": seconds(now)})
 
-    def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
-        """Write the last line, and close the file; see `RunEvents.end`."""
-        super().end(outcome, evidence, now, more)
-        self.lines.close()
 
-
-def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
+def _values(effect: effects.Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
     match effect:
-        case StateChanged(state):
+        case effects.StateChanged(state):
             return "state", {"state": str(state)}
-        case ConveyorPower(power):
+        case effects.ConveyorPower(power):
             return "conveyor", {"power": power}
-        case PopulationRestart():
+        case effects.PopulationRestart():
             return "population", {"action": "restart"}
-        case OrderAnnounced(order, reason, interrupts):
+        case effects.OrderAnnounced(order, reason, interrupts):
             kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
             return "order", {"order_id": order.order_id, "reason": str(reason), "interrupts": interrupts, "kits": kits}
-        case KitSubmitted():
+        case effects.KitSubmitted():
             return "kit", _submission(effect, could)
-        case OrderCompleted(score, resumes):
+        case effects.OrderCompleted(score, resumes):
             return "order complete", {
                 "order_id": score.order_id,
                 "total": score.total,
                 "time_taken": seconds(score.time_taken),
                 "resumes": resumes,
             }
-        case TrialEnded(reason, game, process_time):
+        case effects.TrialEnded(reason, game, process_time):
             return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
 
 
-def _submission(effect: KitSubmitted, could: TrialReach) -> dict[str, Any]:
+def _submission(effect: effects.KitSubmitted, could: TrialReach) -> dict[str, Any]:
     score = effect.score
     told = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
     if score.refusal is not None:

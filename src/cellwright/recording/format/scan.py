@@ -1,20 +1,21 @@
-"""MCAP parser for untrusted files: layout record by record, and the messages of a chunk.
+"""MCAP parser for untrusted files: layout record by record, messages of a chunk, and checksums.
 
 Nothing that the file says of sizes is trusted: a record ends with the file at the latest, and what is too large to be
 true is an error. The content of chunks is passed over, so that some hundred megabytes take a moment.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
+from io import SEEK_END, BytesIO
 from typing import BinaryIO
 
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
+from mcap.records import Channel, Metadata
 
-from cellwright.recording.format.format import MAGIC, Entry
+from cellwright.recording.format.format import MAGIC, Entry, RecordedTopic
 from cellwright.util.errors import RecordingError, showable
 
 LARGEST_CHUNK = 256 << 20
@@ -28,12 +29,8 @@ MOST_CHUNKS = 10_000_000
 LATEST = 4 * 10**18
 """Of times [ns], some 127 years: no run comes to a later one, and no bag can hold it."""
 
-LONGEST_NAME = 1000
-"""Characters of the name of a topic or a type; of a longer one some are left out."""
-
-RECORD_HEAD = struct.Struct("<BQ")
-"""What each record begins with: what it is, and how long."""
-
+_MAX_NAME_LENGTH = 1000  # characters of the name of a topic or a type
+_RECORD_HEAD = struct.Struct("<BQ")  # what a record is, and how long
 _BAG = b"#ROSBAG V"  # what a bag of ROS 1 begins with
 _CHUNK = struct.Struct("<QQQI")
 _INDEX = struct.Struct("<HI")
@@ -55,27 +52,15 @@ class ChunkPlace:
     """Messages by channel, as far as the file says."""
 
 
-@dataclass(frozen=True, slots=True)
-class ChannelRecord:
-    """A channel as the file has it."""
-
-    topic: str
-    encoding: str
-    type: str
-    metadata: dict[str, str]
-
-
 @dataclass
 class Layout:
     """What a file holds and where."""
 
-    profile: str = ""
-    channels: dict[int, ChannelRecord] = field(default_factory=dict)
+    topics: dict[int, RecordedTopic] = field(default_factory=dict)
+    """Those of the channels whose messages are CDR, by number."""
     chunks: list[ChunkPlace] = field(default_factory=list)
-    attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """Place and length of each, by name."""
-    checked: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """Place and length of what the checksum of each attachment is of, which follows at once; by name."""
+    attachments: dict[str, tuple[int, int, int]] = field(default_factory=dict)
+    """Place and length of each by name, and where that begins which its checksum is of; that follows at once."""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     is_complete: bool = False
     """Whether the file was ended as it should be, not cut short."""
@@ -85,62 +70,30 @@ class Layout:
     """Place of the last record of such a file."""
 
 
-class Fields:
-    """Reads the fields of a record one after another.
-
-    Raises:
-        RecordingError: the record ends before, from all that read.
-    """
+class _Fields(ReadDataStream):
+    """The fields of a record; one that ends too early is an error, and letters that are none are replaced."""
 
     def __init__(self, data: bytes) -> None:
-        self._data = data
-        self._at = 0
+        super().__init__(BytesIO(data))
 
-    @property
-    def is_over(self) -> bool:
-        """Whether everything has been read."""
-        return self._at >= len(self._data)
-
-    def number(self, size: int) -> int:
-        """An unsigned number of so many bytes."""
-        return int.from_bytes(self.take(size), "little")
-
-    def text(self) -> str:
-        """A text, its length before it."""
-        return self.take(self.number(4)).decode(errors="replace")
-
-    def name(self) -> str:
-        """A text that is told to people: whatever stands there, a terminal can show it."""
-        return showable(self.text(), LONGEST_NAME).replace("\n", " ").replace("\t", " ")
-
-    def table(self) -> dict[str, str]:
-        """Texts by texts."""
-        inner = Fields(self.take(self.number(4)))
-        found = {}
-        while not inner.is_over:
-            key = inner.text()
-            found[key] = inner.text()
-        return found
-
-    def take(self, size: int) -> bytes:
-        """So many bytes."""
-        data = self._data[self._at : self._at + size]
-        if len(data) < size:
+    def read(self, length: int) -> bytes:
+        data = self._stream.read(length)
+        self._count += length
+        if len(data) < length:
             raise RecordingError("a record ends in the middle")
-        self._at += size
         return data
 
+    def read_prefixed_string(self) -> str:
+        return self.read(self.read4()).decode(errors="replace")
 
-def scan_file(file: BinaryIO, size: int) -> Layout:
+
+def scan_file(file: BinaryIO) -> Layout:
     """What the file holds, up to its end or to where it was cut.
-
-    Args:
-        file: the file.
-        size: how many bytes of it there are.
 
     Raises:
         RecordingError: it is no MCAP file, or damaged.
     """
+    size = file.seek(0, SEEK_END)
     file.seek(0)
     begin = file.read(max(len(MAGIC), len(_BAG)))
     if begin.startswith(_BAG):
@@ -153,11 +106,11 @@ def scan_file(file: BinaryIO, size: int) -> Layout:
     place = len(MAGIC)
     while place < size:
         file.seek(place)
-        head = file.read(RECORD_HEAD.size)
-        if len(head) < RECORD_HEAD.size:
+        head = file.read(_RECORD_HEAD.size)
+        if len(head) < _RECORD_HEAD.size:
             break
-        opcode, length = RECORD_HEAD.unpack(head)
-        place += RECORD_HEAD.size
+        opcode, length = _RECORD_HEAD.unpack(head)
+        place += _RECORD_HEAD.size
         if opcode == Opcode.CHUNK:
             chunk = _chunk(file, place, length, size)
             if chunk is not None:
@@ -170,15 +123,15 @@ def scan_file(file: BinaryIO, size: int) -> Layout:
             _attachment(file, place, length, layout)
         elif opcode == Opcode.MESSAGE_INDEX:
             _count(file, length, layout)
-        elif opcode in (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
             if length > LARGEST_RECORD:
                 raise RecordingError(f"a record of {length} bytes")
-            _describe(opcode, Fields(file.read(length)), layout, schemas)
+            _describe(opcode, _Fields(file.read(length)), layout, schemas)
         elif opcode == Opcode.DATA_END:
-            layout.data_end = place - RECORD_HEAD.size
+            layout.data_end = place - _RECORD_HEAD.size
         elif opcode == Opcode.FOOTER:
             layout.is_complete = True
-            layout.footer = place - RECORD_HEAD.size
+            layout.footer = place - _RECORD_HEAD.size
             break
         place += length
     if layout.chunks and not layout.is_complete:
@@ -211,15 +164,14 @@ def _chunk(file: BinaryIO, place: int, length: int, size: int) -> ChunkPlace | N
 
 
 def _attachment(file: BinaryIO, place: int, length: int, layout: Layout) -> None:
-    fields = Fields(file.read(min(length, 1 << 16)))
-    fields.take(16)
-    name = fields.text()
-    fields.text()
-    data = fields.number(8)
+    fields = _Fields(file.read(min(length, 1 << 16)))
+    fields.read(16)  # its times
+    name = fields.read_prefixed_string()
+    fields.read_prefixed_string()  # its media type
+    data = fields.read8()
     if data > LARGEST_ATTACHMENT or data + 4 > length:
         raise RecordingError(f"the attachment {name!r:.60} says nothing sensible of its size")
-    layout.attachments[name] = place + length - 4 - data, data  # the checksum follows
-    layout.checked[name] = place, length - 4
+    layout.attachments[name] = place + length - 4 - data, data, place
 
 
 def _count(file: BinaryIO, length: int, layout: Layout) -> None:
@@ -230,48 +182,45 @@ def _count(file: BinaryIO, length: int, layout: Layout) -> None:
         layout.chunks[-1].counts[channel] = size // 16
 
 
-def _describe(opcode: int, fields: Fields, layout: Layout, schemas: dict[int, str]) -> None:
-    if opcode == Opcode.HEADER:
-        layout.profile = fields.text()
-    elif opcode == Opcode.SCHEMA:
-        number = fields.number(2)
-        schemas[number] = fields.name()
+def _describe(opcode: int, fields: _Fields, layout: Layout, schemas: dict[int, str]) -> None:
+    if opcode == Opcode.SCHEMA:
+        number = fields.read2()
+        schemas[number] = _shown_name(fields.read_prefixed_string())  # the rest is not needed, and may be damaged
     elif opcode == Opcode.CHANNEL:
-        number, schema = fields.number(2), fields.number(2)
-        topic, encoding = fields.name(), fields.text()
-        layout.channels[number] = ChannelRecord(topic, encoding, schemas.get(schema, ""), fields.table())
+        channel = Channel.read(fields)
+        layout.topics.pop(channel.id, None)
+        if channel.message_encoding == "cdr":
+            name, type_name = _shown_name(channel.topic), schemas.get(channel.schema_id, "")
+            layout.topics[channel.id] = RecordedTopic.of(name, type_name, channel.metadata)
     else:
-        name = fields.text()
-        layout.metadata.setdefault(name, fields.table())
+        metadata = Metadata.read(fields)
+        layout.metadata.setdefault(metadata.name, metadata.metadata)
+
+
+def _shown_name(name: str) -> str:
+    """A name that a terminal can show, whatever stands in the file."""
+    return showable(name, _MAX_NAME_LENGTH).replace("\n", " ").replace("\t", " ")
 
 
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
-_HEAD = struct.Struct("<BQ")
 
 
 def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
-    """The content of a chunk; of one that was cut, what can be had of it.
-
-    Args:
-        data: its bytes as they are in the file.
-        place: what the file says of it.
+    """The content of a chunk, from its bytes in the file; of one that was cut, what can be had of it.
 
     Raises:
         RecordingError: it is damaged, or compressed in a way that is not known.
     """
-    raw = _decompressed(data, place)
+    match place.compression:
+        case "":
+            raw = data
+        case "zstd":
+            raw = _zstd(data, place)
+        case unknown:
+            raise RecordingError(f"a chunk is compressed by {unknown!r:.20}, which is not known here")
     if not place.is_cut and (len(raw) != place.size or (place.checksum and zlib.crc32(raw) != place.checksum)):
         raise RecordingError(f"damaged at byte {place.offset}: a chunk's checksum is wrong")
     return raw
-
-
-def _decompressed(data: bytes, place: ChunkPlace) -> bytes:
-    match place.compression:
-        case "":
-            return data
-        case "zstd":
-            return _zstd(data, place)
-    raise RecordingError(f"a chunk is compressed by {place.compression!r:.20}, which is not known here")
 
 
 def _zstd(data: bytes, place: ChunkPlace) -> bytes:
@@ -296,7 +245,7 @@ def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterat
     while place + head <= size:
         opcode, length, channel, _, time, _ = unpack_message(raw, place)
         if opcode != Opcode.MESSAGE:
-            length = _HEAD.unpack_from(raw, place)[1]
+            length = _RECORD_HEAD.unpack_from(raw, place)[1]
         elif length < head - 9:
             raise RecordingError("a message is shorter than its own head")
         end = place + 9 + length
@@ -307,3 +256,59 @@ def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterat
                 raise RecordingError(f"damaged: a message at {time} ns, which no run comes to")
             yield channel, time, raw[place + head : end]
         place = end
+
+
+_PIECE = 1 << 20
+_DATA_END = _RECORD_HEAD.size + 4
+_FOOTER = _RECORD_HEAD.size + 20
+
+
+def verify_checksums(file: BinaryIO, layout: Layout) -> None:
+    """Compare all checksums that the file has with its bytes.
+
+    Of a file that was ended as it should be that is every byte up to the last records. One that was cut short has
+    checksums of its whole chunks and of the files within.
+
+    Raises:
+        RecordingError: some are not what was written; the text says where.
+    """
+    for chunk in layout.chunks:
+        if not chunk.is_cut:
+            file.seek(chunk.offset)
+            unpack_chunk(file.read(chunk.length), chunk)
+    for name, (place, length, begin) in layout.attachments.items():
+        end = place + length
+        if _checksum(file, begin, end - begin) != _read_number(file, end):
+            raise RecordingError(f"damaged at byte {begin}: the checksum of the file {name!r:.60} within is wrong")
+    if layout.is_complete:
+        _verify_end(file, layout)
+
+
+def _verify_end(file: BinaryIO, layout: Layout) -> None:
+    """Compare the checksum of everything before the summary, and that of the summary."""
+    end, footer = layout.data_end, layout.footer
+    told = _read_number(file, end + _RECORD_HEAD.size)
+    if told and _checksum(file, 0, end) != told:
+        raise RecordingError(f"damaged before byte {end}: the checksum of all data is wrong")
+    summary, checked = end + _DATA_END, footer + _FOOTER - 4
+    told = _read_number(file, checked)
+    if told and _checksum(file, summary, checked - summary) != told:
+        raise RecordingError(f"damaged behind byte {summary}: the checksum of the summary is wrong")
+    file.seek(footer + _FOOTER)
+    if file.read(len(MAGIC) + 1) != MAGIC:
+        raise RecordingError(f"damaged at byte {footer + _FOOTER}: it does not end as an MCAP file ends")
+
+
+def _checksum(file: BinaryIO, begin: int, length: int) -> int:
+    """CRC-32 of so many bytes of a file."""
+    checksum = 0
+    file.seek(begin)
+    while length > 0 and (piece := file.read(min(length, _PIECE))):
+        length -= len(piece)
+        checksum = zlib.crc32(piece, checksum)
+    return checksum
+
+
+def _read_number(file: BinaryIO, place: int) -> int:
+    file.seek(place)
+    return int.from_bytes(file.read(4), "little")

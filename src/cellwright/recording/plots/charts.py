@@ -54,12 +54,14 @@ SETTINGS: dict[Any, Any] = {
 }
 
 
+SIZE_OF_NAMES = 7.0  # of names beside curves [pt]
+_CURVE_SLICES = 1500  # of a curve: as many as a printed page can show
+
+
 def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
     """Write names of curves at their right ends, where they do not lie on each other.
 
-    Args:
-        axes: where the curves are; their limits are final.
-        named: name, value at the end, and colour of each.
+    The limits of the axes are final; of each curve its name is `named`, its value at the end, and its colour.
     """
     low, high = axes.get_ylim()
     box = axes.get_window_extent()
@@ -90,24 +92,10 @@ def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
         )
 
 
-SIZE_OF_NAMES = 7.0
-"""Of names beside curves [pt]."""
+def thinned(times: Array, values: Array, slices: int = _CURVE_SLICES) -> tuple[Array, Array]:
+    """Fewer points of a curve (n,), which is drawn the same; a gap of nan stays one.
 
-
-SLICES = 1500
-"""Of a curve: as many as a printed page can show."""
-
-
-def thinned(times: Array, values: Array, slices: int = SLICES) -> tuple[Array, Array]:
-    """Fewer points of a curve, which is drawn the same.
-
-    Args:
-        times: (n,) ascending.
-        values: (n,); nan is a gap, and stays one.
-        slices: how many; a curve with fewer than four points for each stays as it is.
-
-    Returns:
-        Times and values, the first and the last point among them.
+    A curve with fewer than four points for each slice stays as it is.
     """
     count = len(times)
     if count <= 4 * slices:
@@ -143,13 +131,7 @@ def joints_to_draw(tracks: Sequence[JointTrack]) -> list[JointTrack]:
 
 
 def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack]) -> None:
-    """Draw a group of joints of the same unit.
-
-    Args:
-        axes: where; its limits along time are set.
-        group: what they are called together.
-        tracks: the joints.
-    """
+    """Draw a group of joints of the same unit, where limits along time are set."""
     drawn = joints_to_draw(tracks)
     for track, colour in zip(drawn, COLOURS, strict=False):
         if len(track.targets):
@@ -173,13 +155,7 @@ _LABEL_ROWS = 4  # of labels, one below another, where many things happen at onc
 
 
 def draw_score(axes: Axes, score: ScoreTrack, story: Story) -> None:
-    """Draw the score as stairs.
-
-    Args:
-        axes: where; its limits along time are set.
-        score: the score.
-        story: for the marks and the end.
-    """
+    """Draw the score as stairs, where limits along time are set."""
     times = np.append(score.times, max(story.end, score.times[-1]))
     points = np.append(score.points, score.points[-1])
     axes.step(times, points, where="post", color=COLOURS[0], linewidth=1.6)
@@ -263,20 +239,12 @@ def draw_height(axes: Axes, tools: Sequence[ToolTrack]) -> None:
         has_cup = bool(tool.on or tool.attached)
         times, height = thinned(tool.times, tool.positions[:, 2])
         axes.plot(times, height, color=INK if has_cup else colour, label=None if has_cup else tool.name)
-        for spans, strip, label in ((tool.on, _SUCTION_ON, "suction on"), (tool.attached, _LOADED, "carries a part")):
-            place = 0.0 if strip == _SUCTION_ON else 0.035
-            for number, span in enumerate(spans):
-                axes.axvspan(
-                    span.begin,
-                    span.end,
-                    place,
-                    place + 0.03,
-                    color=strip,
-                    linewidth=0,
-                    label=label if number == 0 else None,
-                )
+        strips = ((tool.on, 0.0, _SUCTION_ON, "suction on"), (tool.attached, 0.035, _LOADED, "carries a part"))
+        for spans, place, strip, label in strips:
+            for span in spans:
+                axes.axvspan(span.begin, span.end, place, place + 0.03, color=strip, linewidth=0, label=label)
     axes.margins(y=0.12)
-    axes.set_title(f"{'Tool height' if len(tools) == 1 else 'Heights of the tools'}")
+    axes.set_title("Tool height" if len(tools) == 1 else "Heights of the tools")
     axes.set_ylabel("z [m]")
     _legend(axes)
 
@@ -347,7 +315,7 @@ def draw_commands(axes: Axes, story: Story) -> None:
         axes.broken_barh(strips, (row - 0.33, 0.66), facecolors=shades, linewidth=0)
         count = len(track.times)
         axes.text(1.0, row, f" {count}", transform=axes.get_yaxis_transform(), va="center", fontsize=6.8, color=FAINT)
-        ticks.append(_short_name(track.name))
+        ticks.append(track.name.strip("/").partition("/")[2] or track.name)  # without its first part
         row += 1
     axes.set_yticks(range(len(ticks)), ticks, fontsize=7)
     _finish_rows(axes, row, "States and commands" if story.states else "Commands")
@@ -359,11 +327,6 @@ def _finish_rows(axes: Axes, rows: int, title: str) -> None:
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.set_title(title)
-
-
-def _short_name(name: str) -> str:
-    """A name as it stands beside the drawing: without its first part."""
-    return name.strip("/").partition("/")[2] or name
 
 
 MAX_PARTS = 40
@@ -384,9 +347,8 @@ def draw_trays(axes: Axes, story: Story) -> None:
         first = row
         for part in parts[:MAX_PARTS]:
             colour, hatch = VERDICTS.get(part.verdict, VERDICTS[""])
-            axes.barh(
-                row, part.end - part.begin, left=part.begin, height=0.78, color=colour, hatch=hatch, edgecolor="white"
-            )
+            length = part.end - part.begin
+            axes.barh(row, length, left=part.begin, height=0.78, color=colour, hatch=hatch, edgecolor="white")
             _name_part(axes, row, part, colour, story)
             row += 1
         row += not parts
@@ -407,9 +369,8 @@ def draw_trays(axes: Axes, story: Story) -> None:
     if any(mark.tray for mark in story.marks):
         handles += axes.plot([], [], color=INK, linewidth=1.2, label="kit judged")
     if handles:
-        axes.legend(
-            handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderpad=0, handlelength=1.4
-        )
+        corner = (1.0, 1.0)
+        axes.legend(handles=handles, loc="lower right", bbox_to_anchor=corner, ncols=5, borderpad=0, handlelength=1.4)
 
 
 def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, story: Story) -> None:

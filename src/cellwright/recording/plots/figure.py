@@ -27,7 +27,6 @@ FIGURE_SUFFIXES = (".png", ".svg", ".pdf")
 PANELS = ("score", "trays", "joints", "tool", "commands")
 """Parts of a figure, in the order in which they stand on the page."""
 
-
 _WIDTH = 8.27  # of the page [in]: A4
 _LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves
 _HEAD, _FOOT, _GAP = 0.86, 0.5, 0.42  # above, below and between the drawings [in]
@@ -49,11 +48,7 @@ class _Panel:
 
 
 def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
-    """The page.
-
-    Args:
-        story: what is drawn.
-        what: parts of it, names from `WHAT`.
+    """The page, with parts named in `PANELS`.
 
     Raises:
         UsageError: nothing of what was asked for is there.
@@ -70,19 +65,13 @@ def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
         gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
         height = _HEAD + sum(panel.height for panel in panels) + sum(gaps) + _FOOT
         figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
-        figure.text(
-            _LEFT / _WIDTH,
-            1.0 - 0.24 / height,
-            story.title,
-            fontsize=_title_size(story.title),
-            fontweight="bold",
-            va="center",
-        )
-        figure.text(_LEFT / _WIDTH, 1.0 - 0.46 / height, story.note, fontsize=8, color=INK, va="center")
+        left, size = _LEFT / _WIDTH, 13.0 * min(1.0, _TITLE / max(len(story.title), 1))  # a long title is smaller
+        figure.text(left, 1.0 - 0.24 / height, story.title, fontsize=size, fontweight="bold", va="center")
+        figure.text(left, 1.0 - 0.46 / height, story.note, fontsize=8, color=INK, va="center")
         top = height - _HEAD
         for number, (panel, gap) in enumerate(zip(panels, [*gaps, 0.0], strict=True)):
-            size = (_LEFT / _WIDTH, (top - panel.height) / height, 1 - (_LEFT + _RIGHT) / _WIDTH, panel.height / height)
-            axes = figure.add_axes(size)
+            width = 1 - (_LEFT + _RIGHT) / _WIDTH
+            axes = figure.add_axes((left, (top - panel.height) / height, width, panel.height / height))
             if panel.is_over_time:
                 axes.set_xlim(story.begin, max(story.end, story.begin + 1e-9))
                 axes.autoscale(enable=False, axis="x")
@@ -131,13 +120,8 @@ def _shown(text: str) -> str:
     return line if len(line) <= _LONGEST else f"{line[:half]}…{line[-half:]}"
 
 
-def _title_size(title: str) -> float:
-    """Size of a title [pt]: a long one is smaller."""
-    return 13.0 * min(1.0, _TITLE / max(len(title), 1))
-
-
 def _panels(story: Story, name: str) -> list[_Panel]:
-    """The drawings of one of the names in `WHAT`; none where there is nothing to draw."""
+    """The drawings of one of the names in `PANELS`; none where there is nothing to draw."""
     match name:
         case "score" if story.score is not None and len(story.score.times):
             found = story.score
@@ -145,7 +129,7 @@ def _panels(story: Story, name: str) -> list[_Panel]:
         case "trays" if story.tray_parts:
             return [_Panel(0.17 * charts.tray_rows(story) + 0.1, lambda axes: charts.draw_trays(axes, story))]
         case "joints":
-            return [_Panel(*each) for each in _joints(story)]
+            return _joints(story)
         case "tool" if any(len(each.times) for each in story.tools):
             tools = [each for each in story.tools if len(each.times)]
             return [
@@ -158,7 +142,7 @@ def _panels(story: Story, name: str) -> list[_Panel]:
             return []
 
 
-def _joints(story: Story) -> list[tuple[float, Callable[[Axes], None]]]:
+def _joints(story: Story) -> list[_Panel]:
     """A drawing for each group of joints in which something moves, and for each unit; the first, where nothing does."""
     groups = [
         (group, [track for track in tracks if track.unit == unit and len(track.times)])
@@ -166,9 +150,9 @@ def _joints(story: Story) -> list[tuple[float, Callable[[Axes], None]]]:
         for unit in dict.fromkeys(track.unit for track in tracks if len(track.times))
     ]
     moving = [each for each in groups if any(track.travel >= charts.STILL for track in each[1])] or groups[:1]
-    drawn: list[tuple[float, Callable[[Axes], None]]] = []
+    drawn = []
     for group, tracks in moving:
         is_one = len(tracks) == 1
         title = f"{group}: {tracks[0].name}" if is_one and len(story.joints[group]) > 1 else group
-        drawn.append((0.9 if is_one else 1.7, partial(charts.draw_joints, group=title, tracks=tracks)))
+        drawn.append(_Panel(0.9 if is_one else 1.7, partial(charts.draw_joints, group=title, tracks=tracks)))
     return drawn

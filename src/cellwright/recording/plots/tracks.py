@@ -1,7 +1,5 @@
 """What a figure shows, as arrays over time: drawn alike, wherever it was read from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -16,7 +14,6 @@ class JointTrack:
     """One joint.
 
     Attributes:
-        name: its name.
         unit: of its positions, "rad" or "m".
         times: (n,) [s].
         positions: (n,) [rad; m].
@@ -39,13 +36,7 @@ class JointTrack:
 
 @dataclass(frozen=True)
 class Span:
-    """Something that lasted.
-
-    Attributes:
-        begin: [s].
-        end: [s].
-        label: what it was.
-    """
+    """Something that lasted: from when until when [s], and what it was."""
 
     begin: float
     end: float
@@ -57,7 +48,6 @@ class ToolTrack:
     """Where a tool was.
 
     Attributes:
-        name: of the tool.
         frame: in whose coordinates.
         times: (n,) [s].
         positions: (n, 3) [m].
@@ -78,7 +68,6 @@ class TrayPart:
     """A part on a tray.
 
     Attributes:
-        tray: the tray.
         name: of the part, or its type where names are not known.
         begin: from when on it was reported [s].
         end: until when [s].
@@ -94,13 +83,7 @@ class TrayPart:
 
 @dataclass(frozen=True)
 class Mark:
-    """A moment with a name.
-
-    Attributes:
-        time: [s].
-        label: what happened.
-        tray: on which tray, where it was on one.
-    """
+    """A moment [s], what happened then, and on which tray, where it was on one."""
 
     time: float
     label: str
@@ -124,12 +107,7 @@ class ScoreTrack:
 
 @dataclass(frozen=True)
 class CommandTrack:
-    """Commands under one name.
-
-    Attributes:
-        name: of the topic or service.
-        times: (n,) when they came [s].
-    """
+    """When commands of one topic or service came, (n,) [s]."""
 
     name: str
     times: Array
@@ -140,18 +118,13 @@ class Story:
     """All that there is to be drawn of a recording; what it has not is empty.
 
     Attributes:
-        title: what was recorded.
         note: by whom, with which seed, and what came of it.
-        begin: of the recording [s].
-        end: of the recording [s].
-        joints: groups of joints, by name of the group.
-        tools: where tools were.
+        begin, end: of the recording [s].
+        joints: by name of their group.
         trays: names of the trays.
-        tray_parts: what lay on them.
         score: what had been earned; None for what earns nothing.
         marks: orders, kits and the like.
         states: spans of a state, by what it is the state of.
-        commands: when commands came.
         warning: what is wrong with the recording; empty for one that is whole.
     """
 

@@ -29,7 +29,7 @@ from cellwright.middleware.messages.standard import (
     TransformStamped,
     Vector3,
 )
-from cellwright.recording.format.format import FRAME, METADATA, RecordedTopic
+from cellwright.recording.format.format import EXPORT, FRAME, METADATA, RecordedTopic
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording, TimeRange
 from cellwright.recording.replay.frame_cursor import Sight
@@ -73,9 +73,6 @@ class Markers:
 
     The namespace of a marker is its body, so that a tool can leave bodies out. Markers are locked to their frames:
     given once, they go where these go.
-
-    Args:
-        scene: what is to be seen.
 
     Attributes:
         message: the markers.
@@ -169,11 +166,7 @@ _OUT_OF_SIGHT = (0.0, 0.0, -1000.0, 1.0, 0.0, 0.0, 0.0)  # place [m] of what is 
 
 
 class Transforms:
-    """The transforms of one frame after another.
-
-    Args:
-        bodies: names of the scene's bodies, the world first.
-    """
+    """The transforms of one frame after another, of bodies by name, the world first."""
 
     def __init__(self, bodies: tuple[str, ...]) -> None:
         self._names = [frame_of(body, name) for body, name in enumerate(bodies)]
@@ -228,14 +221,8 @@ def write_mcap(
     """Export a recording; a file that is there already is replaced when the new one is whole.
 
     It can be looked at, and neither played nor run again by Cellwright: what that needs stays in the recording. A file
-    that begins later begins with what is latched then.
-
-    Args:
-        recording: what is exported, whole or cut short.
-        path: the file.
-        start: from this time [ns] on; None: from the begin.
-        until: up to this time [ns]; None: to the end.
-        tell: told now and then how far it is, 0..1; None for nobody.
+    that begins later, at `start` [ns], begins with what is latched then; it goes up to `until` [ns]. `tell` takes now
+    and then how far it is, 0..1.
 
     Returns:
         What is missing in it, and why, in lines.
@@ -244,7 +231,7 @@ def write_mcap(
         RecordingError: the recording is damaged.
         UsageError: there is nothing in it at these times, or the file cannot be written.
     """
-    span = TimeRange.of(recording, start, until)
+    span = TimeRange(recording, start, until)
     try:
         if path.exists() and path.samefile(recording.path):
             raise UsageError(f"{path}: is the recording itself, which is worth more than what is made of it")
@@ -252,7 +239,7 @@ def write_mcap(
             unfinished.touch()  # where that fails, the reason is told of the file that was asked for
             failures: list[str] = []
             with McapFile(unfinished, report=failures.append) as file:
-                missing = _Export(recording, file, span, tell).write()
+                missing = _write(recording, file, span, tell)
             if not file.is_whole:
                 raise UsageError(f"{path}: {failures[0].removeprefix(f'{unfinished}: ')}")
     except OSError as error:
@@ -260,64 +247,42 @@ def write_mcap(
     return missing
 
 
-class _Export:
-    """One way through a part of a recording."""
+def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable[[float], None] | None) -> list[str]:
+    """Write a part of a recording; what is missing, and why."""
+    file.describe(METADATA, recording.header.metadata(EXPORT))
+    missing: list[str] = []
+    channels: dict[str, int] = {}
+    for topic in recording.topics.values():
+        if topic.name != FRAME:
+            try:
+                channels[topic.name] = file.channel(topic)
+            except CellwrightError as error:  # a type of a package that is not here
+                missing.append(f"{topic.name} is left out: {error}")
+    try:
+        scene = decode_scene(recording.scene or b"")
+    except MessageError as error:
+        missing.append(f"what is to be seen is left out: {error}")
+        for message in span.messages(channels, tell):
+            file.add(channels[message.topic], message.time, message.data)
+        return missing
+    markers = Markers(scene)
+    if markers.left_out:
+        missing.append(f"{markers.left_out} meshes are left out: they are too large for markers")
+    file.add(file.channel(MARKERS), span.begin, to_cdr(markers.message))
+    transforms, channel, sight = Transforms(scene.bodies), file.channel(TRANSFORMS), Sight(recording)
+    sight.seek(span.begin - 1)
 
-    def __init__(
-        self, recording: Recording, file: McapFile, span: TimeRange, tell: Callable[[float], None] | None
-    ) -> None:
-        self._recording, self._file, self._span, self._tell = recording, file, span, tell
-        self._missing: list[str] = []
-        self._channels: dict[str, int] = {}
+    def say_frame(time: int) -> None:
+        frame = sight.frame()
+        said = None if frame is None else transforms.take(replace(frame, time=time))
+        if said is not None:
+            file.add(channel, time, to_cdr(said))
 
-    def write(self) -> list[str]:
-        """Write everything; what is missing, and why."""
-        self._file.describe(METADATA, self._recording.header.of_export())
-        for topic in self._recording.topics.values():
-            if topic.name != FRAME:
-                self._open(topic)
-        scene = self._scene()
-        if scene is not None:
-            self._mark(scene)
-        self._say_all(None if scene is None else Transforms(scene.bodies))
-        return self._missing
-
-    def _open(self, topic: RecordedTopic) -> None:
-        try:
-            self._channels[topic.name] = self._file.channel(topic)
-        except CellwrightError as error:  # a type of a package that is not here
-            self._missing.append(f"{topic.name} is left out: {error}")
-
-    def _scene(self) -> Scene | None:
-        try:
-            return decode_scene(self._recording.scene or b"")
-        except MessageError as error:
-            self._missing.append(f"what is to be seen is left out: {error}")
-            return None
-
-    def _mark(self, scene: Scene) -> None:
-        markers = Markers(scene)
-        if markers.left_out:
-            self._missing.append(f"{markers.left_out} meshes are left out: they are too large for markers")
-        self._file.add(self._file.channel(MARKERS), self._span.begin, to_cdr(markers.message))
-
-    def _say_all(self, transforms: Transforms | None) -> None:
-        sight = Sight(self._recording)
-        channel = -1
-        if transforms is not None:
-            channel = self._file.channel(TRANSFORMS)
-            sight.seek(self._span.begin - 1)
-
-        def say_frame(time: int) -> None:
-            frame = sight.frame()
-            said = None if frame is None or transforms is None else transforms.take(replace(frame, time=time))
-            if said is not None:
-                self._file.add(channel, time, to_cdr(said))
-
-        say_frame(self._span.begin)
-        for message in self._span.messages(self._recording, [*self._channels, FRAME], self._tell):
-            if message.topic != FRAME:
-                self._file.add(self._channels[message.topic], message.time, message.data)
-            elif transforms is not None:
-                sight.take(message)
-                say_frame(message.time)
+    say_frame(span.begin)
+    for message in span.messages([*channels, FRAME], tell):
+        if message.topic == FRAME:
+            sight.take(message)
+            say_frame(message.time)
+        else:
+            file.add(channels[message.topic], message.time, message.data)
+    return missing

@@ -1,15 +1,10 @@
 """Frame cursor: frame and panel at the playback position."""
 
-from __future__ import annotations
-
-import json
 from typing import Any
 
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.middleware.messages import from_cdr
-from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import FRAME, PANEL
-from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes
+from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes, json_object
 from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
 
@@ -20,9 +15,6 @@ class Sight:
     """The frame and the panel of the moment at which playing stands.
 
     Frames are kept as bytes and read when somebody asks: a recording that is played fast shows few of them.
-
-    Args:
-        source: what is played.
     """
 
     def __init__(self, source: Recording) -> None:
@@ -70,7 +62,6 @@ class Sight:
     def panel(self) -> dict[str, Any]:
         """What the panel shows; empty as long as that is not known."""
         try:
-            found = json.loads(from_cdr(self._panel, String).data) if self._panel else {}
-        except (MessageError, ValueError, RecursionError):
-            found = {}
-        return found if isinstance(found, dict) else {}
+            return json_object(self._panel) if self._panel else {}
+        except MessageError:
+            return {}

@@ -1,7 +1,5 @@
 """A recording in the hands of somebody who reckons with it: messages, frames and arrays, with times in seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from operator import attrgetter
@@ -30,6 +28,8 @@ class Stamped(NamedTuple):
 
 class OpenedRecording:
     """A recording, opened. Use it in a `with`, or close it.
+
+    Times are simulation times [s]; what is read can be bounded, from `start` on and before `until`.
 
     Args:
         path: the file, whole or cut short.
@@ -104,11 +104,6 @@ class OpenedRecording:
     def messages(self, *topics: str, start: float | None = None, until: float | None = None) -> Iterator[Stamped]:
         """The messages of some topics, or of all, in order.
 
-        Args:
-            topics: their names; none stands for all.
-            start: from this time [s] on.
-            until: before this time [s].
-
         Raises:
             UnknownNameError: the recording has no such topic.
             RecordingError: the file is damaged, or a type is not known here.
@@ -116,19 +111,15 @@ class OpenedRecording:
         for topic in topics:
             if topic not in self.recording.topics:
                 raise UnknownNameError("topic", topic, sorted(self.topics))
-        wanted = topics or tuple(self.topics)
-        return self._messages(wanted, _time(start), _time(until))
+        found = self.recording.messages(topics or self.topics, start=_time(start), until=_time(until))
+        return (Stamped(seconds(each.time), each.topic, self.recording.decode(each)) for each in found)
 
     def arrays(
         self, topic: str, *fields: str, start: float | None = None, until: float | None = None
     ) -> tuple[NDArray[np.float64], ...]:
         """Times [s], and a row of numbers a message for each field: `arrays("/ariac/joint_states", "position")`.
 
-        Args:
-            topic: its name.
-            fields: of the message, such as `position` or `pose.position.x`; in the units of the message.
-            start: from this time [s] on.
-            until: before this time [s].
+        Fields such as `position` or `pose.position.x` are in the units of the message.
 
         Raises:
             UnknownNameError: the recording has no such topic, or its messages no such field.
@@ -143,7 +134,8 @@ class OpenedRecording:
                 try:
                     column.append(getter(message))
                 except AttributeError:
-                    raise UnknownNameError(f"field of {topic}", field, _fields(message)) from None
+                    names = [name for name in getattr(message, "__dataclass_fields__", ()) if not name.startswith("_")]
+                    raise UnknownNameError(f"field of {topic}", field, names) from None
         try:
             return np.array(times), *(np.array(column, np.float64) for column in columns)
         except (TypeError, ValueError) as error:
@@ -164,10 +156,6 @@ class OpenedRecording:
     def frames(self, *, start: float | None = None, until: float | None = None) -> Iterator[Frame]:
         """Where all bodies of the scene are, 25 times a simulated second.
 
-        Args:
-            start: from this time [s] on.
-            until: before this time [s].
-
         Raises:
             RecordingError: the file is damaged.
         """
@@ -177,11 +165,6 @@ class OpenedRecording:
         self, body: str, *, start: float | None = None, until: float | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Where a body went, such as `vacuum_gripper_link`: times [s], and world_T_body as x, y, z, qw, qx, qy, qz.
-
-        Args:
-            body: its name in the scene.
-            start: from this time [s] on.
-            until: before this time [s].
 
         Raises:
             UnknownNameError: the scene has no such body.
@@ -209,12 +192,7 @@ class OpenedRecording:
         Raises:
             RecordingError: the file is damaged.
         """
-        for time, value in self.recording.values(EVENT):
-            yield seconds(time), value
-
-    def _messages(self, wanted: tuple[str, ...], start: int | None, until: int | None) -> Iterator[Stamped]:
-        for each in self.recording.messages(wanted, start=start, until=until):
-            yield Stamped(seconds(each.time), each.topic, self.recording.decode(each))
+        return ((seconds(time), value) for time, value in self.recording.values(EVENT))
 
 
 def open_recording(path: str | Path) -> OpenedRecording:
@@ -227,10 +205,6 @@ def open_recording(path: str | Path) -> OpenedRecording:
         RecordingError: it cannot be read, or is no recording of Cellwright.
     """
     return OpenedRecording(path)
-
-
-def _fields(message: Any) -> list[str]:
-    return [name for name in getattr(message, "__dataclass_fields__", ()) if not name.startswith("_")]
 
 
 def _time(value: float | None) -> int | None:

@@ -1,7 +1,5 @@
 """Cell or robot rebuilt from the files and settings in a recording, ready to run again."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -9,7 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, cast, get_args
 
 from cellwright.cell import variation
 from cellwright.cell.cell import Cell
@@ -60,11 +58,10 @@ def path_inside(folder: Path, name: object) -> Path:
 
 
 class Stamps:
-    """The wall clock of a run that is over: it says what it said when the newest command came."""
+    """The wall clock [ns] of a run that is over: it says what it said when the newest command came."""
 
     def __init__(self) -> None:
         self.now = 0
-        """Its time [ns]."""
 
     def __call__(self) -> int:
         """Its time [ns]."""
@@ -126,7 +123,10 @@ def _cell(recording: Recording, folder: Path) -> Rebuilt:
     seed = facts.of("seed", int)
     if facts.of("varied", bool):
         trial = variation.vary(trial, seed)
-    cell = Cell(trial, seed=seed, servo=_servo(facts), competition=facts.of("competition", bool))
+    servo = facts.of("servo", str)
+    if servo not in get_args(ServoProfile):
+        raise RecordingError(f"the recording tells of servos {servo!r:.40}, which are not known here")
+    cell = Cell(trial, seed=seed, servo=cast("ServoProfile", servo), competition=facts.of("competition", bool))
     for when in facts.times("checkpoints"):
         cell.checkpoints.declare(when, None)
     cell.reset()
@@ -142,7 +142,7 @@ def _robot(recording: Recording, folder: Path) -> Rebuilt:
     if facts.of("driver", bool):
         raise RecordingError("a driver moved this robot, and no simulation: what it did cannot be run again")
     with _packages(folder, facts):
-        config = load_robot(_files(folder, facts)[0], _ignore_line)
+        config = load_robot(_files(folder, facts)[0], lambda _line: None)
     stamps = Stamps()
     node = RobotNode(
         config,
@@ -169,7 +169,7 @@ class _Facts:
         """A value of a type."""
         value = self._facts.get(key)
         if type(value) is not kind:
-            raise RecordingError(f"the recording does not say what is needed to run it again: {key} is {value!r:.40}")
+            raise self._lack(f"{key} is {value!r:.40}")
         return value
 
     def read(self, key: str, reader: Callable[[Any], T]) -> T:
@@ -178,9 +178,7 @@ class _Facts:
         try:
             return reader(value)
         except (TypeError, ValueError, KeyError, ZeroDivisionError):
-            raise RecordingError(
-                f"the recording does not say what is needed to run it again: {key} is {value!r:.40}"
-            ) from None
+            raise self._lack(f"{key} is {value!r:.40}") from None
 
     def names(self, key: str) -> list[Any]:
         """Names of files."""
@@ -191,8 +189,12 @@ class _Facts:
         """Times [ns]."""
         found = [each for each in self.names(key)[:_MOST_TIMES] if type(each) is int and each >= 0]
         if found != self._facts.get(key):
-            raise RecordingError(f"the recording does not say what is needed to run it again: {key} are no times")
+            raise self._lack(f"{key} are no times")
         return found
+
+    @staticmethod
+    def _lack(what: str) -> RecordingError:
+        return RecordingError(f"the recording does not say what is needed to run it again: {what}")
 
 
 class _Collected:
@@ -216,15 +218,6 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
     return found
 
 
-def _servo(facts: _Facts) -> ServoProfile:
-    told = facts.of("servo", str)
-    for profile in get_args(ServoProfile):
-        if profile == told:
-            found: ServoProfile = profile
-            return found
-    raise RecordingError(f"the recording tells of servos {told!r:.40}, which are not known here")
-
-
 def _safety(told: Mapping[str, Any]) -> SafetySettings:
     speeds = tuple((str(pattern), float(speed)) for pattern, speed in told["max_speeds"])
     return SafetySettings(**{**told, "max_speeds": speeds, "guard": Guard(told["guard"])})
@@ -243,7 +236,3 @@ def _packages(folder: Path, facts: _Facts) -> Iterator[None]:
             del os.environ[_PACKAGES]
         else:
             os.environ[_PACKAGES] = before
-
-
-def _ignore_line(_line: str) -> None:
-    pass

@@ -8,8 +8,6 @@
 | `cellwright/control` | `action` `seek`, `time` [s] | goes there; `reset`: to the start; the rest as of a cell |
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -27,11 +25,7 @@ KIND = "recording"
 
 
 class RecordingServices:
-    """Tells of a recording that is played.
-
-    Args:
-        playing: what is played.
-    """
+    """Tells of a recording that is played."""
 
     def __init__(self, playing: Playing) -> None:
         self._playing = playing
@@ -63,8 +57,12 @@ class RecordingServices:
 
     def frame(self) -> Frame:
         """Where it was at this moment; at the world's origin and out of sight where that is not known."""
-        frame = self._recorded.player.sight.frame()
-        return self._nowhere() if frame is None or len(frame.poses) != self._bodies else frame
+        frame = self._recorded.sight.frame()
+        if frame is not None and len(frame.poses) == self._bodies:
+            return frame
+        poses = np.zeros((self._bodies, 7), np.float32)
+        poses[:, 3] = 1.0
+        return Frame(self._recorded.simulation.now, poses, np.arange(self._bodies) == 0)
 
     def details(self, _asked: dict[str, Any]) -> dict[str, Any]:
         """`tick` and `run`; no sensors and contacts are recorded."""
@@ -79,7 +77,7 @@ class RecordingServices:
             "time": seconds(recorded.simulation.now),
             "begin": seconds(playing.first),
             "end": seconds(playing.last),
-            "of": recorded.player.sight.panel(),
+            "of": recorded.sight.panel(),
         }
 
     def _seek(self, asked: dict[str, Any]) -> None:
@@ -88,10 +86,3 @@ class RecordingServices:
             raise RejectedCommandError(f"time: a number of seconds, not {time!r:.40}")
         first, last = seconds(self._playing.first), seconds(self._playing.last)
         self._playing.seek(nanoseconds(min(max(time, first), last)))
-
-    def _nowhere(self) -> Frame:
-        poses = np.zeros((self._bodies, 7), np.float32)
-        poses[:, 3] = 1.0
-        shown = np.zeros(self._bodies, np.bool_)
-        shown[0] = True
-        return Frame(self._recorded.simulation.now, poses, shown)

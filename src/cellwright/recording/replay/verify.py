@@ -1,20 +1,20 @@
 """Verification of a recording: runs its commands again and compares state hashes and frames."""
 
-from __future__ import annotations
-
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from cellwright.engine.clock import seconds
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
-from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes
+from cellwright.recording.format.reader import Recording, frame_bytes
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, decode_frame
@@ -42,38 +42,24 @@ def recorded_steps(source: Recording) -> Iterator[Step]:
     """
     before: Frame | None = None
     for message in source.messages((COMMAND, STATE_HASH, FRAME)):
-        if message.topic == FRAME:
-            try:
+        try:
+            if message.topic == FRAME:
                 before = decode_frame(frame_bytes(message.data), before)
-            except MessageError as error:
-                raise _senseless(message, error) from None
-            yield before
-        elif message.topic == COMMAND:
-            yield Command.decode(_message_text(message))
-        else:
-            yield _hash_point(message)
+                step: Step = before
+            else:
+                text = from_cdr(message.data, String).data
+                step = Command.decode(text) if message.topic == COMMAND else _hash_point(text)
+        except (MessageError, ValueError, TypeError, KeyError, RecursionError) as error:
+            raise RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {error}") from None
+        yield step
 
 
-def _hash_point(message: RecordedMessage) -> HashPoint:
-    try:
-        told: dict[str, Any] = json.loads(_message_text(message))
-        tick, digest = told["tick"], told["hash"]
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise _senseless(message, error) from None
+def _hash_point(text: str) -> HashPoint:
+    told: dict[str, Any] = json.loads(text)
+    tick, digest = told["tick"], told["hash"]
     if type(tick) is not int or not 0 <= tick < _NEVER or not isinstance(digest, str):
-        raise _senseless(message, "a tick and a hash are needed")
+        raise ValueError("a tick and a hash are needed")
     return HashPoint(tick, digest)
-
-
-def _message_text(message: RecordedMessage) -> str:
-    try:
-        return from_cdr(message.data, String).data
-    except MessageError as error:
-        raise _senseless(message, error) from None
-
-
-def _senseless(message: RecordedMessage, why: object) -> RecordingError:
-    return RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {why}")
 
 
 class Answer(StrEnum):
@@ -154,76 +140,56 @@ def versions_that_differ(recorded: dict[str, str], here: dict[str, str]) -> list
     ]
 
 
-_MOST_NAMED = 5  # bodies
+_MAX_NAMED = 5  # bodies
 
 
-class Verification:
-    """One run again.
+def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int], None] = lambda _time: None) -> Verdict:
+    """Run it again, until the end of what was recorded or the first state hash that is another.
 
     Args:
         rebuilt: what runs, standing where the recording begins.
+        steps: what was recorded.
         on_progress: takes the simulation time [ns], often.
     """
+    simulation = rebuilt.served.simulation
+    taker = SceneTaker(simulation.model, hidden=rebuilt.served.out_of_sight)
 
-    def __init__(self, rebuilt: Rebuilt, on_progress: Callable[[int], None] = lambda _time: None) -> None:
-        self._rebuilt = rebuilt
-        self._simulation = rebuilt.served.simulation
-        self._on_progress = on_progress
-        self._verdict = Verdict(self._now(), self._now())
-        self._taker = SceneTaker(self._simulation.model, hidden=rebuilt.served.out_of_sight)
+    def now() -> Moment:
+        return Moment(simulation.clock.tick, simulation.now)
 
-    def run(self, steps: Iterable[Step]) -> Verdict:
-        """Go through what was recorded, until its end or the first hash that is another."""
-        begun, verdict = time.perf_counter(), self._verdict
-        try:
-            for step in steps:
-                self._take(step)
-                if verdict.different is not None:
-                    break
-        except SimulationError as error:
-            verdict.fault = str(error)
-        verdict.reached, verdict.wall = self._now(), time.perf_counter() - begun
-        return verdict
+    begun, verdict = time.perf_counter(), Verdict(now(), now())
+    try:
+        for step in steps:
+            end = step.time if isinstance(step, Frame) else simulation.clock.time_of(step.tick)
+            if simulation.now < end:
+                simulation.step_until(end)
+                on_progress(simulation.now)
+            match step:
+                case Command():
+                    verdict.commands += 1
+                    rebuilt.carry_out(step)
+                case HashPoint():
+                    if simulation.state_hash() != step.hash:
+                        verdict.different = now()
+                        break
+                    verdict.hashes += 1
+                    verdict.equal_until = now()
+                case Frame() if verdict.moved is None:
+                    simulation.refresh()
+                    here = taker.frame(simulation.data, simulation.now)
+                    if here.encode() == step.encode():
+                        verdict.frames += 1
+                    else:
+                        verdict.moved, verdict.bodies = now(), _moved_bodies(taker.scene.bodies, here, step)
+    except SimulationError as error:
+        verdict.fault = str(error)
+    verdict.reached, verdict.wall = now(), time.perf_counter() - begun
+    return verdict
 
-    def _take(self, step: Step) -> None:
-        match step:
-            case Command():
-                self._pass_until(self._simulation.clock.time_of(step.tick))
-                self._verdict.commands += 1
-                self._rebuilt.carry_out(step)
-            case HashPoint():
-                self._pass_until(self._simulation.clock.time_of(step.tick))
-                self._compare_hash(step)
-            case Frame():
-                self._pass_until(step.time)
-                self._compare_frame(step)
 
-    def _pass_until(self, end: int) -> None:
-        simulation = self._simulation
-        if simulation.now < end:
-            simulation.step_until(end)
-            self._on_progress(simulation.now)
-
-    def _compare_hash(self, point: HashPoint) -> None:
-        if self._simulation.state_hash() == point.hash:
-            self._verdict.hashes += 1
-            self._verdict.equal_until = self._now()
-        else:
-            self._verdict.different = self._now()
-
-    def _compare_frame(self, frame: Frame) -> None:
-        if self._verdict.moved is not None:
-            return
-        self._simulation.refresh()
-        here = self._taker.frame(self._simulation.data, self._simulation.now)
-        if here.encode() == frame.encode():
-            self._verdict.frames += 1
-            return
-        self._verdict.moved = self._now()
-        if len(here.poses) == len(frame.poses):
-            others = (here.poses != frame.poses).any(axis=1) | (here.shown != frame.shown)
-            names = [name for name, is_other in zip(self._taker.scene.bodies, others, strict=True) if is_other]
-            self._verdict.bodies = tuple(names[:_MOST_NAMED])
-
-    def _now(self) -> Moment:
-        return Moment(self._simulation.clock.tick, self._simulation.now)
+def _moved_bodies(names: Sequence[str], here: Frame, there: Frame) -> tuple[str, ...]:
+    """Names of some bodies that are elsewhere in another frame; none where it is of another scene."""
+    if len(here.poses) != len(there.poses):
+        return ()
+    moved = (here.poses != there.poses).any(axis=1) | (here.shown != there.shown)
+    return tuple(names[body] for body in np.flatnonzero(moved)[:_MAX_NAMED])

@@ -4,9 +4,8 @@ Numbers are little-endian. The optical frame has x to the right, y down and z al
 first pixel is (0, 0).
 """
 
-from __future__ import annotations
-
 import sys
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,20 +28,18 @@ _POINT, _COLOURED = 12, 16  # bytes of a point
 
 def colour_message(picture: Picture, camera: PictureCamera) -> Image | None:
     """The colours; None where there are none."""
-    if picture.colour is None:
-        return None
-    height, width, _ = picture.colour.shape
-    stamp = header(camera.optical_frame, picture.time_ns)
-    return Image(stamp, height, width, "rgb8", 0, 3 * width, picture.colour.reshape(-1))
+    return None if picture.colour is None else _image(picture, camera, picture.colour, "rgb8", 0)
 
 
 def depth_message(picture: Picture, camera: PictureCamera) -> Image | None:
     """The depths [m]; None where there are none."""
-    if picture.depth is None:
-        return None
-    height, width = picture.depth.shape
+    return None if picture.depth is None else _image(picture, camera, picture.depth, "32FC1", int(_IS_BIG))
+
+
+def _image(picture: Picture, camera: PictureCamera, pixels: NDArray[Any], encoding: str, is_big: int) -> Image:
+    height, width = pixels.shape[:2]
     stamp = header(camera.optical_frame, picture.time_ns)
-    return Image(stamp, height, width, "32FC1", int(_IS_BIG), 4 * width, _bytes(picture.depth))
+    return Image(stamp, height, width, encoding, is_big, pixels.nbytes // height, _bytes(pixels))
 
 
 def info_message(picture: Picture, camera: PictureCamera) -> CameraInfo:
@@ -104,7 +101,7 @@ def cloud_message(picture: Picture, camera: PictureCamera) -> PointCloud | None:
     return PointCloud(header(camera.frame, picture.time_ns), found, [])
 
 
-def _bytes(array: NDArray[np.float32]) -> NDArray[np.uint8]:
+def _bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
     data = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
     data.flags.writeable = False
     return data

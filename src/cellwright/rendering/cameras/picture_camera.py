@@ -5,8 +5,6 @@ bytes choose from a table of the normal distribution's quantiles, which is exact
 deviation.
 """
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +21,7 @@ from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Drawn, Order, Studio, View
+from cellwright.rendering.cameras.studio import Drawn, Order, Studio
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -35,15 +33,7 @@ _LEVELS = 256
 def blur_colour(
     colour: NDArray[np.uint8], noise: PictureNoise, chance: SampleNoise, sample: int, factor: float = 1.0
 ) -> NDArray[np.uint8]:
-    """A picture with noise; the sample's number says which.
-
-    Args:
-        colour: the picture, of any shape.
-        noise: how strong.
-        chance: where it comes from.
-        sample: number of the sample.
-        factor: on the standard deviation.
-    """
+    """A picture of any shape with noise, which its number `sample` settles; `factor` is on the standard deviation."""
     deviation = noise.colour * factor * _WHITE
     if deviation == 0.0:
         return colour
@@ -98,14 +88,7 @@ class Picture(Reading):
 
 @dataclass(frozen=True, slots=True)
 class _Exposure:
-    """A picture that is being drawn.
-
-    Attributes:
-        time_ns: simulation time of the tick that it shows [ns].
-        sample: its number.
-        world_T_camera: where the camera stood.
-        order: what was asked of the studio; None where nothing is to be drawn.
-    """
+    """A picture that is being drawn, with the time of the tick that it shows; no order: nothing is to be drawn."""
 
     time_ns: int
     sample: int
@@ -242,7 +225,7 @@ class PictureCamera(Sensor[Picture]):
 
     def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> Order | None:
         shadows = self.description.shadows
-        return self._studio.ask(View(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows))
+        return self._studio.ask(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows)
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns
@@ -251,13 +234,13 @@ class PictureCamera(Sensor[Picture]):
             if order is not None and self._drops and not order.is_drawn:
                 break  # it comes when it is there
             exposure = self._exposures.popleft()
-            drawn = Drawn(None, None) if order is None else self._studio.fetch(order)
+            drawn = (None, None) if order is None else self._studio.fetch(order)
             if drawn is not None:
                 self._deliver(self._developed(exposure, drawn))
 
     def _developed(self, exposure: _Exposure, drawn: Drawn) -> Picture:
         """The picture with the camera's noise, and within its range."""
-        colour, depth, chance = drawn.colour, drawn.depth, self._chance
+        (colour, depth), chance = drawn, self._chance
         settings = self.description
         if colour is not None:
             if chance is not None:

@@ -10,14 +10,14 @@ import weakref
 from collections.abc import Callable, Collection
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import VIEWS, Pinhole
+from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, Scene
 from cellwright.util.errors import RenderingError
@@ -29,46 +29,14 @@ if TYPE_CHECKING:
 _ABANDON_TIMEOUT = 0.5  # [s]
 
 
-@dataclass(frozen=True, slots=True)
-class Drawn:
-    """A picture as it was drawn, without noise.
-
-    Attributes:
-        colour: (height, width, 3) sRGB, if it was asked for.
-        depth: (height, width) [m] along the line of sight, infinite where there is nothing; if it was asked for.
-    """
-
-    colour: NDArray[np.uint8] | None
-    depth: NDArray[np.float32] | None
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """What is to be drawn of a frame.
-
-    Attributes:
-        pinhole: the camera.
-        world_T_camera: where it stands.
-        colour: whether in colour.
-        depth: whether in depth.
-        shadows: whether things throw shadows where it is in colour.
-    """
-
-    pinhole: Pinhole
-    world_T_camera: Pose
-    colour: bool
-    depth: bool
-    shadows: bool = True
+Drawn: TypeAlias = tuple[NDArray[np.uint8] | None, NDArray[np.float32] | None]
+"""Colours (height, width, 3), sRGB, and depths (height, width) [m] along the line of sight, infinite where there is
+nothing, without noise; each if it was asked for."""
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """A picture that was asked for.
-
-    Attributes:
-        colour: what will be its colours, if they were asked for.
-        depth: what will be its depths, if they were asked for.
-    """
+    """A picture that was asked for: what will be its colours and its depths, if they were asked for."""
 
     colour: Future[NDArray[np.uint8]] | None
     depth: Future[NDArray[np.float32]] | None
@@ -81,7 +49,7 @@ class Order:
 
 def start_worker(scene: Scene) -> RenderWorker:
     """A process that draws a scene."""
-    from cellwright.rendering.worker import RenderWorker
+    from cellwright.rendering.worker import RenderWorker  # a plain run does not load it
 
     return RenderWorker(scene)
 
@@ -90,7 +58,6 @@ class Studio:
     """Takes frames of a simulation, and has a process draw them.
 
     Args:
-        simulation: whose model and state are seen.
         start: starts the process; called when the first picture is wanted.
         about: the point [m] that the lamp is placed by.
         hidden: tells the engine's ids of bodies that are not there to be seen at the moment.
@@ -117,29 +84,21 @@ class Studio:
         self._tick = -1
         self._is_broken = False
 
-    @property
-    def model(self) -> mujoco.MjModel:
-        """The engine's model."""
-        return self._simulation.model
-
-    def ask(self, view: View) -> Order | None:
+    def ask(
+        self, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool, shadows: bool = True
+    ) -> Order | None:
         """Ask for a picture of this tick; None when nothing can be drawn."""
         if self._is_broken:
             return None
         if self._taker is None:
-            self._taker = SceneTaker(self.model, hidden=self._hidden)
+            self._taker = SceneTaker(self._simulation.model, hidden=self._hidden)
         if self._worker is None:
             self._worker = worker = self._start(self._taker.scene)
             # also for those who forget a cell and do not close it; pictures that nobody fetches are not waited for
             self._end = weakref.finalize(self, worker.close, _ABANDON_TIMEOUT)
-        frame, camera = self._this_frame(self._taker), view.pinhole.at(view.world_T_camera)
-        width, height, worker = view.pinhole.width, view.pinhole.height, self._worker
-        return Order(
-            worker.colour(frame, camera, width, height, samples=1, shadows=view.shadows, about=self._about)
-            if view.colour
-            else None,
-            worker.depth(frame, camera, width, height) if view.depth else None,
-        )
+        frame, worker, camera = self._this_frame(self._taker), self._worker, pinhole.at(world_T_camera)
+        asked = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
+        return Order(worker.colour(frame, asked) if colour else None, worker.depth(frame, asked) if depth else None)
 
     @property
     def is_ready(self) -> bool:
@@ -151,10 +110,8 @@ class Studio:
         if self._worker is None:
             return None
         try:
-            return Drawn(
-                None if order.colour is None else order.colour.result(),
-                None if order.depth is None else order.depth.result(),
-            )
+            colour = None if order.colour is None else order.colour.result()
+            return colour, None if order.depth is None else order.depth.result()
         except RenderingError as error:
             self._give_up(error)
             return None

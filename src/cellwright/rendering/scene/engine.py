@@ -1,7 +1,5 @@
 """Scenes from MuJoCo models and MuJoCo models from scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from typing import Any
 
@@ -9,7 +7,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.scene import SEEN, Form, Frame, Layer, Mesh, Scene, Shape, geom_colours
+from cellwright.rendering.scene.scene import SEEN, Form, Frame, Layer, Mesh, Scene, Shape
 from cellwright.util.pose import Pose
 
 _TYPES = {
@@ -24,23 +22,15 @@ _TYPES = {
 _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
-def _nobody() -> Collection[int]:
-    return ()
-
-
 class SceneTaker:
-    """The scene of a model, and frames of its state.
+    """The scene of a model, by this name, and frames of its state.
 
-    Args:
-        model: a compiled model.
-        name: what the scene is called.
-        hidden: tells the engine's ids of bodies that are not there to be seen at the moment.
+    `hidden` tells the engine's ids of bodies that are not there to be seen at the moment.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = _nobody
-    ) -> None:
-        moving = _moving_bodies(model)
+    def __init__(self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = tuple) -> None:
+        # those that hang on a joint, or on a body that is put where it belongs
+        moving = (model.body_weldid != 0) | (model.body_mocapid[model.body_rootid] >= 0)
         self._bodies = np.concatenate([[0], np.flatnonzero(moving)])
         self._index = {int(body): index for index, body in enumerate(self._bodies)}
         self._hidden = hidden
@@ -74,21 +64,13 @@ class SceneTaker:
         return shown
 
 
-def _moving_bodies(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Which bodies may move (nbody,): those that hang on a joint, or on a body that is put where it belongs."""
-    placed = model.body_mocapid[model.body_rootid] >= 0
-    moving: NDArray[np.bool_] = (model.body_weldid != 0) | placed
-    return moving
-
-
 def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[Shape]:
     still = mujoco.MjData(model)
     mujoco.mj_kinematics(model, still)
-    colours = geom_colours(model)
     shapes = []
     for geom in range(model.ngeom):
         form = _FORMS.get(int(model.geom_type[geom]))
-        if form is None or colours[geom, 3] <= 0.0:
+        if form is None or model.geom_rgba[geom, 3] <= 0.0:
             continue
         body = int(model.geom_bodyid[geom])
         if moving[body]:
@@ -104,17 +86,13 @@ def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, i
                 form=form,
                 size=tuple(model.geom_size[geom].tolist()),
                 pose=pose,
-                colour=tuple(colours[geom].tolist()),
-                layer=_layer(int(model.geom_group[geom])),
+                colour=tuple(model.geom_rgba[geom].tolist()),
+                # why it is there, by its group; one of the engine's group 0, which nobody chose, is seen and touched
+                layer=Layer(min(max(int(model.geom_group[geom]), Layer.BOTH), Layer.MARK)),
                 mesh=int(model.geom_dataid[geom]) if form is Form.MESH else None,
             )
         )
     return shapes
-
-
-def _layer(group: int) -> Layer:
-    """Why a geom is there, by its group; one of the engine's group 0, which nobody chose, is seen and touched."""
-    return Layer(min(max(group, Layer.BOTH), Layer.MARK))
 
 
 def _mesh(model: mujoco.MjModel, number: int) -> Mesh:

@@ -8,16 +8,13 @@ import struct
 import zlib
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose, Vector3
-
-if TYPE_CHECKING:
-    import mujoco
 
 
 class Form(StrEnum):
@@ -60,12 +57,7 @@ TOUCHED = frozenset({Layer.BOTH, Layer.TOUCH})
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A surface of triangles.
-
-    Attributes:
-        vertices: (n, 3) [m], in the frame of the shape; float32.
-        faces: (m, 3) indices of vertices, counterclockwise as seen from outside; int32.
-    """
+    """Triangles: vertices (n, 3) [m] in the frame of the shape, and faces (m, 3), counterclockwise from outside."""
 
     vertices: NDArray[np.float32]
     faces: NDArray[np.int32]
@@ -115,8 +107,7 @@ class Scene:
 _FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries that follow
 _WHOLE, _CHANGES = 0, 1
 _FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
-MOST_BODIES = 100_000
-"""More bodies are not taken from outside."""
+MOST_BODIES = 100_000  # more are not taken from outside
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,8 +193,7 @@ def is_whole_frame(data: bytes | memoryview) -> bool:
 
 
 _SCENE_FORMAT = 1
-MAX_SCENE_BYTES = 256 << 20
-"""Bytes of the largest scene that is taken, uncompressed."""
+MAX_SCENE_BYTES = 256 << 20  # of the largest scene that is taken, uncompressed
 
 
 def encode_scene(scene: Scene) -> bytes:
@@ -213,17 +203,8 @@ def encode_scene(scene: Scene) -> bytes:
         "name": scene.name,
         "bodies": scene.bodies,
         "shapes": [
-            [
-                shape.body,
-                shape.form.value,
-                shape.size,
-                shape.pose.position,
-                shape.pose.quaternion,
-                shape.colour,
-                int(shape.layer),
-                shape.mesh,
-            ]
-            for shape in scene.shapes
+            [s.body, s.form, s.size, s.pose.position, s.pose.quaternion, s.colour, s.layer, s.mesh]
+            for s in scene.shapes
         ],
         "meshes": [[_base64(mesh.vertices, "<f4"), _base64(mesh.faces, "<i4")] for mesh in scene.meshes],
     }
@@ -231,11 +212,7 @@ def encode_scene(scene: Scene) -> bytes:
 
 
 def decode_scene(data: bytes) -> Scene:
-    """The scene in these bytes, which may come from anywhere.
-
-    Raises:
-        MessageError: the bytes are no scene.
-    """
+    """The scene in these bytes, which may come from anywhere; MessageError: they are none."""
     try:
         unpacker = zlib.decompressobj()
         text = unpacker.decompress(data, MAX_SCENE_BYTES)
@@ -287,18 +264,6 @@ def _mesh(vertices: str, faces: str) -> Mesh:
     if not np.isfinite(points).all() or (triangles < 0).any() or (triangles >= len(points)).any():
         raise ValueError("a mesh makes no sense")
     return Mesh(points.astype(np.float32), triangles.astype(np.int32))
-
-
-_UNSET = (0.5, 0.5, 0.5, 1.0)
-"""The engine's default colour of a geom; a geom with a material that has this colour shows the material's."""
-
-
-def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """The colour and opacity (ngeom, 4) of every geom, sRGB 0..1: its own, or else its material's."""
-    colours = np.array(model.geom_rgba, np.float64)
-    from_material = (model.geom_matid >= 0) & np.all(model.geom_rgba == np.array(_UNSET, np.float32), axis=1)
-    colours[from_material] = model.mat_rgba[model.geom_matid[from_material]]
-    return colours
 
 
 def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:

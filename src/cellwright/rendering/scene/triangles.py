@@ -17,13 +17,7 @@ from cellwright.util.pose import Pose, Vector3
 
 @dataclass(frozen=True, slots=True)
 class Triangles:
-    """A surface.
-
-    Attributes:
-        points: (n, 3) corners [m].
-        normals: (n, 3) which way the surface faces there, of unit length, outwards.
-        faces: (m, 3) indices of corners, counterclockwise as seen from outside.
-    """
+    """A surface: corners (n, 3) [m], which way it faces there, outwards, and faces (m, 3), counterclockwise outside."""
 
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
@@ -47,19 +41,14 @@ def join_triangles(surfaces: Iterable[Triangles]) -> Triangles:
 
 
 _CREASE = math.cos(math.radians(38))  # edges sharper than that stay edges
-_MAX_FACES = (
-    48  # faces at a vertex of which all pairs are looked at; where more meet, as at the tip of a cone, each is flat
-)
+# Where more faces than this meet at a vertex, as at the tip of a cone, pairs are not looked at, and each is flat.
+_MAX_FACES = 48
 
 
 def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
     """A normal (3 m, 3) of unit length for each corner of each face.
 
     It is the mean of those faces around the corner that are turned much as its own is, larger ones counting more.
-
-    Args:
-        vertices: (n, 3).
-        faces: (m, 3), counterclockwise as seen from outside.
     """
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     weighted = np.cross(b - a, c - a)

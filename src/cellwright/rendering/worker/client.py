@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import tempfile
 import threading
 from collections.abc import Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.rendering.backend import requested_backend
-from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import RenderingError, showable
-from cellwright.util.pose import Vector3
+from cellwright.util.process import ChildProcess
 
 _CLOSE_TIMEOUT = 20.0  # [s], for what was asked for last
 
 
-class RenderWorker:
+class RenderWorker(ChildProcess):
     """A process that draws one scene.
 
     It ends when it is closed, and when the process that holds it ends, however that happens; it then finishes first
@@ -46,21 +45,12 @@ class RenderWorker:
         requested_backend()  # refused here, where somebody hears of it
         self.error = ""
         self._most = most
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
-        self._process = subprocess.Popen(  # noqa: S603 (this program, with an argument of ours)
-            wire.command(),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            env=_environment(os.environ),
-            start_new_session=True,  # a Ctrl-C on the terminal is for the one who asked
-        )
         self._waiting: dict[int, Future[Any]] = {}
         self._changed = threading.Condition()
         self._number = 0
         self._is_closing = False
-        self._reader = threading.Thread(target=self._read, name="pictures", daemon=True)
-        self._reader.start()
+        log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
+        super().__init__(wire.command(), environment=_environment(os.environ), stderr=log, read=self._read)
         self.ready: Future[str] = self.ask("scene", scene)
         """What it draws with, in words, once that is known."""
 
@@ -74,25 +64,15 @@ class RenderWorker:
         with self._changed:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
-    def colour(
-        self,
-        frame: Frame,
-        camera: Camera,
-        width: int,
-        height: int,
-        *,
-        samples: int = 2,
-        shadows: bool = True,
-        about: Vector3 | None = None,
-    ) -> Future[NDArray[np.uint8]]:
-        """Ask for a picture (height, width, 3), sRGB; see `Renderer.colour`."""
-        return self.ask("colour", frame, camera, width, height, samples=samples, shadows=shadows, about=about)
+    def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
+        """Ask for a picture (height, width, 3), sRGB."""
+        return self.ask("colour", frame, asked)
 
-    def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> Future[NDArray[np.float32]]:
-        """Ask for how far [m] everything is (height, width); see `Renderer.depth`."""
-        return self.ask("depth", frame, camera, width, height)
+    def depth(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
+        """Ask for how far [m] everything is (height, width); see `CastRenderer.depth`."""
+        return self.ask("depth", frame, asked)
 
-    def ask(self, what: str, *arguments: object, **options: object) -> Future[Any]:
+    def ask(self, what: str, *arguments: object) -> Future[Any]:
         """Ask for something by the name of a method of `Drawing`.
 
         Returns:
@@ -107,24 +87,14 @@ class RenderWorker:
             number = self._number
             self._waiting[number] = future
         with suppress(OSError, ValueError):  # it has ended, and the thread that reads says why
-            wire.write(self._stdin, (number, what, arguments, options))
+            wire.write(self._stdin, (number, what, arguments))
         return future
 
     def close(self, timeout: float = _CLOSE_TIMEOUT) -> None:
         """Have it finish what it was asked for, within a time [s], and end."""
         with self._changed:
             self._is_closing = True
-        with suppress(OSError):
-            self._stdin.close()
-        try:
-            self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._reader.join()
-        assert self._process.stdout is not None
-        self._process.stdout.close()
-        self._log.close()
+        self.end(timeout)
 
     def __enter__(self) -> RenderWorker:
         return self
@@ -134,12 +104,7 @@ class RenderWorker:
     ) -> None:
         self.close()
 
-    @property
-    def _stdin(self) -> Any:
-        return self._process.stdin
-
-    def _read(self) -> None:
-        stdout: Any = self._process.stdout
+    def _read(self, stdout: IO[bytes]) -> None:
         with suppress(OSError):
             while (answer := wire.read(stdout)) is not None:
                 self._take(*answer)
@@ -157,21 +122,13 @@ class RenderWorker:
     def _over(self) -> None:
         with self._changed:
             if not self._is_closing or self._waiting:
-                self.error = f"the process that draws has ended{self._last_words()}"
+                words = showable(self.last_words(), 300)
+                self.error = f"the process that draws has ended{f': {words}' if words else ''}"
             left = [*self._waiting.values()]
             self._waiting.clear()
             self._changed.notify_all()
         for future in left:
             future.set_exception(RenderingError(self.error))
-
-    def _last_words(self) -> str:
-        try:
-            self._log.seek(0)
-            lines = self._log.read()[-2000:].decode(errors="replace").split("\n")
-        except (OSError, ValueError):
-            return ""
-        said = [line.strip() for line in lines if line.strip()]
-        return f": {showable(said[-1], 300)}" if said else ""
 
 
 def _environment(own: Mapping[str, str]) -> dict[str, str]:

@@ -1,7 +1,5 @@
 """A video on disk: pictures in, H.264 in an MP4 file out, which can be played however the process ends."""
 
-from __future__ import annotations
-
 import contextlib
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +17,7 @@ _CODECS = ("libx264", "mpeg4")  # the second where the first was left out for it
 _QUALITY = {"crf": "21", "preset": "veryfast", "bf": "2", "rc-lookahead": "12"}
 _THREADS = 2  # the same everywhere: the file must not depend on how many processors there are
 _BT709 = 1  # ISO/IEC 23091-4: the colours of HDTV, said in the file so that players do not guess
+_WHOLE = {"movflags": "faststart"}
 _PIECES = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
 
 
@@ -30,16 +29,8 @@ class Film:
     """A video that grows.
 
     It is written in pieces of a second, so that one that is never finished can be played as far as it got. One that is
-    finished is written anew as a whole, with what players want to know at its beginning.
-
-    Args:
-        file: of the video; overwritten.
-        width: of its pictures, in pixels; even.
-        height: of its pictures, in pixels; even.
-        rate: pictures a second.
-
-    Raises:
-        FilmError: it cannot be written.
+    finished is written anew as a whole, with what players want to know at its beginning. Width and height [pixels] are
+    even; `rate` is in pictures a second. It raises FilmError where it cannot be written.
     """
 
     def __init__(self, file: Path, width: int, height: int, rate: Fraction) -> None:
@@ -52,19 +43,14 @@ class Film:
             self._stream = self._added(rate)
         except (OSError, ValueError) as error:
             raise FilmError(f"cannot write the video {file}: {_reason(error)}") from None
-        self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
-        self._stream.codec_context.time_base = self._tick = 1 / rate
-        coder = self._stream.codec_context
+        stream, coder = self._stream, self._stream.codec_context
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        coder.time_base = self._tick = 1 / rate
         coder.colorspace = coder.color_primaries = coder.color_trc = _BT709
-        self._stream.gop_size = max(1, round(rate))
-        self._stream.thread_count = _THREADS
+        stream.gop_size, stream.thread_count = max(1, round(rate)), _THREADS
 
     def add(self, picture: NDArray[np.uint8]) -> None:
-        """Add a picture (height, width, 3), sRGB.
-
-        Raises:
-            FilmError: it cannot be written.
-        """
+        """Add a picture (height, width, 3), sRGB."""
         given = av.VideoFrame.from_ndarray(picture, format="rgb24")
         frame = given.reformat(format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG)
         frame.pts, frame.time_base = self._count, self._tick
@@ -72,11 +58,7 @@ class Film:
         self._write(frame)
 
     def finish(self) -> int:
-        """Write what is left, and the whole anew; how many pictures it has.
-
-        Raises:
-            FilmError: it cannot be written.
-        """
+        """Write what is left, and the whole anew; how many pictures it has."""
         self._write(None)
         try:
             self._container.close()
@@ -122,9 +104,6 @@ def _written_anew(file: Path) -> None:
         new.replace(file)
     except (OSError, ValueError):
         new.unlink(missing_ok=True)
-
-
-_WHOLE = {"movflags": "faststart"}
 
 
 def _reason(error: BaseException) -> str:

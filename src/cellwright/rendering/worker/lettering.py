@@ -1,7 +1,5 @@
 """A line of text in the lower left corner of a picture."""
 
-from __future__ import annotations
-
 import warnings
 from functools import lru_cache
 from pathlib import Path

@@ -14,17 +14,14 @@ from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering import backend as gl
-from cellwright.rendering.backend import RAYS, requested_backend
-from cellwright.rendering.camera import Camera
+from cellwright.rendering.backend import OPENGL_BACKENDS, RAYS, NoOpenGL, open_context, requested_backend
 from cellwright.rendering.engine_renderer import EngineRenderer
-from cellwright.rendering.picture import check_size
-from cellwright.rendering.renderer import CastRenderer, Renderer
+from cellwright.rendering.picture import CastRenderer, PictureRequest, check_size
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import CellwrightError, in_a_line
@@ -33,29 +30,29 @@ if TYPE_CHECKING:
     from cellwright.rendering.worker.film import Film
 
 
+Renderer: TypeAlias = CastRenderer | EngineRenderer
+
+
 class Drawing:
     """Does what is asked, in the order in which it is asked, and answers everything once.
 
-    Args:
-        make: makes what draws a scene.
-        answers: where answers go.
+    `make` makes what draws a scene.
     """
 
     def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:
         self._make = make
         self._answers: BinaryIO | None = answers
-        self._scene_renderer: Renderer | None = None
+        self._renderer: Renderer | None = None
         self._film: Film | None = None
-        self._shot: dict[str, Any] = {}
         self._last: NDArray[np.uint8] | None = None
 
     def work(self, asked: SimpleQueue[Any]) -> None:
         """Do what is asked until nobody asks any more, and then finish."""
         while (said := asked.get()) is not None:
-            number, what, arguments, options = said
+            number, what, arguments = said
             value, error = None, ""
             try:
-                value = getattr(self, f"_do_{what}")(*arguments, **options)
+                value = getattr(self, f"_do_{what}")(*arguments)
             except CellwrightError as fault:
                 error = str(fault)
             except Exception as fault:  # drivers and what stands before them have errors of their own
@@ -67,28 +64,25 @@ class Drawing:
             sys.stderr.write(f"{error}\n")
 
     def _do_scene(self, scene: Scene) -> str:
-        self._scene_renderer = self._make(scene)
-        return self._scene_renderer.says
+        self._renderer = self._make(scene)
+        return self._renderer.says
 
-    def _do_colour(self, frame: Frame, camera: Camera, width: int, height: int, **quality: Any) -> NDArray[np.uint8]:
-        check_size(width, height)
-        return np.ascontiguousarray(self._renderer.colour(frame, camera, width, height, **quality))
+    def _do_colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
+        return np.ascontiguousarray(self._renderer_for(asked).colour(frame, asked))
 
-    def _do_depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
-        check_size(width, height)
-        return np.ascontiguousarray(self._renderer.depth(frame, camera, width, height))
+    def _do_depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
+        return np.ascontiguousarray(self._renderer_for(asked).depth(frame, asked))
 
-    def _do_film(self, file: Path, rate: Fraction, width: int, height: int, **quality: Any) -> None:
+    def _do_film(self, file: Path, width: int, height: int, rate: Fraction) -> None:
         from cellwright.rendering.worker.film import Film
 
         self._film = Film(file, width, height, rate)
-        self._shot = {"width": width, "height": height, **quality}
 
-    def _do_take(self, frame: Frame, camera: Camera, caption: str, repeats: int) -> None:
+    def _do_take(self, frame: Frame, asked: PictureRequest, caption: str, repeats: int) -> None:
         if self._film is None:
             raise CellwrightError("no video is under way")
         self._repeat(repeats)
-        picture = self._do_colour(frame, camera, **self._shot)
+        picture = self._do_colour(frame, asked)
         if caption:
             from cellwright.rendering.worker.lettering import write_line
 
@@ -107,11 +101,11 @@ class Drawing:
             if self._film is not None and self._last is not None:
                 self._film.add(self._last)
 
-    @property
-    def _renderer(self) -> Renderer:
-        if self._scene_renderer is None:
+    def _renderer_for(self, asked: PictureRequest) -> Renderer:
+        check_size(asked.width, asked.height)
+        if self._renderer is None:
             raise CellwrightError("there is no scene to draw")
-        return self._scene_renderer
+        return self._renderer
 
     def _answer(self, number: int, value: object, error: str) -> None:
         if self._answers is None:
@@ -130,16 +124,15 @@ def main() -> None:
     way, later = _ways(sys.argv[2:])
     make: Callable[[Scene], Renderer] = CastRenderer
     if way != RAYS:
-        gl.select_platform(way)
         try:
-            opened = gl.open_context(way)
-        except gl.NoOpenGL as reason:
+            _context, says = open_context(way)
+        except NoOpenGL as reason:
             sys.stderr.write(f"{reason}\n")
             sys.stderr.flush()
-            _become(later)
+            os.execv(sys.executable, wire.command(later))  # noqa: S606 (begins anew, another way)
 
         def make(scene: Scene) -> Renderer:
-            return EngineRenderer(opened, scene)
+            return EngineRenderer(scene, says)
 
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a driver prints is no answer
@@ -154,19 +147,9 @@ def _ways(given: list[str]) -> tuple[str, list[str]]:
     """The way to draw now, and those to try if it fails."""
     if not given:
         wanted = requested_backend()
-        given = (
-            [wanted, RAYS]
-            if wanted in gl.OPENGL_BACKENDS
-            else [RAYS]
-            if wanted == RAYS
-            else [*gl.OPENGL_BACKENDS, RAYS]
-        )
+        ways = OPENGL_BACKENDS if wanted not in (RAYS, *OPENGL_BACKENDS) else (wanted,)
+        given = [*(way for way in ways if way != RAYS), RAYS]
     return given[0], given[1:]
-
-
-def _become(ways: list[str]) -> None:
-    """Begin anew, another way."""
-    os.execv(sys.executable, wire.command(ways))  # noqa: S606
 
 
 def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:

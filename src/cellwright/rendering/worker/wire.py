@@ -1,16 +1,10 @@
 """Render process: its command, and messages through the pipes to and from it."""
 
-from __future__ import annotations
-
 import pickle
-import sys
 from collections.abc import Iterable
-from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
-from cellwright._package import FOLDER
-
-_PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
+from cellwright.util.process import own_program
 
 
 def command(ways: Iterable[str] = ()) -> list[str]:
@@ -19,10 +13,10 @@ def command(ways: Iterable[str] = ()) -> list[str]:
     Args:
         ways: those that it tries, in order; none: as is settled, or all that there are.
     """
-    return [sys.executable, "-P", "-c", _PROGRAM, str(Path(FOLDER).parent), *ways]
+    return own_program("cellwright.rendering.worker.program", *ways)
 
 
-def write(pipe: BinaryIO, message: object) -> None:
+def write(pipe: IO[bytes], message: object) -> None:
     """Send a message; both ends are programs of ours, so it may be any object.
 
     Raises:
@@ -32,7 +26,7 @@ def write(pipe: BinaryIO, message: object) -> None:
     pipe.flush()
 
 
-def read(pipe: BinaryIO) -> Any:
+def read(pipe: IO[bytes]) -> Any:
     """A message; None at the end, also at one within a message."""
     try:
         return pickle.load(pipe)  # noqa: S301 (from a program of ours)

@@ -1,7 +1,5 @@
 """Checks a driver by driving it: what `Driver` promises, before a robot depends on it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import Limits, RobotModel
+from cellwright.config.robot.model import Limits
 from cellwright.robot.drivers import Driver, DriverError, LiveDriver
 from cellwright.util.errors import in_a_line
 
@@ -27,12 +25,8 @@ _NAP = 0.002  # [s]
 def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, within: float = 5.0) -> list[str]:
     """What is wrong with a driver, a sentence each; empty if nothing was found.
 
-    The robot moves: each joint of the driver by `NUDGE` and back, one after another. Nothing may stand in its way.
-
-    Args:
-        make: makes the driver, as `cellwright teleop --driver` does.
-        config: the robot.
-        within: how long a joint may take for that way [s].
+    The robot moves: each joint of the driver that `make` makes by `NUDGE` and back, one after another, each way
+    `within` so long [s]. Nothing may stand in its way.
     """
     try:
         driver = make(config)
@@ -81,9 +75,9 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
             continue
         there = begin.copy()
         there[number] += nudge
-        for follower, multiplier in _followers(robot, name):
-            if follower in driver.joints:  # others are not read, and stay where they were
-                there[live.joints.index(follower)] += multiplier * nudge
+        for each in robot.driven:
+            if each.mimic and each.mimic.joint == name and each.name in driver.joints:  # others stay where they were
+                there[live.joints.index(each.name)] += each.mimic.multiplier * nudge
         for targets, what in ((there, "go"), (begin, "come back")):
             live.command(targets)
             if not _wait(partial(_is_there, live, number, targets[number], abs(nudge) / 4), within, live):
@@ -96,11 +90,6 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
         if live.fault:
             break
     return problems
-
-
-def _followers(robot: RobotModel, name: str) -> list[tuple[str, float]]:
-    """Joints that follow a joint, each with its multiplier."""
-    return [(each.name, each.mimic.multiplier) for each in robot.driven if each.mimic and each.mimic.joint == name]
 
 
 def _nudge(limits: Limits, position: float) -> float:

@@ -1,10 +1,4 @@
-"""Motion check: moves each joint of a robot, or compares with its reference motion, and proposes accelerations.
-
-The drive of a joint that changes its speed works against the inertia of all that hangs on it, and the other drives have
-to hold against it. Where one of them reaches its limit of effort, its joint overshoots or strays.
-"""
-
-from __future__ import annotations
+"""Motion check: moves each joint of a robot, or compares with its reference motion, and proposes accelerations."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -38,9 +32,10 @@ _DIGITS = 2  # of a figure that is proposed
 def bearable_accelerations(rig: Rig) -> dict[str, float]:
     """Accelerations of the driven joints at which no drive reaches its limit of effort [rad/s^2; m/s^2], by joint.
 
-    What one joint may do alone is effort over inertia: of its own drive, and of all that have to hold against it; the
-    least of some postures. All are then lowered until each drive bears all joints at once, whose efforts add up as
-    independent ones do, by their squares: they seldom all pull the same way.
+    A drive that reaches its limit lets its joint overshoot or stray. What one joint may do alone is effort over
+    inertia: of its own drive, and of all that have to hold against it; the least of some postures. All are then lowered
+    until each drive bears all joints at once, whose efforts add up as independent ones do, by their squares: they
+    seldom all pull the same way.
     """
     inertias = np.abs(_inertias(rig))
     limits = [joint.limits.effort for joint in rig.config.robot.driven]
@@ -126,15 +121,7 @@ _MAX_GRIPPER_TIME = 20.0  # [s] that a gripper is waited for
 
 @dataclass
 class Worst:
-    """The worst of several figures, and whose it is.
-
-    Attributes:
-        limit: what they may be.
-        name: whose the worst figure is.
-        value: that figure.
-        count: how many there were.
-        beyond: whose figures are greater than the limit.
-    """
+    """The worst of several figures, and whose it is; in `beyond`, whose figures are greater than the limit."""
 
     limit: float
     name: str = ""
@@ -152,18 +139,14 @@ class Worst:
 
 
 class Response(NamedTuple):
-    """The response of a robot to a step of one joint.
-
-    Attributes:
-        late: how much longer the joint takes to settle than its way takes [s]; infinite if it does not settle.
-        beyond: how far it goes beyond its target, as a share of its way.
-        stray: how far the joint that moves most among those that nobody commanded goes [rad; m].
-        who: that joint.
-    """
+    """The response of a robot to a step of one joint."""
 
     late: float
+    """How much longer the joint takes to settle than its way takes [s]; infinite if it does not settle."""
     beyond: float
+    """How far it goes beyond its target, as a share of its way."""
     stray: float
+    """How far the joint that moves most among those that nobody commanded goes [rad; m]."""
     who: str
 
 
@@ -179,14 +162,8 @@ def check_joints(rig: Rig) -> Iterator[Finding]:
     names = tuple(rig.numbers)
     drift = np.abs(positions - begin).max(axis=0)
     worst = int(drift.argmax())
-    yield Finding(
-        "holds where it is put up",
-        1e3 * drift[worst],
-        1e3 * DRIFT,
-        "mrad; mm",
-        names[worst],
-        bool(drift[worst] <= DRIFT),
-    )
+    passed = bool(drift[worst] <= DRIFT)
+    yield Finding("holds where it is put up", 1e3 * drift[worst], 1e3 * DRIFT, "mrad; mm", names[worst], passed)
     yield from _steps(rig)
     for number in range(len(rig.config.grippers)):
         yield _check_gripper(rig, number)
@@ -216,24 +193,10 @@ def _steps(rig: Rig) -> Iterator[Finding]:
         return
     to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
     remedy = propose_accelerations(rig, to_blame) if to_blame else ""
-    yield Finding(
-        "the farthest goes beyond",
-        100 * beyond.value,
-        100 * OVERSHOOT,
-        "% of way",
-        beyond.name,
-        not beyond.beyond,
-        remedy=remedy if beyond.beyond else "",
-    )
-    yield Finding(
-        "the farthest strays",
-        1e3 * stray.value,
-        1e3 * STRAY,
-        "mrad; mm",
-        stray.name if stray.value else "",
-        not stray.beyond,
-        remedy="" if beyond.beyond else remedy,
-    )
+    what, where, said = "the farthest goes beyond", beyond.name, remedy if beyond.beyond else ""
+    yield Finding(what, 100 * beyond.value, 100 * OVERSHOOT, "% of way", where, not beyond.beyond, remedy=said)
+    what, where, said = "the farthest strays", stray.name if stray.value else "", "" if beyond.beyond else remedy
+    yield Finding(what, 1e3 * stray.value, 1e3 * STRAY, "mrad; mm", where, not stray.beyond, remedy=said)
 
 
 def _cannot(joint: Joint) -> str:
@@ -324,12 +287,9 @@ def _aside(joint: Joint, position: float) -> float:
 def check_motion(node: RobotNode, on_finding: Callable[[Finding], None] = lambda _finding: None) -> MotionReport:
     """Move a robot in its node as a client would, and look at what it does.
 
-    A robot with a recorded motion beside its configuration is compared with that. Of any other one each joint is moved
-    by itself, from where the robot is put up.
-
-    Args:
-        node: the robot's; what was recorded was so with the default timestep.
-        on_finding: called with each finding as it is made.
+    A robot with a recorded motion beside its configuration is compared with that (recorded with the default timestep).
+    Of any other one each joint is moved by itself, from where the robot is put up. `on_finding` is called with each
+    finding as it is made.
 
     Raises:
         UsageError: the recorded motion cannot be read.

@@ -1,18 +1,16 @@
 """Reference motion: reads what was recorded of a robot, and compares its motion with it.
 
-Its own key `about` says how samples are counted.
+The file's own key `about` says how samples are counted.
 """
 
-from __future__ import annotations
-
-import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, TypeAlias
 
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 
 from cellwright.config.parsing.sources import read_at_most
 from cellwright.config.parsing.tree import Place, Problem, shortened
@@ -26,76 +24,68 @@ MAX_FILE_SIZE = 64 << 20
 """A larger file is not read [bytes]."""
 REFERENCE_FILE = "reference_motion.json"
 
+Positive: TypeAlias = Annotated[float, Meta(gt=0.0)]
+Samples: TypeAlias = Annotated[list[tuple[float, float]], Meta(min_length=1)]
+"""Steps since the command, and where something is then."""
 
-@dataclass(frozen=True)
-class Hand:
-    """Where a link is in the world, with the robot as it is put up."""
+
+class Hand(Struct, frozen=True):
+    """Where a link is in the world [m; x, y, z, w], with the robot as it is put up."""
 
     link: str
-    pose: Pose
+    position: Vector3
+    orientation: tuple[float, float, float, float]
 
 
-@dataclass(frozen=True)
-class Closing:
-    """A gripper that is told a status once: its status, 0 to 1, at times since then [s]."""
+class GripperPositions(Struct, frozen=True):
+    """Where the joints of a gripper are [rad; m] for a status, 0 to 1."""
+
+    status: float
+    joints: list[float]
+
+
+class Gripper(Struct, frozen=True):
+    """The joints of a gripper, and what a status means."""
+
+    joints: tuple[str, ...]
+    positions: list[GripperPositions]
+
+
+class Closing(Struct, frozen=True):
+    """A gripper that is told a status once: its status, 0 to 1, on the way."""
 
     gripper: int
     status: float
-    times: Array
-    statuses: Array
+    samples: Samples
 
 
-@dataclass(frozen=True)
-class GripperMapping:
-    """Where the joints of a gripper are [rad; m] for a status."""
-
-    gripper: int
-    status: float
-    positions: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Step:
-    """A joint that is told a target once: its positions [rad; m] at times since then [s]."""
+class Step(Struct, frozen=True):
+    """A joint that is told a target once: its positions [rad; m] on the way."""
 
     joint: str
     start: float
     target: float
-    times: Array
-    positions: Array
+    samples: Samples
 
 
-@dataclass(frozen=True)
-class Sine:
-    """A joint that is told target after target, and where it is when the next one comes [s; rad; m]."""
+class Sine(Struct, frozen=True):
+    """A joint that is told target after target at a rate [Hz]: time, target, where it is when the next one comes."""
 
     joint: str
-    period: float
-    targets: Array
-    positions: Array
+    rate: Positive
+    samples: Annotated[list[tuple[float, float, float]], Meta(min_length=1)]
 
 
-@dataclass(frozen=True)
-class ReferenceMotion:
-    """All that was recorded of a robot.
+class ReferenceMotion(Struct, frozen=True):
+    """All that was recorded of a robot; `joints` are the names of the joint states, grippers right and left."""
 
-    Attributes:
-        joints: names of the joint states, in their order.
-        hands: poses at home.
-        gripper_joints: of each gripper, right and left.
-        mappings: what a status means.
-        closings: grippers on their way.
-        steps: responses to one target.
-        sines: responses to many.
-    """
-
+    steps_per_second: Positive
     joints: tuple[str, ...]
-    hands: tuple[Hand, ...]
-    gripper_joints: tuple[tuple[str, ...], ...]
-    mappings: tuple[GripperMapping, ...]
-    closings: tuple[Closing, ...]
-    steps: tuple[Step, ...]
-    sines: tuple[Sine, ...]
+    hands: list[Hand]
+    grippers: list[Gripper]
+    closing: list[Closing]
+    steps: list[Step]
+    sines: list[Sine]
 
 
 def find_reference(config: RobotConfig) -> Path | None:
@@ -114,61 +104,12 @@ def read_reference(path: Path) -> ReferenceMotion:
         content = read_at_most(path, MAX_FILE_SIZE)
         if content is None:
             raise UsageError(f"{path}: this is no recorded motion: larger than {MAX_FILE_SIZE >> 20} MiB")
-        return _read_motion(json.loads(content.decode("utf-8")))
+        return msgspec.json.decode(content, type=ReferenceMotion)
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
-    except (ValueError, OverflowError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
-        message = f"this is no recorded motion: {type(error).__name__}: {error}"
+    except (msgspec.MsgspecError, RecursionError) as error:
+        message = f"this is no recorded motion: {error}"
         raise UsageError(str(Problem(Place(0, str(path), 0), "", shortened(message, 300)))) from error
-
-
-def _read_motion(read: dict[str, Any]) -> ReferenceMotion:
-    second = float(read["steps_per_second"])
-    grippers = read["grippers"]
-    return ReferenceMotion(
-        joints=tuple(map(str, read["joints"])),
-        hands=tuple(Hand(each["link"], _read_pose(each["position"], each["orientation"])) for each in read["hands"]),
-        gripper_joints=tuple(tuple(each["joints"]) for each in grippers),
-        mappings=tuple(
-            GripperMapping(number, float(known["status"]), tuple(_numbers(known["joints"]).tolist()))
-            for number, each in enumerate(grippers)
-            for known in each["positions"]
-        ),
-        closings=tuple(
-            Closing(int(each["gripper"]), float(each["status"]), *_read_samples(each["samples"], second))
-            for each in read["closing"]
-        ),
-        steps=tuple(
-            Step(each["joint"], float(each["start"]), float(each["target"]), *_read_samples(each["samples"], second))
-            for each in read["steps"]
-        ),
-        sines=tuple(_read_sine(each) for each in read["sines"]),
-    )
-
-
-def _read_samples(samples: list[list[float]], second: float) -> tuple[Array, Array]:
-    steps, values = _numbers(samples).T
-    return steps / second, values
-
-
-def _read_sine(read: dict[str, Any]) -> Sine:
-    _, targets, positions = _numbers(read["samples"]).T
-    return Sine(read["joint"], 1.0 / float(read["rate"]), targets, positions)
-
-
-def _read_pose(position: list[float], xyzw: list[float]) -> Pose:
-    x, y, z, w = _numbers(xyzw) / np.linalg.norm(_numbers(xyzw))
-    position = _numbers(position).tolist()
-    at: Vector3 = (float(position[0]), float(position[1]), float(position[2]))
-    return Pose(at, (float(w), float(x), float(y), float(z)))
-
-
-def _numbers(values: Any) -> Array:
-    """Numbers as an array; with one that is not finite, a comparison would come out well whatever was measured."""
-    found: Array = np.array(values, dtype=np.float64)
-    if not np.isfinite(found).all():
-        raise ValueError("a number is not finite")
-    return found
 
 
 MAX_RANGE_ERROR = 0.05
@@ -195,12 +136,18 @@ def compare(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
     for hand in reference.hands:
         yield from _hand(rig, hand)
     yield from _mappings(rig, reference)
-    for closing in reference.closings:
-        yield _closing(rig, closing)
+    for closing in reference.closing:
+        yield _closing(rig, closing, *_timed(closing.samples, reference))
     for step in reference.steps:
-        yield _step(rig, step)
+        yield _step(rig, step, *_timed(step.samples, reference))
     for sine in reference.sines:
         yield _sine(rig, sine)
+
+
+def _timed(samples: Samples, reference: ReferenceMotion) -> tuple[Array, Array]:
+    """The times of samples [s], and their values."""
+    steps, values = np.array(samples).T
+    return steps / reference.steps_per_second, values
 
 
 def _order(rig: Rig, reference: ReferenceMotion) -> Finding:
@@ -220,35 +167,34 @@ def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
             f"{hand.link} at home", math.inf, 1e3 * HAND_POSITION, "mm", "there is no such link", passed=False
         )
         return
-    pose = rig.link_pose(hand.link)
-    away, turned = math.dist(pose.position, hand.pose.position), _angle(pose, hand.pose)
+    x, y, z, w = (np.array(hand.orientation) / np.linalg.norm(hand.orientation)).tolist()
+    pose = rig.node.link_pose(hand.link)
+    away, turned = math.dist(pose.position, hand.position), _angle(pose, Pose(hand.position, (w, x, y, z)))
     yield Finding(f"{hand.link} at home", 1e3 * away, 1e3 * HAND_POSITION, "mm", "", away <= HAND_POSITION)
     yield Finding(f"{hand.link} at home", 1e3 * turned, 1e3 * HAND_ANGLE, "mrad", "", turned <= HAND_ANGLE)
 
 
 def _mappings(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
     """Each gripper goes to each status; its joints are looked at when they stand."""
-    for gripper, names in enumerate(reference.gripper_joints):
-        known = [mapping for mapping in reference.mappings if mapping.gripper == gripper]
-        if not known:
+    for number, gripper in enumerate(reference.grippers):
+        if not gripper.positions:
             continue
-        what = f"{_side(gripper)}, joints for {len(known)} statuses"
-        if gripper >= len(rig.config.grippers) or rig.config.grippers[gripper].joints != names:
+        what = f"{_side(number)}, joints for {len(gripper.positions)} statuses"
+        if number >= len(rig.config.grippers) or rig.config.grippers[number].joints != gripper.joints:
             yield Finding(what, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "it has other joints", passed=False)
             continue
-        worst, where = max((_mapping(rig, mapping, names) for mapping in known), key=lambda found: found[0])
+        chosen, worst, where = [rig.numbers[name] for name in gripper.joints], -math.inf, ""
+        for known in gripper.positions:
+            rig.begin()
+            _command_gripper(rig, number, known.status)
+            _, positions = rig.run(_CLOSED)
+            off = np.abs(positions[-1][chosen] - known.joints)
+            if off.max() > worst:
+                worst, where = float(off.max()), f"{gripper.joints[int(off.argmax())]} at {known.status:g}"
         yield Finding(what, 1e3 * worst, 1e3 * GRIPPER_JOINT, "mrad", where, worst <= GRIPPER_JOINT)
 
 
-def _mapping(rig: Rig, mapping: GripperMapping, names: tuple[str, ...]) -> tuple[float, str]:
-    rig.begin()
-    _command_gripper(rig, mapping.gripper, mapping.status)
-    _, positions = rig.run(_CLOSED)
-    off = np.abs(positions[-1][[rig.numbers[name] for name in names]] - mapping.positions)
-    return float(off.max()), f"{names[int(off.argmax())]} at {mapping.status:g}"
-
-
-def _closing(rig: Rig, closing: Closing) -> Finding:
+def _closing(rig: Rig, closing: Closing, at: Array, wanted: Array) -> Finding:
     rig.begin()
     what = f"{_side(closing.gripper)}, to {closing.status:g}"
     if closing.gripper >= len(rig.config.grippers):
@@ -258,43 +204,42 @@ def _closing(rig: Rig, closing: Closing) -> Finding:
     ways = np.array([gripper.way(rig.config.robot.joint(name)) for name in gripper.joints])
     begin, way = ways[:, 0], ways[:, 1] - ways[:, 0]
     _command_gripper(rig, closing.gripper, closing.status)
-    times, positions = rig.run(float(closing.times[-1]))
+    times, positions = rig.run(float(at[-1]))
     statuses = ((positions[:, chosen] - begin) * np.sign(way)).sum(axis=1) / np.abs(way).sum()
-    off = np.abs(np.interp(closing.times, times, statuses) - closing.statuses)
+    off = np.abs(np.interp(at, times, statuses) - wanted)
     worst = int(off.argmax())
-    where = f"{closing.times[worst]:.3f} s"
-    return Finding(what, 100 * off[worst], 100 * GRIPPER, "%", where, bool(off[worst] <= GRIPPER))
+    return Finding(what, 100 * off[worst], 100 * GRIPPER, "%", f"{at[worst]:.3f} s", bool(off[worst] <= GRIPPER))
 
 
-def _step(rig: Rig, step: Step) -> Finding:
+def _step(rig: Rig, step: Step, at: Array, wanted: Array) -> Finding:
     what = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
     if step.joint not in rig.numbers:
         return Finding(what, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
     rig.begin()
     rig.send({step.joint: step.target})
-    times, positions = rig.run(float(step.times[-1]))
-    whole = abs(float(step.positions[-1]) - step.start)
-    return _response(what, times, positions[:, rig.numbers[step.joint]], step.times, step.positions, whole)
+    times, positions = rig.run(float(at[-1]))
+    whole = abs(float(wanted[-1]) - step.start)
+    return _response(what, times, positions[:, rig.numbers[step.joint]], at, wanted, whole)
 
 
 def _sine(rig: Rig, sine: Sine) -> Finding:
     """Each target is sent at the first step at or after it is due, as by a client of the node."""
-    what = f"{sine.joint}, sine at {1 / sine.period:g} commands/s"
+    what, period = f"{sine.joint}, sine at {sine.rate:g} commands/s", 1.0 / sine.rate
     if sine.joint not in rig.numbers:
         return Finding(what, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
     rig.begin()
-    due: Array = np.arange(len(sine.targets), dtype=np.float64) * sine.period
+    _, targets, wanted = np.array(sine.samples).T
+    due: Array = np.arange(len(targets), dtype=np.float64) * period
     found, sent = [rig.positions], 0
-    while (len(found) - 1) * rig.timestep < due[-1] + sine.period:
+    while (len(found) - 1) * rig.timestep < due[-1] + period:
         now = (len(found) - 1) * rig.timestep
         while sent < len(due) and due[sent] <= now + 1e-9:
-            rig.send({sine.joint: float(sine.targets[sent])})
+            rig.send({sine.joint: float(targets[sent])})
             sent += 1
         found.append(rig.step())
     times = rig.times(len(found) - 1)
     positions = np.array(found)[:, rig.numbers[sine.joint]]
-    whole = float(np.ptp(sine.positions))
-    return _response(what, times, positions, due + sine.period, sine.positions, whole)
+    return _response(what, times, positions, due + period, wanted, float(np.ptp(wanted)))
 
 
 def _response(what: str, times: Array, found: Array, at: Array, wanted: Array, whole: float) -> Finding:

@@ -1,7 +1,5 @@
 """Test rig of the motion checks: a robot's node that is driven step by step, and the findings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,25 +9,15 @@ import numpy as np
 from cellwright.middleware.bus import Later
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array
-from cellwright.util.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that was looked at.
+    """One thing that was looked at: the figure that came out worst, where, and the limit of it, in the same unit.
 
-    Attributes:
-        what: it is, for people.
-        worst: the figure that came out worst.
-        limit: what it may be.
-        unit: of both.
-        where: the worst figure was found; empty where there is but one.
-        passed: whether all was well.
-        note: more to say, in a sentence.
-        remedy: what to do where it failed, in a sentence.
+    `where` is empty where there is but one figure; `note` has more to say, `remedy` what to do where it failed.
     """
 
     what: str
@@ -44,13 +32,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class MotionReport:
-    """What a check of a robot's motion found.
-
-    Attributes:
-        robot: its name.
-        reference: where the motion that it was compared with is from; empty where it was not compared with any.
-        findings: all of them.
-    """
+    """What a check of a robot's motion found; `reference` is the file that it was compared with, empty for none."""
 
     robot: str
     reference: str
@@ -66,20 +48,12 @@ NODE = "/motion_check"
 
 
 class Rig:
-    """A node that is driven step by step.
-
-    Attributes:
-        node: the node.
-        config: its robot.
-        numbers: number of each joint, by name.
-        joint_states: names of the joint states, as last heard.
-        timestep: length of a step [s].
-    """
+    """A node that is driven step by step."""
 
     def __init__(self, node: RobotNode) -> None:
-        self.node, self.config = node, node.config
-        self.numbers = {name: number for number, name in enumerate(self.node.driver.joints)}
+        self.node, self.config, self.numbers = node, node.config, node.commander.numbers
         self.joint_states: tuple[str, ...] = ()
+        """Names of the joint states, as last heard."""
         self.node.bus.subscribe("/io_teleop/joint_states", self._hear, node=NODE)
         self.timestep = float(self.node.simulation.clock.timestep)
 
@@ -125,13 +99,6 @@ class Rig:
     def positions(self) -> Array:
         """Where the joints are [rad; m], in the order of their indices."""
         return self.node.driver.read().positions.copy()
-
-    def link_pose(self, name: str) -> Pose:
-        """Where a link is in the world."""
-        self.node.simulation.refresh()
-        body = self.node.simulation.data.body(body_of(name))
-        (x, y, z), (w, i, j, k) = body.xpos.tolist(), body.xquat.tolist()
-        return Pose((x, y, z), (w, i, j, k))
 
     def _publish(self, topic: str, names: Sequence[str], positions: Sequence[float]) -> None:
         self.node.bus.publish(topic, joint_state(names, positions, time=self.node.simulation.now), node=NODE)

@@ -1,7 +1,5 @@
 """Working many jobs at once: a process each, each within its limits, its result on disk as it comes."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -50,9 +48,6 @@ class Evaluation:
 
     Args:
         store: takes the results, and knows those from before.
-        limits: what each run may use.
-        workers: how many processes at a time.
-        records: whether each run is recorded.
         on_result: called for each new result.
         on_look: called now and then with what is being worked.
     """
@@ -92,11 +87,11 @@ class Evaluation:
         Raises:
             OSError: there can be no such process, or no log of it.
         """
-        worker = WorkerProcess(self._order(agent), self._log("check.log"))
+        worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
         try:
             worker.wait(_START + self._limits.wall)
         finally:
-            ending = worker.end()
+            ending = worker.stop()
         if worker.refused:
             return worker.refused
         if worker.result is None:
@@ -133,12 +128,12 @@ class Evaluation:
         finally:
             unfinished = bool(waiting or self._running)
             for worker in self._running:
-                worker.end()
+                worker.stop()
             self._running.clear()
         return not unfinished
 
     def _begin(self, job: Job) -> None:
-        log = self._log(job.log_name)
+        log = self._beside(LOGS, job.log_name)
         record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else ""
         order = replace(
             self._order(job.agent),
@@ -153,9 +148,6 @@ class Evaluation:
     def _order(self, agent: str) -> JobOrder:
         return JobOrder(agent, self._limits.wall, self._limits.memory if MEMORY_IS_LIMITED else 0)
 
-    def _log(self, name: str) -> Path:
-        return self._beside(LOGS, name)
-
     def _beside(self, kind: str, name: str) -> Path:
         folder = self._store.path.parent / kind
         folder.mkdir(exist_ok=True)
@@ -169,7 +161,7 @@ class Evaluation:
         """Write down what came of a job whose worker is over, or has broken a limit."""
         job = self._running.pop(worker)
         far = self._how_far(worker, job)
-        ending = worker.end()
+        ending = worker.stop()
         if worker.result is not None and broken is None:
             result = self._told(job, worker.result)
         else:

@@ -1,7 +1,5 @@
 """One run that is to be judged, and the key by which it is known again."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import json
@@ -48,9 +46,7 @@ class Job:
     """A run to be judged: the same job has the same result, whoever works it and when.
 
     Attributes:
-        trial: what is run.
         agent: who works it, as for `find_agent`.
-        seed: root of all chance.
         vary: whether the cell is moved about within its bounds, by the seed.
         key: digest of all that the result depends on.
     """

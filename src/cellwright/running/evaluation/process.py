@@ -1,13 +1,10 @@
 """Worker process of an evaluation: how many at a time, its limits, its start and its end."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -15,9 +12,9 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
+from typing import IO, Any
 
-from cellwright._package import FOLDER
+from cellwright.util.process import ChildProcess, own_program
 
 
 def usable_processors() -> int:
@@ -74,19 +71,12 @@ def memory_of_sessions() -> Counter[int]:
     return total
 
 
-_PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.running.evaluation.worker import main; main()"
-"""With `-P`, no file that lies where the command is called can stand in for a module that the worker needs."""
-
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Workers share the processor among them; a library that takes all of it for itself slows down the others."""
 
-if sys.platform == "win32":
-    _APART = subprocess.CREATE_NEW_PROCESS_GROUP
-else:
-    _APART = 0
-
 _TAIL = 30  # lines of a log that are told
 _TAIL_BYTES = 16384
+_KILLED = 5.0  # [s] until one that was killed is gone
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,13 +84,9 @@ class JobOrder:
     """What a worker process has to do; it reaches the process as JSON.
 
     Attributes:
-        agent: who works the cell, as for `find_agent`.
         wall: time that it may take on the wall clock [s].
         memory: memory that it may have [bytes]; 0: not limited.
         files: those of the trial; none: the agent is only made, and nothing is run.
-        seed: root of all chance.
-        vary: whether the cell is varied, by the seed.
-        run_log: file for what happens.
         record: file for a recording; empty for none.
     """
 
@@ -114,11 +100,10 @@ class JobOrder:
     record: str = ""
 
 
-class WorkerProcess:
+class WorkerProcess(ChildProcess):
     """A process of `cellwright.running.evaluation.worker`.
 
     Args:
-        order: what it has to do.
         log: file that takes what it prints.
         wakes: takes this object whenever there is something new to look at.
     """
@@ -132,23 +117,13 @@ class WorkerProcess:
         self.refused = ""
         self._wakes: SimpleQueue[Any] = SimpleQueue() if wakes is None else wakes
         with log.open("wb") as stderr:
-            self._process = subprocess.Popen(  # noqa: S603 (this program, with arguments of ours)
-                [sys.executable, "-P", "-c", _PROGRAM, str(Path(FOLDER).parent)],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=stderr,
-                env=_environment(),
-                start_new_session=True,  # Ctrl-C is for the evaluation, which ends the workers itself
-                creationflags=_APART,
-            )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._stdin, self._stdout = self._process.stdin, self._process.stdout
-        self._listener = threading.Thread(target=self._listen, daemon=True)
-        self._listener.start()
-        with suppress(OSError):  # it may be dead already, and that will be noticed
-            self._stdin.write(json.dumps(asdict(order)).encode() + b"\n")
-            self._stdin.flush()
+            command = own_program("cellwright.running.evaluation.worker")
+            # the same order of sets in every process, one thread each for arithmetic, a log that is read as UTF-8
+            given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
+            given |= dict.fromkeys(_ONE_THREAD, "1")
+            environment = {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}
+            super().__init__(command, environment=environment, stderr=stderr, read=self._listen)
+        self.send(json.dumps(asdict(order)))
 
     @property
     def number(self) -> int:
@@ -158,28 +133,20 @@ class WorkerProcess:
     @property
     def is_over(self) -> bool:
         """Whether it has told its result or has ended."""
-        return self.result is not None or bool(self.refused) or self._process.poll() is not None
+        return self.result is not None or bool(self.refused) or not self.is_running
 
     def wait(self, timeout: float) -> bool:
         """Wait until it is over, at most so long [s]; whether it is."""
         end = time.monotonic() + timeout
         while not self.is_over and time.monotonic() < end:
-            self._listener.join(0.05)
-            if not self._listener.is_alive():
-                time.sleep(0.01)
+            time.sleep(0.01)
         return self.is_over
 
-    def end(self) -> str:
+    def stop(self) -> str:
         """End it and all that it has started; how it had ended, in words, if it had by itself."""
-        if self._process.poll() is not None:
-            self._listener.join(1.0)  # what it still had to tell
         status = self._process.poll()
         self._kill()
-        self._process.wait()
-        self._listener.join(5.0)
-        for stream in (self._stdin, self._stdout):
-            with suppress(OSError):  # what was written last has found no reader
-                stream.close()
+        self.end(_KILLED)
         return "" if status is None else _ending(status)
 
     def log_size(self) -> int:
@@ -209,8 +176,8 @@ class WorkerProcess:
             with suppress(ProcessLookupError, PermissionError):  # nobody is left; macOS says so with the second
                 os.killpg(self.number, signal.SIGKILL)
 
-    def _listen(self) -> None:
-        for line in self._stdout:
+    def _listen(self, output: IO[bytes]) -> None:
+        for line in output:
             try:
                 told = json.loads(line)
             except ValueError:
@@ -222,12 +189,6 @@ class WorkerProcess:
             self.result = told.get("result", self.result)
             self._wakes.put(self)
         self._wakes.put(self)
-
-
-def _environment() -> dict[str, str]:
-    """The environment of a worker: the same order of sets in every process, and one thread each for arithmetic."""
-    given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1", **dict.fromkeys(_ONE_THREAD, "1")}
-    return {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}  # the log is read as that
 
 
 def _ending(status: int) -> str:

@@ -1,7 +1,5 @@
 """Report of an evaluation: one HTML file with its pictures, the worst runs first."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape

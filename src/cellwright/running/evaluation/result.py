@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import errno
 import json
-import math
 import os
 import sys
 from collections.abc import Iterable, Mapping
@@ -103,15 +102,8 @@ _NAMES = {str: "a text", bool: "true or false", int: "a whole number", float: "a
 
 def _is_of(value: object, kind: type) -> bool:
     if kind is float:
-        return isinstance(value, int | float) and not isinstance(value, bool) and _is_finite(value)
+        return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
     return isinstance(value, kind) and (kind is not int or not isinstance(value, bool))
-
-
-def _is_finite(number: float) -> bool:
-    try:
-        return math.isfinite(number)
-    except OverflowError:  # a whole number that no float can hold
-        return False
 
 
 def _first(misfits: Iterable[str]) -> str:
@@ -144,11 +136,6 @@ class Result:
     """What came of a job.
 
     Attributes:
-        key: the job's key.
-        trial: name of the trial.
-        agent: who worked it.
-        seed: its seed.
-        vary: whether the cell was varied.
         outcome: a name of `Outcome` in small letters, or a value of `Lost`.
         points: what it earned; 0 when its process could not say so any more.
         reachable: the most points that anybody can earn in the trial.
@@ -156,10 +143,7 @@ class Result:
         wall: time it took on the wall clock [s].
         simulated: simulation time that passed [s].
         reason: why it was not done, in a line; empty when it was.
-        limits: what it was allowed to use.
         state_hash: SHA-256 of the whole last state.
-        score: the score with its evidence.
-        timeline: what happened when.
         log: the last lines of its log, when it was not done.
         command: the command that does the same run alone.
     """
@@ -185,13 +169,7 @@ class Result:
 
     @classmethod
     def of(cls, job: Job, limits: Limits, **content: Any) -> Result:
-        """The result of a job that was worked within these limits.
-
-        Args:
-            job: says what was run.
-            limits: what it was allowed to use.
-            content: the fields that neither of them says.
-        """
+        """The result of a job that was worked within these limits; `content` are the fields that neither says."""
         return cls(
             key=job.key,
             trial=job.trial.name,
@@ -224,11 +202,6 @@ class Result:
     def share(self) -> float:
         """The share of the points within reach; 1 for a trial that has none."""
         return self.points / self.reachable if self.reachable > 0 else 1.0
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds a wall second."""
-        return self.simulated / self.wall if self.wall > 0 else 0.0
 
     @property
     def ending(self) -> str:

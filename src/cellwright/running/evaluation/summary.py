@@ -87,16 +87,10 @@ class TrialSummary:
     """What the runs of one trial come to.
 
     Attributes:
-        trial: its name.
-        runs: how many runs.
         reachable: the most points that anybody can earn in it.
         best: what its orders would earn if nothing were out of reach.
         mean: mean of the points; a run that has told nothing counts as 0.
-        least: the least points of a run.
-        most: the most points of a run.
         share: mean over reachable.
-        outcomes: how many runs ended how.
-        real_time_factor: all simulated seconds over all wall seconds.
     """
 
     trial: str
@@ -116,23 +110,21 @@ def summarize(results: Iterable[Result]) -> list[TrialSummary]:
     groups: dict[str, list[Result]] = {}
     for result in results:
         groups.setdefault(result.trial, []).append(result)
-    return [_summary(trial, group) for trial, group in groups.items()]
-
-
-def _summary(trial: str, results: Sequence[Result]) -> TrialSummary:
-    points = [result.points for result in results]
-    return TrialSummary(
-        trial=trial,
-        runs=len(results),
-        reachable=results[0].reachable,
-        best=results[0].best,
-        mean=fmean(points),
-        least=min(points),
-        most=max(points),
-        share=fmean(result.share for result in results),
-        outcomes=dict(Counter(result.outcome for result in results)),
-        real_time_factor=real_time_factor(results),
-    )
+    return [
+        TrialSummary(
+            trial=trial,
+            runs=len(group),
+            reachable=group[0].reachable,
+            best=group[0].best,
+            mean=fmean(result.points for result in group),
+            least=min(result.points for result in group),
+            most=max(result.points for result in group),
+            share=fmean(result.share for result in group),
+            outcomes=dict(Counter(result.outcome for result in group)),
+            real_time_factor=real_time_factor(group),
+        )
+        for trial, group in groups.items()
+    ]
 
 
 def real_time_factor(results: Iterable[Result]) -> float:

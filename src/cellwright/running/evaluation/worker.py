@@ -4,8 +4,6 @@ What the agent prints, logs or leaves behind when it crashes goes to stderr, whi
 ends when its stdin ends, so that it never outlives the evaluation that started it, however that ended.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import logging
@@ -94,19 +92,13 @@ class Timeline:
 _TELL = 0.5  # [s] of wall time between two lines about how it goes
 
 
-class Channel:
-    """What the worker tells, a line of JSON each."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def tell(self, kind: str, content: object) -> None:
-        """Tell something; `kind` is `begun`, `progress`, `result` or `refused`."""
-        self._stream.write(json.dumps({kind: content}, allow_nan=False) + "\n")
-        self._stream.flush()
+def tell(channel: TextIO, kind: str, content: object) -> None:
+    """Tell the evaluation something, in a line of JSON; `kind` is `begun`, `progress`, `result` or `refused`."""
+    channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
+    channel.flush()
 
 
-def work(order: JobOrder, channel: Channel) -> dict[str, Any]:
+def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
     """Run what was ordered: a trial's files, an agent, a seed; the result goes to `Result.of`."""
     agent = find_agent(order.agent)()
     with sources_collected() as sources:
@@ -120,7 +112,7 @@ def work(order: JobOrder, channel: Channel) -> dict[str, Any]:
         now = time.monotonic()
         if now - shown >= _TELL:
             shown = now
-            channel.tell("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+            tell(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 
     log = make_log(order)
     result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
@@ -180,23 +172,23 @@ def main() -> NoReturn:
     faulthandler.enable()
     if order.memory:
         limit_memory(order.memory)
-    channel.tell("begun", os.getpid())
+    tell(channel, "begun", os.getpid())
     # a watch of C's own: it ends a program that hangs inside a library too, and the log says where
     faulthandler.dump_traceback_later(order.wall, exit=True)
     try:
         if order.files:
-            channel.tell("result", work(order, channel))
+            tell(channel, "result", work(order, channel))
         else:
             find_agent(order.agent)()
-            channel.tell("result", {})
+            tell(channel, "result", {})
     except AgentError as error:
-        channel.tell("refused", str(error))
+        tell(channel, "refused", str(error))
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)  # threads that the agent has left behind are not waited for
 
 
-def _take_over_standard_streams() -> tuple[BinaryIO, Channel]:
+def _take_over_standard_streams() -> tuple[BinaryIO, TextIO]:
     """Keep stdin and stdout for this module; others read nothing and write to stderr."""
     lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -204,7 +196,7 @@ def _take_over_standard_streams() -> tuple[BinaryIO, Channel]:
     os.dup2(empty, 0)
     os.close(empty)
     os.dup2(2, 1)
-    return lifeline, Channel(channel)
+    return lifeline, channel
 
 
 def _end_with(lifeline: BinaryIO) -> None:

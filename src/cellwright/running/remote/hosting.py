@@ -1,7 +1,5 @@
 """Host of a run whose agent works in a process of its own, and that process."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import logging
@@ -10,8 +8,8 @@ import stat
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Mapping
+from io import TextIOWrapper
 from pathlib import Path
 from typing import IO
 
@@ -23,14 +21,10 @@ from cellwright.running.remote.program import REFUSED, AgentExit, Parting
 from cellwright.running.run import Outcome, Program, Session, how_it_ended, wait_for_kits
 from cellwright.util.errors import RunEndedError, UsageError, showable
 from cellwright.util.files import open_to_read
+from cellwright.util.process import ChildProcess
 from cellwright.viewer.services import names
 
 _GUARD = Path(link.__file__).with_name("guard.py")
-
-if sys.platform == "win32":
-    _APART = subprocess.CREATE_NEW_PROCESS_GROUP
-else:
-    _APART = 0
 
 _LEAVING = 2.0
 """So long [s] a process that is over may take to end by itself, and again when it is told to."""
@@ -39,13 +33,10 @@ _LONGEST_REPORT = 1 << 20
 """Bytes of a report that are read; the agent may have written it."""
 
 
-class AgentProcess:
+class AgentProcess(ChildProcess):
     """Runs an agent in a process of its own, which ends when this one does, or its connection to the cell.
 
     Args:
-        agent: the agent's name.
-        address: host and port of the cell.
-        node: the agent's node name.
         way: how it comes to the cell, `socket` or `ros1`.
         level: what the agent logs from this level on is passed on.
         say: takes each line that the process prints; called from another thread.
@@ -65,52 +56,32 @@ class AgentProcess:
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
         self._was_ended = False
-        self._said: AgentExit | None = None
-        self._refusal = ""
+        self._said: AgentExit | str = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.running.remote.program"]
         if sys.platform == "linux":  # elsewhere it ends with its connection
             command = [sys.executable, "-I", "-S", str(_GUARD), self._folder.name, *command]
-        # a session of its own: Ctrl-C is for the parent, which ends the run in good order
-        self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
-            [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
-            stdin=subprocess.PIPE,  # its end ends all
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            encoding="utf-8",
-            errors="replace",
-            env={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
-            start_new_session=os.name == "posix",
-            creationflags=_APART,
-        )
-        self._reader = threading.Thread(target=_pass_on, args=(self._process.stdout, say), daemon=True)
-        self._reader.start()
 
-    @property
-    def is_running(self) -> bool:
-        """Whether the process is still there."""
-        return self._process.poll() is None
+        def pass_on(output: IO[bytes]) -> None:
+            with TextIOWrapper(output, encoding="utf-8", errors="replace") as lines:
+                for line in lines:
+                    say(line.rstrip("\n"))
+
+        super().__init__(
+            [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
+            environment={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
+            stderr=subprocess.STDOUT,
+            read=pass_on,
+        )
 
     def end(self, patience: float = _LEAVING) -> None:
         """Wait for the process, so long [s]; end it if need be."""
-        process = self._process
-        try:
-            process.wait(patience)
-        except subprocess.TimeoutExpired:
+        if not self._ends_within(patience):
             self._was_ended = True
-            process.terminate()
-            try:
-                process.wait(_LEAVING)
-            except subprocess.TimeoutExpired:
-                self._kill()
-        self._reader.join(_LEAVING)
-        report = read_report(self._report)
-        if isinstance(report, AgentExit):
-            self._said = report
-        elif report:
-            self._refusal = report
-        if process.stdin is not None:
-            process.stdin.close()
+            self._process.terminate()
+            self._ends_within(_LEAVING)
+        super().end(_LEAVING)  # where there is a guard, it kills whatever the agent has started as well
+        self._said = read_report(self._report)
         self._folder.cleanup()
 
     def worked(self, *, was_there: bool) -> AgentExit:
@@ -122,31 +93,17 @@ class AgentProcess:
         Raises:
             AgentError: there is no such agent, or it could not be made.
         """
-        if self._refusal and not was_there:
-            raise AgentError(self._refusal)
-        if self._said is not None:
+        if isinstance(self._said, AgentExit):
             return self._said
+        if self._said and not was_there:
+            raise AgentError(self._said)
         if self._was_ended:  # it did not take note that its run is over
             return AgentExit(Parting.RUN_ENDED)
         return AgentExit(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
 
-    def _kill(self) -> None:
-        process = self._process
-        if process.stdin is not None:  # where there is a guard, it kills whatever the agent has started as well
-            process.stdin.close()
-        try:
-            process.wait(_LEAVING)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
 
 def read_report(path: Path) -> AgentExit | str:
-    """Read what an agent's process says of how it ended. The agent may have written it: nonsense is left out.
-
-    Returns:
-        How the agent left its cell, or why it could not be made; empty where the file says neither.
-    """
+    """How the agent left its cell, or why it could not be made; empty for nonsense, which it may have written."""
     with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return ""
@@ -156,14 +113,6 @@ def read_report(path: Path) -> AgentExit | str:
                 return showable(error) or "the agent could not be made"
             return AgentExit(Parting(str(said.get("parting"))), showable(error))
     return ""
-
-
-def _pass_on(lines: IO[str] | None, say: Callable[[str], None]) -> None:
-    """Pass on lines as they come."""
-    if lines is not None:
-        with lines:
-            for line in lines:
-                say(line.rstrip("\n"))
 
 
 NODE = "/agent"

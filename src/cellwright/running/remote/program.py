@@ -4,8 +4,6 @@ It connects, over a socket to HOST and PORT or to the cell that ROS 1 knows; let
 REPORT how that ended, as JSON. What the agent logs at LEVEL or above is printed with the simulation time.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import sys
@@ -47,13 +45,7 @@ class AgentExit:
 def run_agent(
     agent: Agent, transport: Transport, afterwards: Callable[[Client], None] = lambda _client: None
 ) -> AgentExit:
-    """Let an agent work a cell; nothing that it raises comes out.
-
-    Args:
-        agent: what works.
-        transport: its way to the cell; closed in the end.
-        afterwards: what is still to be done once the agent has returned.
-    """
+    """Let an agent work a cell, and close its way there; nothing that it raises comes out."""
     parting, error = Parting.RETURNED, ""
     try:
         client = Client(transport)
@@ -80,7 +72,11 @@ def main(arguments: Sequence[str]) -> None:
     way, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()
-        transport = _over_ros1(node) if way == "ros1" else SocketTransport((host, int(port)), node=node)
+        if way == "ros1":
+            found = installation.find()
+            transport: SocketTransport = Ros1Transport(found.python, node=node, environment=found.environment)
+        else:
+            transport = SocketTransport((host, int(port)), node=node)
     except RunEndedError:  # it was a short one
         said = {"parting": Parting.RUN_ENDED, "error": ""}
     except CellwrightError as error:
@@ -94,11 +90,6 @@ def main(arguments: Sequence[str]) -> None:
     sys.stdout.flush()
     Path(report).write_text(json.dumps(said), encoding="utf-8")
     end_despite_threads(before, 0)
-
-
-def _over_ros1(node: str) -> Ros1Transport:
-    found = installation.find()
-    return Ros1Transport(found.python, node=node, environment=found.environment)
 
 
 class _LogLines(logging.Handler):

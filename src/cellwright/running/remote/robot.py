@@ -4,8 +4,6 @@ It reads its order from stdin, a JSON object: `urdf`, a path; `configs`, the rob
 `sliders`; `parent`, the process that it belongs to. It prints one line, JSON too: `host` and `port`, or `error`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -43,19 +41,14 @@ def main() -> int:
         return 1
     RobotServices(node).offer(server)
     if order["window"]:
-        _open_window(node, server, sliders=bool(order["sliders"]))
+        try:
+            Window(node.world.model, server.address, sliders=bool(order["sliders"]))
+        except WindowError as error:  # the robot moves all the same
+            _report(str(error))
     host, port = server.address
     _say({"host": host, "port": port})
     _run(node, server, int(order["parent"]))
     return 0
-
-
-def _open_window(node: RobotNode, server: Server, *, sliders: bool) -> None:
-    """Open a window; without one the robot moves all the same."""
-    try:
-        Window(node.world.model, server.address, sliders=sliders)
-    except WindowError as error:
-        _report(str(error))
 
 
 def _run(node: RobotNode, server: Server, parent: int) -> None:

@@ -2,10 +2,17 @@
 
 from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
 from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended, versions
-from cellwright.running.run.run import run_cell, run_trial
-from cellwright.running.run.session import Session
-from cellwright.running.run.targets import CellTarget, DescriptionWarning, Target, load_robot, load_trial
-from cellwright.running.run.work import DRIVE, Program, agent_traceback, call_agent, wait_for_kits, work_in_process
+from cellwright.running.run.session import (
+    DRIVE,
+    Program,
+    Session,
+    agent_traceback,
+    call_agent,
+    run_cell,
+    run_trial,
+    wait_for_kits,
+)
+from cellwright.running.run.targets import CellTarget, DescriptionWarning, load_robot, load_trial
 
 __all__ = [
     "DRIVE",
@@ -21,7 +28,6 @@ __all__ = [
     "ServerOptions",
     "Session",
     "SessionResult",
-    "Target",
     "agent_traceback",
     "call_agent",
     "how_it_ended",
@@ -31,5 +37,4 @@ __all__ = [
     "run_trial",
     "versions",
     "wait_for_kits",
-    "work_in_process",
 ]

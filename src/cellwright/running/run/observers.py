@@ -3,8 +3,6 @@
 What they need is loaded when they are asked for, so that a plain run loads none of it.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -13,23 +11,19 @@ from enum import StrEnum
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cellwright.cell.cell import Cell
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import Progress, render, save_png
+from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
 from cellwright.running.run.options import RecordOptions
-from cellwright.running.run.targets import CellTarget, at, cell_result, outcome_word
+from cellwright.running.run.targets import CellTarget, SessionState, at, cell_result, outcome_word
 from cellwright.util.errors import RenderingError, UsageError
-
-if TYPE_CHECKING:
-    from cellwright.running.run.session import Session
 
 
 @contextmanager
-def keep_log(session: Session) -> Iterator[None]:
+def keep_log(session: SessionState) -> Iterator[None]:
     """Write what happens in a run of a cell to the session's log, as it happens."""
     from cellwright.recording.format.run_log import RunLog
 
@@ -48,13 +42,14 @@ def keep_log(session: Session) -> Iterator[None]:
             names = ("competition_state", "state_hash", "error", "simulated", "wall", "steps")
             facts = {name: getattr(result, name) for name in names}
             log.end(outcome_word(result), result.evidence, cell.simulation.now, facts)
+            log.lines.close()
             result.is_complete = result.is_complete and log.lines.is_whole
     finally:
         session.on_reset.remove(log.reset)
 
 
 @contextmanager
-def record_run(session: Session, record: RecordOptions) -> Iterator[None]:
+def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
     """Record a run until it is over, or broken off.
 
     Raises:
@@ -94,7 +89,7 @@ def record_run(session: Session, record: RecordOptions) -> Iterator[None]:
 
 
 @contextmanager
-def take_video(session: Session, options: VideoOptions) -> Iterator[None]:
+def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
     """Take a video of a run; time waits for it, unless it keeps to the wall clock.
 
     Raises:
@@ -126,10 +121,8 @@ class Pictures:
     """Pictures of a cell: an observer that takes them at their times, and knows which were taken.
 
     Args:
-        camera: where they are taken from.
         wanted: simulation times [s] and files.
         say: takes a line about a picture that could not be written or was never taken.
-        quality: how they are drawn.
     """
 
     def __init__(
@@ -149,7 +142,7 @@ class Pictures:
         """The files that were asked for and not written."""
 
     @contextmanager
-    def __call__(self, session: Session) -> Iterator[None]:
+    def __call__(self, session: SessionState) -> Iterator[None]:
         """Take the pictures of one run."""
         cell = session.node
         self.written, self.missed = [], []
@@ -189,7 +182,7 @@ def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
     taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
     frame = taker.frame(cell.simulation.data, cell.simulation.now)
     with RenderWorker(taker.scene) as worker:
-        picture = worker.colour(frame, camera, WIDTH, HEIGHT, samples=4).result()
+        picture = worker.colour(frame, PictureRequest(camera, WIDTH, HEIGHT, samples=4)).result()
     save_png(file, picture)
 
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cellwright.engine.loop import Loop
 from cellwright.middleware.ros1.host.ros1 import Identity
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
-from cellwright.running.run.targets import Target
+from cellwright.running.run.targets import SessionState, Target
 from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
     from contextlib import ExitStack
-
-    from cellwright.running.run.session import Session
 
 
 class PlaybackTarget(Target):
@@ -44,7 +43,7 @@ class PlaybackTarget(Target):
         self._recording, self._first, self._last, self._at_end = recording, first, last, at_end
         self._opened: Recording | None = None
 
-    def open(self, session: Session) -> None:
+    def open(self, session: SessionState) -> None:
         """Open the recording; it stands at its begin.
 
         Raises:
@@ -65,7 +64,7 @@ class PlaybackTarget(Target):
         if self._opened is not None:
             self._opened.close()
 
-    def begin(self, session: Session, _run: ExitStack) -> None:
+    def begin(self, session: SessionState, _run: ExitStack) -> None:
         """Play up to the last moment that is asked for."""
         session.stop.limit(self.playing.last, "time is over")
 
@@ -73,15 +72,11 @@ class PlaybackTarget(Target):
         """Go to where it begins."""
         self.playing.begin_anew()
 
-    def loop(self, session: Session) -> tuple[str, str]:
+    def pass_time(self, loop: Loop) -> None:
         """Play until it is over, or on request."""
-        try:
-            self.playing.run(session.loop)
-        except KeyboardInterrupt:
-            return "stopped", ""
-        return "stopped" if session.stop.is_requested else "until", ""
+        self.playing.run(loop)
 
-    def offer(self, session: Session) -> None:
+    def offer(self, session: SessionState) -> None:
         """Offer a server's services for pages and their like."""
         assert session.server is not None
         RecordingServices(self.playing).offer(session.server)

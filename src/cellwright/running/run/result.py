@@ -1,7 +1,5 @@
 """Result of a run: its outcome, its score, and what links of the arm hit."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -20,6 +18,7 @@ from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.engine.loop import Pace
+from cellwright.viewer.services.names import MIN_DEVIATION
 
 PERIOD = Fraction(1, 20)
 """Simulation time [s] between two looks at the contacts."""
@@ -29,9 +28,6 @@ MIN_DURATION = 0.2
 
 GAP = 0.5
 """A contact that comes again within this time [s] is the same collision: an arm that is held up rattles."""
-
-MIN_DEVIATION = 0.02
-"""A tool farther from its setpoint than this [m] is held up."""
 
 MAX_SHOWN = 20
 """A panel shows this many collisions, the newest ones."""
@@ -76,7 +72,6 @@ class CollisionWatch:
     """Watches the contacts of a cell's arm. The run stays as it is.
 
     Args:
-        cell: the cell, with an arm.
         on_collision: called with each collision that is over.
     """
 

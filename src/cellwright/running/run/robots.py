@@ -21,7 +21,7 @@ from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robo
 from cellwright.robot.services import RobotServices
 from cellwright.running.run.options import RecordOptions, reachable_address
 from cellwright.running.run.result import SessionResult
-from cellwright.running.run.targets import Target, common_facts, source_facts
+from cellwright.running.run.targets import SessionState, Target, common_facts, source_facts
 from cellwright.util.errors import DescriptionError
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.window import Window
@@ -29,7 +29,6 @@ from cellwright.viewer.window import Window
 if TYPE_CHECKING:
     from cellwright.rendering.picture import Progress
     from cellwright.rendering.video_options import VideoOptions
-    from cellwright.running.run.session import Session
     from cellwright.viewer.filming import Filming
 
 _RESET = "/io_teleop_reset_robot"
@@ -39,8 +38,6 @@ class RobotTarget(Target):
     """A robot's node.
 
     Args:
-        make: makes it.
-        node: its name in ROS.
         sim_time: whether messages carry simulation time.
 
     Raises:
@@ -67,12 +64,12 @@ class RobotTarget(Target):
 
         return cls(make, sim_time=not is_real_time)
 
-    def open(self, session: Session) -> None:
+    def open(self, session: SessionState) -> None:
         """Make the node."""
         super().open(session)
         self._panel = RobotPanel(self.node)
         self.can_stand = not self.node.made_with["driver"]
-        self.stamp = lambda: self.node.arrived
+        self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
         """The robot's configuration."""
@@ -90,7 +87,7 @@ class RobotTarget(Target):
         """Bring the robot home."""
         self.node.bus.call(_RESET, TriggerRequest(), node="/page")
 
-    def end(self, _session: Session, _result: SessionResult) -> None:
+    def end(self, _session: SessionState, _result: SessionResult) -> None:
         """The run is over: a real robot is let go of at once."""
         if self.node.made_with["driver"]:
             self.node.close()
@@ -116,7 +113,7 @@ class RobotTarget(Target):
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
         """A video of the robot, which is seen whole as it stands now, with the time in its corner."""
-        from cellwright.viewer.filming import Filming, still
+        from cellwright.viewer.filming import Filming
 
         node = self.node
         model, data = node.simulation.model, node.simulation.data
@@ -125,14 +122,14 @@ class RobotTarget(Target):
         return Filming(
             node,
             options,
-            camera=still(camera),
+            camera=camera,
             caption=lambda: f"{node.simulation.time:.1f} s",
             waits=waits,
             warn=report,
             lamp=robot_lamp(camera),
         )
 
-    def header(self, _session: Session, record: RecordOptions) -> RecordingHeader:
+    def header(self, _session: SessionState, record: RecordOptions) -> RecordingHeader:
         """What the node was made with."""
         facts = {**common_facts(record), **self.node.made_with, **source_facts(record)}
         return RecordingHeader("robot", self.node.name, facts)
@@ -143,7 +140,6 @@ class RobotWindow:
     """MuJoCo's window on a robot: an observer that has it open while a session runs.
 
     Attributes:
-        is_shown: whether there is a window.
         sliders: with a slider for each joint in it.
         snapshot: file for a picture of how the robot stands at the end.
     """
@@ -153,7 +149,7 @@ class RobotWindow:
     snapshot: Path | None = None
 
     @contextmanager
-    def __call__(self, session: Session) -> Iterator[None]:
+    def __call__(self, session: SessionState) -> Iterator[None]:
         """Have the window open.
 
         Raises:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import locale
+import os
+import signal
+import sys
 import time
+import traceback
 import warnings
 import webbrowser
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, suppress
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Self, cast
+
+import numpy as np
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, find_agent, maker_of
@@ -19,26 +28,33 @@ from cellwright.clients.client.session import NodeClient
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import bundled as bundled_robots
 from cellwright.config.robot.robots import find_robot, is_robot_file
+from cellwright.config.trial import gear2017
 from cellwright.config.trial.catalogue import bundled as bundled_trials
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
-from cellwright.engine.clock import nanoseconds
-from cellwright.engine.events import NEVER
+from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.engine.loop import Loop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import SessionResult
-from cellwright.running.run.targets import CellTarget, Target, load_robot, load_trial
-from cellwright.running.run.work import Program, work_in_process
-from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended
+from cellwright.running.run.targets import (
+    CellTarget,
+    SessionState,
+    Target,
+    cell_result,
+    load_robot,
+    load_trial,
+    warn_of,
+)
+from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UsageError, showable
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
-    from cellwright.middleware.server import Server
     from cellwright.robot.node import RobotNode
     from cellwright.viewer.web.start import WebPage
+
 
 _NAP = 0.1  # [s]
 _LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
@@ -52,7 +68,15 @@ def _warn_of_name(old: str, new: str) -> None:
     warnings.warn(f"cellwright.{old} is cellwright.{new} now", DeprecationWarning, stacklevel=3)
 
 
-class Session:
+class Program(ABC):
+    """What works a session in place of an agent in this process, such as an agent in a process of its own."""
+
+    @abstractmethod
+    def work(self, session: Session) -> tuple[Outcome, str]:
+        """Let time pass until the run is over; how it ended, and what went wrong."""
+
+
+class Session(SessionState):
     """Runs a cell, a robot's node or a recording, and serves, shows, records, films and logs it.
 
     What it holds is open within a `with` block. A run of a cell begins at time 0, and there may be several.
@@ -141,18 +165,9 @@ class Session:
         self.log = None if log is None else Path(log)
         self.on_poll: list[Callable[[], object]] = []
         """Called about ten times a wall second while a run is paced or served."""
-        self.on_reset: list[Callable[[int], object]] = []
-        """Called with the time [ns] that it was when a run has begun again under way."""
-        self.hindrance = ""
-        """Why a run may not begin again, besides what its target says."""
-        self.begins_again = False
-        """Whether somebody has had the run begin again, which is to be run once more."""
-        self.node: Any = None
-        self.server: Server | None = None
+        self.on_reset = []
         self.page: WebPage | None = None
         self.ros: Ros1 | None = None
-        self.result: SessionResult | None = None
-        self.number = 0
         self._is_over = False
         self._run: ExitStack | None = None
         self._opened = ExitStack()
@@ -351,17 +366,6 @@ class Session:
         self.target.end(self, result)
         return result
 
-    def measured(self) -> dict[str, Any]:
-        """What every result says of the run so far, as a `SessionResult` takes it."""
-        simulation = self.node.simulation
-        return {
-            "simulated": simulation.time - self._first_tick * float(simulation.clock.timestep),
-            "wall": time.perf_counter() - self._begun,
-            "steps": simulation.clock.tick - self._first_tick,
-            "state_hash": simulation.state_hash(),
-            "pace": self.loop.pace,
-        }
-
     def result_by_now(self) -> SessionResult:
         """What has come of the run so far."""
         return self.target.result(self, self.target.outcome_by_now(), "")
@@ -381,14 +385,10 @@ class Session:
             for listener in self.on_reset:
                 listener(before)
 
-    def numbered(self, file: Path) -> Path:
-        """The file of this name for the newest run: run.mp4, run_2.mp4."""
-        return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
-
     def wait(self) -> bool:
         """Keep the page until it is closed, on request or until Ctrl-C; whether the run is to begin again instead."""
         try:
-            while self.page is not None and self.page.is_open and not (self.begins_again or self.stop.is_requested):
+            while self.page is not None and self.page.is_running and not (self.begins_again or self.stop.is_requested):
                 assert self.server is not None
                 self.server.wait(_NAP, until_asked=False)
         except KeyboardInterrupt:
@@ -399,14 +399,7 @@ class Session:
 def open_page(
     address: tuple[str, int], options: PageOptions, title: str, say: Callable[[str], None], *, key: str = ""
 ) -> WebPage:
-    """Open a page on what is served at an address.
-
-    Args:
-        address: host and port.
-        options: where the page is.
-        title: what stands above it.
-        say: takes a line with the page's address.
-        key: of the server there, where it tells things to its own page alone.
+    """Open a page on what is served at an address; a server tells some things to the page with its key alone.
 
     Raises:
         UsageError: there can be none.
@@ -472,3 +465,163 @@ def is_robot(word: str | Path) -> bool:
     with suppress(CellwrightError, OSError, ValueError):  # what it lacks is said when it is loaded
         return Path(word).is_dir() or is_robot_file(find_robot(word))
     return False
+
+
+def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
+    """Run a cell from the start until it is over; without an agent, until the time asked for.
+
+    Raises:
+        UsageError: neither an agent nor a time to stop at.
+        UnknownNameError: a topic to listen to that does not exist.
+        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+    """
+    with Session(cell, options=options) as session:
+        return cell_result(session.run(agent))
+
+
+def run_trial(
+    trial: Trial | str | Path,
+    agent: Agent | type[Agent] | str | None = "kitter",
+    *,
+    seed: int | None = None,
+    record: str | Path | None = None,
+    options: RunOptions | None = None,
+) -> RunResult:
+    """Run a trial headless, as fast as it goes, until it is over.
+
+    Args:
+        trial: the trial, its name, or the path of its file.
+        agent: who works the cell: an object with a method `run(client)` or its class, the name of an agent that comes
+            along, `"path.py:Class"`, or None for nobody; `options` then say until when.
+        seed: root of all chance; None takes the trial's own.
+        record: a file to record the run to, such as `run.mcap`. Of a trial that is named here it holds the files as
+            well, and can be run again from that alone.
+        options: what the run may be told besides.
+
+    Raises:
+        UnknownNameError: there is no such trial.
+        DescriptionError: the trial's file cannot be used.
+        AgentError: there is no such agent, or it cannot be made. What it raises at work is in the result.
+        UsageError: neither an agent nor a time to stop at.
+    """
+    path = None if isinstance(trial, Trial) else find_trial(trial)
+    lines: list[object] = []
+
+    def make() -> Cell:
+        if isinstance(trial, Trial):
+            return Cell(trial, seed=seed)
+        loaded = gear2017.load_trial([find_trial(trial)])
+        lines.extend(loaded.warnings)
+        return Cell(loaded.trial, seed=seed)
+
+    recorded = None if record is None else RecordOptions([Path(record)], {"agent": _name_of(agent)}, report=_warn)
+    target = CellTarget(make, lambda: [] if path is None else [path])
+    with Session(target, record=recorded, options=options) as session:
+        warn_of(lines, 3)
+        return cell_result(session.run(agent))
+
+
+def _name_of(agent: Agent | type[Agent] | str | None) -> str:
+    """An agent as a recording names it."""
+    if agent is None or isinstance(agent, str):
+        return agent or "none"
+    return agent.__qualname__ if isinstance(agent, type) else type(agent).__qualname__
+
+
+_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGUSR1") if hasattr(signal, name)
+)
+
+
+@contextmanager
+def restored_environment() -> Iterator[None]:
+    """Put back the working folder, what numpy does about errors, signal handlers, locale, streams and other switches.
+
+    What cannot be put back is left: a folder that is gone, a handler that was not set in Python.
+    """
+    folder, errors, language = _folder(), np.geterr(), locale.setlocale(locale.LC_ALL)
+    streams, depth = (sys.stdin, sys.stdout, sys.stderr), sys.getrecursionlimit()
+    # only the main thread may set handlers; a program in another one has not changed any either
+    handlers = {each: signal.getsignal(each) for each in _SIGNALS} if current_thread() is main_thread() else {}
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            if folder and folder != _folder():
+                os.chdir(folder)
+        np.seterr(**errors)
+        with suppress(locale.Error):
+            locale.setlocale(locale.LC_ALL, language)
+        sys.stdin, sys.stdout, sys.stderr = streams
+        with suppress(RecursionError):
+            sys.setrecursionlimit(depth)
+        for number, handler in handlers.items():
+            if handler is not None and signal.getsignal(number) is not handler:
+                signal.signal(number, handler)
+
+
+def _folder() -> str:
+    """The working folder; empty if it is gone."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+DRIVE = 30.0
+"""Simulation time [s] for which a kit that is on its way is waited for after the agent has returned."""
+
+
+def wait_for_kits(cell: Cell, client: Client) -> None:
+    """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
+    competition, agvs = cell.competition, tuple(cell.agvs.values())
+
+    def nothing_to_come() -> bool:
+        return competition.state == "done" or all(agv.state != "preparing_to_deliver" for agv in agvs)
+
+    client.wait_until(nothing_to_come, DRIVE)
+    client.wait_until(lambda: competition.state == "done", 0.1)
+
+
+_LONGEST = 20_000  # characters of what is told of an error
+
+
+def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:
+    """Let an agent work a run in this process. How it ended, and what went wrong."""
+    client = Client(transport)
+    try:
+        with restored_environment():
+            call_agent(agent, client)
+        wait_for_kits(cell, client)
+    except RunEndedError:
+        pass  # the ordinary end of a program that works until it is stopped
+    except KeyboardInterrupt:
+        return Outcome.INTERRUPTED, ""
+    except SimulationError as error:
+        return Outcome.UNSTABLE, f"{error}\n"
+    except BaseException as raised:  # whatever somebody's program raises is reported, and the run still has its score
+        return Outcome.CRASHED, agent_traceback(raised)
+    finally:
+        client.close()
+    stopped = cell.simulation.now >= transport.stop.deadline
+    return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+
+
+def call_agent(agent: Agent, client: Client) -> None:
+    """Let an agent work. A program may end itself, and says with its status whether it came to its end."""
+    try:
+        agent.run(client)
+    except SystemExit as stop:
+        if stop.code not in (None, 0):
+            raise
+
+
+def agent_traceback(error: BaseException, *files: str) -> str:
+    """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
+    if isinstance(error, SystemExit):
+        code = error.code if isinstance(error.code, int | str) else type(error.code)
+        return showable(f"the agent exited with {code!r}", _LONGEST) + "\n"
+    inner = error.__traceback__
+    while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
+        inner = inner.tb_next
+    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _LONGEST)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -23,6 +24,8 @@ from cellwright.config.trial import gear2017
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import nanoseconds
+from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.rate_control import RateControl
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.run_log import RunEvents
 from cellwright.rendering.camera import VIEWS
@@ -41,10 +44,10 @@ from cellwright.viewer.services.cell_panel import IN_COMPETITION, OVER, CellPane
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host.ros1 import Identity
+    from cellwright.middleware.server import Server
     from cellwright.recording.format.format import RecordingHeader
     from cellwright.recording.format.recorder import Recorder
     from cellwright.rendering.video_options import VideoOptions
-    from cellwright.running.run.session import Session
     from cellwright.viewer.filming import Filming
     from cellwright.viewer.services.control import Control
 
@@ -92,6 +95,53 @@ def warn_of(lines: Iterable[object], level: int) -> None:
         warnings.warn(str(line), DescriptionWarning, stacklevel=level)
 
 
+class SessionState:
+    """What a session's target and its observers know of it; `Session` says what each attribute is."""
+
+    target: Target
+    options: RunOptions
+    rate: RateControl
+    stop: StopCondition
+    loop: Loop
+    lockstep: bool
+    about: dict[str, Any]
+    record: RecordOptions | None
+    video: VideoOptions | None
+    log: Path | None
+    report: Callable[[str], None]
+    on_reset: list[Callable[[int], object]]
+    """Called with the time [ns] that it was when a run has begun again under way."""
+    node: Any = None
+    server: Server | None = None
+    result: SessionResult | None = None
+    number = 0
+    hindrance = ""
+    """Why a run may not begin again, besides what its target says."""
+    begins_again = False
+    """Whether somebody has had the run begin again, which is to be run once more."""
+    _first_tick = 0
+    _begun = 0.0  # [s] of `time.perf_counter`
+
+    def reset(self) -> None:
+        """Have the run begin again at its start, while clients stay; with an agent in this process it is run again."""
+        raise NotImplementedError
+
+    def measured(self) -> dict[str, Any]:
+        """What every result says of the run so far, as a `SessionResult` takes it."""
+        simulation = self.node.simulation
+        return {
+            "simulated": simulation.time - self._first_tick * float(simulation.clock.timestep),
+            "wall": time.perf_counter() - self._begun,
+            "steps": simulation.clock.tick - self._first_tick,
+            "state_hash": simulation.state_hash(),
+            "pace": self.loop.pace,
+        }
+
+    def numbered(self, file: Path) -> Path:
+        """The file of this name for the newest run: run.mp4, run_2.mp4."""
+        return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
+
+
 class Target:
     """What a session runs: a node whose time passes, and what is particular about its kind.
 
@@ -118,7 +168,7 @@ class Target:
         self.control: Control | None = None
         """How time passes, for those who look on; None where nobody can."""
 
-    def open(self, session: Session) -> None:
+    def open(self, session: SessionState) -> None:
         """Make the node; where it is to be recorded, the files that are read for it are kept."""
         record = session.record
         if record is None or record.sources is not None:
@@ -135,23 +185,27 @@ class Target:
     def close(self) -> None:
         """Let go of the node."""
 
-    def begin(self, session: Session, run: ExitStack) -> None:
+    def begin(self, session: SessionState, run: ExitStack) -> None:
         """Begin a run; `run` puts back what is to be put back."""
 
     def reset(self) -> None:
         """Begin again at the start, while clients stay."""
 
-    def loop(self, session: Session) -> tuple[str, str]:
+    def loop(self, session: SessionState) -> tuple[str, str]:
         """Let time pass until the run stops; how it ended, and what went wrong."""
         try:
-            session.loop.run()
+            self.pass_time(session.loop)
         except SimulationError as error:
             return "unstable", str(error)
         except KeyboardInterrupt:
             return "stopped", ""
         return "stopped" if session.stop.is_requested else "until", ""
 
-    def result(self, session: Session, outcome: str, error: str) -> SessionResult:
+    def pass_time(self, loop: Loop) -> None:
+        """Let time pass until the loop stops."""
+        loop.run()
+
+    def result(self, session: SessionState, outcome: str, error: str) -> SessionResult:
         """What has come of the run by now."""
         return SessionResult(outcome=outcome, error=error, **session.measured())
 
@@ -163,7 +217,7 @@ class Target:
         """What there is to say of it when it is ready."""
         return ""
 
-    def end(self, session: Session, result: SessionResult) -> None:
+    def end(self, session: SessionState, result: SessionResult) -> None:
         """The run is over, and its clients are still there."""
 
     def hindrance(self) -> str:
@@ -178,7 +232,7 @@ class Target:
         """What a panel shows, as JSON values."""
         raise NotImplementedError
 
-    def offer(self, session: Session) -> None:
+    def offer(self, session: SessionState) -> None:
         """Offer a server's services for pages and their like."""
         from cellwright.viewer.services.control import Control, Reset
         from cellwright.viewer.services.scene import offer_viewer_services
@@ -204,7 +258,7 @@ class Target:
         """
         raise NotImplementedError
 
-    def header(self, session: Session, record: RecordOptions) -> RecordingHeader:
+    def header(self, session: SessionState, record: RecordOptions) -> RecordingHeader:
         """What a recording says of itself."""
         raise NotImplementedError
 
@@ -216,7 +270,7 @@ class Target:
     """What else tells when a command came."""
 
     def recorded_events(
-        self, _session: Session, _recorder: Recorder, _record: RecordOptions
+        self, _session: SessionState, _recorder: Recorder, _record: RecordOptions
     ) -> AbstractContextManager[None]:
         """Record what happens besides."""
         return nullcontext()
@@ -243,7 +297,6 @@ class CellTarget(Target):
     """A cell, run from the start.
 
     Args:
-        make: makes the cell.
         files: gives the files of its trial, as they were named.
         about: what a panel says of the run besides, such as the agent's name.
     """
@@ -270,7 +323,7 @@ class CellTarget(Target):
         """Why it may not begin again: a competition goes on."""
         return IN_COMPETITION if self.node.in_competition else ""
 
-    def begin(self, session: Session, run: ExitStack) -> None:
+    def begin(self, session: SessionState, run: ExitStack) -> None:
         """Begin a run at time 0, or at a checkpoint.
 
         Raises:
@@ -305,7 +358,7 @@ class CellTarget(Target):
         for keep in self.on_collision:
             keep(found)
 
-    def _watch_for_the_end(self, session: Session, run: ExitStack) -> None:
+    def _watch_for_the_end(self, session: SessionState, run: ExitStack) -> None:
         cell = self.node
 
         def end_soon() -> None:
@@ -330,7 +383,7 @@ class CellTarget(Target):
         """Begin again at time 0."""
         self.node.reset()
 
-    def loop(self, session: Session) -> tuple[str, str]:
+    def loop(self, session: SessionState) -> tuple[str, str]:
         """Let time pass until the run stops; how it ended, and what went wrong."""
         try:
             session.loop.run()
@@ -344,7 +397,7 @@ class CellTarget(Target):
         """How a run ends that is stopped now."""
         return how_it_ended(self.node, otherwise=Outcome.UNTIL)
 
-    def result(self, session: Session, outcome: str, error: str = "") -> RunResult:
+    def result(self, session: SessionState, outcome: str, error: str = "") -> RunResult:
         """What has come of the run by now."""
         cell = self.node
         return RunResult(
@@ -357,7 +410,7 @@ class CellTarget(Target):
             heard=dict(self._heard),
         )
 
-    def end(self, session: Session, found: SessionResult) -> None:
+    def end(self, session: SessionState, found: SessionResult) -> None:
         """The run is over: no more collisions; panels show the result."""
         result = cell_result(found)
         self.node.bus.refusals.flush()
@@ -388,7 +441,7 @@ class CellTarget(Target):
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
         """A video of the cell, with time, points and what the agent is about in its corner."""
-        from cellwright.viewer.filming import Filming, still  # it takes a moment to load
+        from cellwright.viewer.filming import Filming  # it takes a moment to load
 
         cell = self.node
 
@@ -397,7 +450,7 @@ class CellTarget(Target):
             words = (f"{cell.simulation.time:.1f} s", f"{points:g} {'point' if points == 1 else 'points'}")
             return "   ".join(word for word in (*words, cell.intention.text) if word)
 
-        camera = still(options.camera or VIEWS["overview"])
+        camera = options.camera or VIEWS["overview"]
         return Filming(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
 
     @contextmanager
@@ -416,7 +469,7 @@ class CellTarget(Target):
             subscribe(self.on_collision, lambda found: events.collision(asdict(found)), leaving)
             yield begin
 
-    def header(self, session: Session, record: RecordOptions) -> RecordingHeader:
+    def header(self, session: SessionState, record: RecordOptions) -> RecordingHeader:
         """What the run depends on besides what comes from outside."""
         from cellwright.recording.format.format import RecordingHeader
 
@@ -440,7 +493,7 @@ class CellTarget(Target):
         return panel | {"about": {**panel["about"], **record.about}}
 
     @contextmanager
-    def recorded_events(self, session: Session, recorder: Recorder, record: RecordOptions) -> Iterator[None]:
+    def recorded_events(self, session: SessionState, recorder: Recorder, record: RecordOptions) -> Iterator[None]:
         """Record what the referee does, and collisions."""
         events = RunEvents(recorder.event, record.about)
         with self.events(events, {}) as begin:

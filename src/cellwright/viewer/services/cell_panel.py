@@ -5,8 +5,6 @@ have not come up, and which parts are faulty before the referee has said so. Wha
 so that the rest changes only when something has happened.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -56,12 +54,7 @@ _RESULT = ("outcome", "error", "simulated", "wall", "state_hash")
 
 
 class CellPanel:
-    """Tells what there is to be known of a cell.
-
-    Args:
-        cell: the cell.
-        about: what the caller knows of the run besides, such as the agent's name.
-    """
+    """Tells what there is to be known of a cell, and `about` it what the caller knows, such as the agent's name."""
 
     def __init__(self, cell: Cell, about: Mapping[str, Any] | None = None) -> None:
         self._cell = cell
@@ -74,11 +67,7 @@ class CellPanel:
         self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, TrialReach], dict[str, Any]]] = {}
 
     def end(self, result: Mapping[str, Any]) -> None:
-        """The run is over: show from now on what came of it, and how all stood at its end.
-
-        Args:
-            result: `outcome`, `error`, `simulated` and `wall` [s], `state_hash`; more is left out.
-        """
+        """The run is over: show from now on what came of it, as far as it is in `_RESULT`, and how all stood then."""
         self._result = {key: result[key] for key in _RESULT}
 
     def begin_anew(self) -> None:
@@ -89,7 +78,8 @@ class CellPanel:
         """The panel as JSON values; times in s."""
         cell = self._cell
         competition, score = cell.competition, cell.competition.score()
-        could = self._reach()
+        could, said = self._reach(), cell.intention
+        reason = OVER if self._result is not None else IN_COMPETITION if cell.in_competition else ""
         return {
             "kind": "cell",
             "name": cell.name,
@@ -107,19 +97,16 @@ class CellPanel:
             ],
             "belt": {
                 "power": cell.conveyor.power,
-                "population": None if cell.population is None else cell.population.enabled,
+                "population": None if cell.population is None else cell.population.running,
             },
-            "gripper": self._gripper(),
-            "intention": self._intention(),
+            "gripper": None
+            if cell.gripper is None
+            else {"enabled": cell.gripper.enabled, "attached": cell.gripper.attached, "part": cell.gripper.part},
+            "intention": {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None,
             "collisions": self.collisions(),
-            "refused": self._refused(),
+            "refused": {"belt": reason, "clear": reason} if reason else {},
             "result": self._result,
         }
-
-    def _refused(self) -> dict[str, str]:
-        """Why something may not be done, by what it is."""
-        reason = OVER if self._result is not None else IN_COMPETITION if self._cell.in_competition else ""
-        return {"belt": reason, "clear": reason} if reason else {}
 
     def _clock(self, score: GameScore) -> dict[str, Any]:
         simulation = self._cell.simulation
@@ -185,18 +172,14 @@ class CellPanel:
 
     def _tray(self, number: int, could: TrialReach) -> dict[str, Any]:
         """What a tray last reported, and what it would earn as each kit that is asked for, were it sent off now."""
-        contents = self._known(self._cell.competition.tray_objects(self._cell.trays[number]))
+        contents = self._cell.competition.tray_objects(self._cell.trays[number])
+        if hides_ground_truth(self._cell):  # nobody says beforehand which parts are faulty
+            contents = tuple(replace(each, is_faulty=False) for each in contents)
         return {
             "number": number,
             "parts": [{"name": each.name, "type": each.type, "faulty": each.is_faulty} for each in contents],
             "as_kits": [self._as_kit(number, kit, contents, could) for kit in self._kits_asked_for()],
         }
-
-    def _known(self, contents: TrayContents) -> TrayContents:
-        """Contents as one may know them: in a competition nobody says beforehand which parts are faulty."""
-        return (
-            tuple(replace(each, is_faulty=False) for each in contents) if hides_ground_truth(self._cell) else contents
-        )
 
     def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
         known, found = self._as_kits.get((number, kit.kit_type), (None, {}))
@@ -216,13 +199,3 @@ class CellPanel:
             for kit in order.kits
             if not referee.scorer.is_submitted(kit.kit_type)
         ]
-
-    def _intention(self) -> dict[str, Any] | None:
-        said = self._cell.intention
-        return {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None
-
-    def _gripper(self) -> dict[str, Any] | None:
-        gripper = self._cell.gripper
-        if gripper is None:
-            return None
-        return {"enabled": gripper.enabled, "attached": gripper.attached, "part": gripper.part}

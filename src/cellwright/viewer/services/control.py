@@ -19,8 +19,6 @@ What a cell tells stands in `cell_panel`, what a robot tells in `robot_panel`; b
 `cellwright/control` answers with.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -30,12 +28,9 @@ from cellwright.middleware.server import Server
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import CONTROL, PANEL
 
-SLOWEST, FASTEST = 0.01, 1000.0
-"""Of the speeds that may be asked for, beside as fast as it goes [simulated s a wall s]."""
-MOST_TICKS = 100_000
-"""So many may be asked for at once."""
-FASTER_THAN_ANY = "max"
-"""Stands for as fast as it goes."""
+SLOWEST, FASTEST = 0.01, 1000.0  # [simulated s a wall s] that may be asked for
+MOST_TICKS = 100_000  # that may be asked for at once
+FASTER_THAN_ANY = "max"  # stands for as fast as it goes
 
 _OF_TIME = ("pause", "resume", "step", "speed")
 
@@ -45,12 +40,7 @@ Act: TypeAlias = Callable[[dict[str, Any]], object]
 
 @dataclass(frozen=True)
 class Reset:
-    """A way to begin anew.
-
-    Attributes:
-        act: does so.
-        hindrance: why it may not be done now; empty when it may.
-    """
+    """A way to begin anew, and why it may not be done now; empty when it may."""
 
     act: Callable[[], None]
     hindrance: Callable[[], str] = lambda: ""
@@ -63,7 +53,7 @@ class Control:
     """Lets guests say how time passes.
 
     Args:
-        tempo: how time passes, as who lets it pass obeys it.
+        tempo: how time passes.
         reset: how to begin anew.
         refused: why other actions are refused, by name: a real robot's time cannot stand.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
@@ -81,7 +71,6 @@ class Control:
     ) -> None:
         self.tempo = tempo
         self.resets = 0
-        """How often it was begun anew."""
         self.over = ""
         """Why no time passes any more, such as the end of the run; empty while time may pass."""
         self._reset = reset
@@ -105,12 +94,7 @@ class Control:
         }
 
     def control(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Do what is asked for.
-
-        Raises:
-            RejectedCommandError: it is not allowed here, or makes no sense.
-            UnknownNameError: there is no such action.
-        """
+        """Do what is asked for; RejectedCommandError and UnknownNameError say why not."""
         acts: dict[str, Act] = {
             "pause": lambda _: self.tempo.pause(),
             "resume": lambda _: self.tempo.resume(),

@@ -1,7 +1,5 @@
 """Names of the services for those who look on. Pages and other guests know them by these, and load nothing else."""
 
-from __future__ import annotations
-
 SCENE = "cellwright/scene"
 """What there is to be seen."""
 FRAME = "cellwright/frame"
@@ -13,6 +11,9 @@ CONTROL = "cellwright/control"
 
 FOR_ONLOOKERS = (SCENE, FRAME, PANEL, CONTROL)
 """All of them."""
+
+MIN_DEVIATION = 0.02
+"""A tool farther from its setpoint than this [m] is held up."""
 
 PAGE = "/page_"
 """What the names of pages as guests begin with."""

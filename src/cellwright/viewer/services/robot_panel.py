@@ -20,8 +20,6 @@
 A pose is [x, y, z, qw, qx, qy, qz], in m.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -36,7 +34,6 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType
 from cellwright.robot.grippers import gripper_ranges, hand_joints
-from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
 from cellwright.robot.publications import status_of
 from cellwright.robot.servos import FARTHEST, Array
@@ -73,9 +70,7 @@ def side_name(place: int, count: int) -> str:
 def joint_groups(config: RobotConfig, numbers: Mapping[str, int]) -> tuple[JointGroup, ...]:
     """The groups of a robot; each joint is in one, and a group that would be empty is left out.
 
-    Args:
-        config: the robot.
-        numbers: the joints that can be told where to go, by name, with their place in the robot's order.
+    `numbers` holds the joints that can be told where to go, by name, with their place in the robot's order.
     """
     left = set(numbers)
     found = []
@@ -113,11 +108,7 @@ _MOST_REFUSALS = 8
 
 
 class RobotPanel:
-    """Tells it of a robot's node. Asking changes nothing.
-
-    Args:
-        node: the robot's.
-    """
+    """Tells it of a robot's node. Asking changes nothing."""
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
@@ -133,7 +124,8 @@ class RobotPanel:
         node = self._node
         status = status_of(node.commander, node.bus)
         positions = node.driver.read().positions
-        references = [self._pose(link) for link in node.ee_poses.references]
+        references = [node.link_pose(link) for link in node.ee_poses.references]
+        most = sorted(node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
         told: dict[str, Any] = {
             "kind": KIND,
             "name": node.name,
@@ -142,7 +134,7 @@ class RobotPanel:
             "digest": self._digest,
             "positions": _numbers(positions),
             "targets": _numbers(node.commander.applied),
-            "tips": [_seven(self._pose(link)) for link in self._tips],
+            "tips": [_seven(node.link_pose(link)) for link in self._tips],
             "references": [_seven(pose) for pose in references],
             "aims": [
                 None if aim is None else _seven(reference @ aim)
@@ -161,7 +153,7 @@ class RobotPanel:
             "taken": status.taken,
             "refused": status.refused,
             "ignored": status.ignored,
-            "refusals": self._refusals(),
+            "refusals": dict(most[:_MOST_REFUSALS]),
         }
         if asked.get("robot") != self._digest:
             told["robot"] = self.robot
@@ -213,17 +205,6 @@ class RobotPanel:
             "unit": "m" if joint.type is JointType.PRISMATIC else "rad",
             "follows": joint.name in self._node.commander.mimics.leaders,
         }
-
-    def _pose(self, link: str) -> Pose:
-        """World_T_link."""
-        simulation = self._node.simulation
-        simulation.refresh()
-        body = simulation.data.body(body_of(link))
-        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
-
-    def _refusals(self) -> dict[str, int]:
-        most = sorted(self._node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
-        return dict(most[:_MOST_REFUSALS])
 
 
 def _numbers(values: Array) -> list[float | None]:

@@ -13,8 +13,6 @@ Both answer in JSON and bytes:
 An answer holds what was asked for, and leaves the state as it is.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import secrets
@@ -33,12 +31,8 @@ from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.viewer.services.control import Control, Tell, offer_panel
 from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, SCENE
 
-MOST_CONTACTS = 300
-"""So many contacts are told, the strongest first."""
-
-HISTORY_LENGTH = 8
-"""Frames that are kept for `since`: enough for several pages, each with one request at a time."""
-
+MOST_CONTACTS = 300  # that are told, the strongest first
+HISTORY_LENGTH = 8  # frames that are kept for `since`: enough for several pages, each with one request at a time
 _WEAKEST = 1e-3  # [N]
 
 
@@ -48,8 +42,7 @@ class ViewedNode(Served, Protocol):
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
         """What stays as it is: `kind`, `sensors` as in `Sensor.describe`, `tools` as [body, [x, y, z]].
 
-        Args:
-            body_index: the index in `Scene.bodies`, 0 for what stands still, for an id of the engine.
+        `body_index` gives the index in `Scene.bodies`, 0 for what stands still, for an id of the engine.
         """
         ...
 
@@ -96,32 +89,28 @@ class SceneSource(Protocol):
 
 
 class ServedScene:
-    """Scene of a cell or of a robot's node.
-
-    Args:
-        served: the cell or the node.
-    """
+    """Scene of a cell or of a robot's node."""
 
     def __init__(self, served: ViewedNode) -> None:
         self._served = served
 
     @cached_property
     def scene(self) -> bytes:
-        """The scene, encoded."""
+        """See `SceneSource`."""
         return encode_scene(self._taker.scene)
 
     def metadata(self) -> dict[str, Any]:
-        """What else is known of the scene."""
+        """See `SceneSource`."""
         return self._served.scene_metadata(self._taker.index)
 
     def frame(self) -> Frame:
-        """Where the bodies are now."""
+        """See `SceneSource`."""
         simulation = self._served.simulation
         simulation.refresh()
         return self._taker.frame(simulation.data, simulation.now)
 
     def details(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """`tick`, `run`, and the overlays that a request asks for."""
+        """See `SceneSource`."""
         simulation = self._served.simulation
         found: dict[str, Any] = {"tick": simulation.clock.tick, "run": simulation.runs}
         if asked.get("contacts") is True:
@@ -141,9 +130,6 @@ class SceneServices:
 
     The newest frames are kept for all pages together, each with a sequence number: a page that names the frame it has
     gets what changed since. Numbers begin anywhere, so that those of another server are unknown here.
-
-    Args:
-        source: what there is to be seen.
     """
 
     def __init__(self, source: SceneSource) -> None:
@@ -177,7 +163,6 @@ class SceneServices:
 
 
 ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
-"""Why others are told nothing."""
 
 
 def offer_viewer_services(server: Server, served: ViewedNode, tell: Tell, control: Control) -> None:
@@ -185,12 +170,6 @@ def offer_viewer_services(server: Server, served: ViewedNode, tell: Tell, contro
 
     In a competition that is the server's own page, which has its key: the pose of every part, and time that stands
     when one likes, are nothing that a program of the original was given.
-
-    Args:
-        server: where to answer.
-        served: a cell or a robot's node.
-        tell: tells what its panel shows.
-        control: lets them say how its time passes.
     """
     SceneServices(ServedScene(served)).offer(server)
     offer_panel(server, tell, control)

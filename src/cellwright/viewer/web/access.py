@@ -15,8 +15,6 @@ this machine has open: they cannot name this host (DNS rebinding), and their ori
 comes in without it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import hmac
 import http
@@ -38,12 +36,9 @@ from websockets.typing import Data
 from cellwright.middleware.server.server import open_listener
 from cellwright.util.errors import UsageError
 
-MAX_NUMBER = 1e9
-"""Larger numbers are no joint, no place and no time."""
-MAX_TEXT = 1000
-"""Characters."""
-MAX_RATE = 200.0
-"""Messages a second that act, of all browsers together."""
+MAX_NUMBER = 1e9  # larger numbers are no joint, no place and no time
+MAX_TEXT = 1000  # characters
+MAX_RATE = 200.0  # messages a second that act, of all browsers together
 
 _Number: TypeAlias = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 _Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
@@ -116,11 +111,7 @@ _Taken: TypeAlias = _Camera | _Update | _Hold | _Start | _Drag | _End
 
 
 class Incoming:
-    """Decides on messages.
-
-    Args:
-        clock: the wall clock [s].
-    """
+    """Decides on messages."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.dropped = 0
@@ -131,11 +122,7 @@ class Incoming:
         self._decoder = msgspec.msgpack.Decoder(_Taken)
 
     def follow(self, gui: Any) -> None:
-        """Take messages for the elements of viser's GUI, whatever they are at the time; before, there are none.
-
-        Raises:
-            UsageError: this version of viser keeps them elsewhere.
-        """
+        """Take messages for the elements of viser's GUI; UsageError: this version of viser keeps them elsewhere."""
         elements = getattr(gui, "_gui_input_handle_from_uuid", None)
         if not isinstance(elements, dict):
             raise UsageError("the page cannot be guarded with this version of viser")
@@ -176,14 +163,10 @@ def _holds(element: Any, value: object) -> bool:
     return isinstance(value, bool) if kind is bool else kind in (int, float) and type(value) is float
 
 
-MOST_CONNECTIONS = 32
-"""So many browsers may look on at once."""
-MAX_UNFINISHED = 32
-"""Connections whose request is not whole yet; the oldest one makes room for another."""
-LONGEST_MESSAGE = 4 << 20
-"""Bytes of the longest message that is taken of a browser."""
-TOKEN = "token"  # noqa: S105
-"""Name of the token in the page's address."""
+MOST_CONNECTIONS = 32  # browsers that may look on at once
+MAX_UNFINISHED = 32  # connections whose request is not whole yet; the oldest one makes room for another
+LONGEST_MESSAGE = 4 << 20  # bytes of what is taken of a browser
+TOKEN = "token"  # noqa: S105 (its name in the page's address)
 
 _COOKIE = "cellwright_page"
 _TRIES = 20  # ports that are tried, from the one that was wished for
@@ -206,8 +189,7 @@ class Door:
         self.socket = open_listener(host, port, tries=_TRIES, backlog=MOST_CONNECTIONS)
         self.host, self.port = str(self.socket.getsockname()[0]), int(self.socket.getsockname()[1])
         self.token = token
-        self.is_local = ip_address(self.host).is_loopback
-        if not (self.is_local or token):
+        if not (token or ip_address(self.host).is_loopback):
             self.socket.close()
             raise UsageError(f"{host} is open to the network: a page there needs a token")
         self.incoming = Incoming()
@@ -227,10 +209,10 @@ class Door:
         if len(headers.get_all("Host")) != 1 or len(headers.get_all("Origin")) > 1:
             return "a request names one host"
         host = headers["Host"]
-        if not self.token and _name(host) not in _OWN_NAMES | {self.host}:
+        if not self.token and _parts(f"//{host}")[1] not in _OWN_NAMES | {self.host}:
             return f"this page is not at {host:.80}"
         origin = headers.get("Origin")
-        if origin is not None and _place(origin) != host.lower():
+        if origin is not None and _parts(origin)[0] != host.lower():
             return f"a page of {origin:.80} has no business here"
         if self.token and not self._has_token(path, headers):
             return "this page needs the token that is in its address, as it was printed where the cell was started"
@@ -238,11 +220,7 @@ class Door:
 
     @contextmanager
     def guards_viser(self) -> Iterator[None]:
-        """While a viser server is made: have it listen here, behind this door.
-
-        Raises:
-            UsageError: this version of viser has gone another way; it must not stand open.
-        """
+        """While a viser server is made: have it listen here; UsageError: this version of viser goes another way."""
         serve, is_used = websockets.asyncio.server.serve, False
 
         def guarded(handler: Callable[..., Any], *_address: Any, **options: Any) -> Any:
@@ -285,9 +263,8 @@ class Door:
                 response.headers["X-Frame-Options"] = "SAMEORIGIN"
                 response.headers["Cache-Control"] = "no-store"
                 if self.token:  # the websocket's address has none, but the browser shows it this again
-                    response.headers["Set-Cookie"] = (
-                        f"{_COOKIE}_{self.port}={self.token}; Path=/; HttpOnly; SameSite=Strict"
-                    )
+                    cookie = f"{_COOKIE}_{self.port}={self.token}; Path=/; HttpOnly; SameSite=Strict"
+                    response.headers["Set-Cookie"] = cookie
             return response
 
         return look
@@ -346,17 +323,10 @@ class _Connection(websockets.asyncio.server.ServerConnection):
         super().connection_lost(exc)
 
 
-def _place(origin: str) -> str:
-    """The host and port of an Origin header; empty where it names none."""
+def _parts(address: str) -> tuple[str, str]:
+    """Host with port, and host alone, of an Origin header or `//` and a Host header; empty where it names none."""
     try:
-        return urlsplit(origin).netloc.lower()
+        parts = urlsplit(address)
+        return parts.netloc.lower(), parts.hostname or ""
     except ValueError:
-        return ""
-
-
-def _name(host: str) -> str:
-    """The name in a Host header, without its port."""
-    try:
-        return (urlsplit(f"//{host}").hostname or "").lower()
-    except ValueError:
-        return ""
+        return "", ""

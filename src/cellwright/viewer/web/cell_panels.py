@@ -1,7 +1,5 @@
 """Cell panels: state, orders, trays and score as HTML, and controls of belt, AGVs and trays."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 
@@ -9,8 +7,9 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest, Conveyor
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.rendering.scene import Scene
 from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import MIN_DEVIATION
 from cellwright.viewer.web import widgets
-from cellwright.viewer.web.page import Feature, notify_refused
+from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED
 
 Panel = dict[str, Any]
@@ -24,8 +23,6 @@ _OUTCOMES = {
     "until": "stopped before the competition was done",
 }
 """Words for those outcomes of a run that do not speak for themselves, as in `run.result.Outcome`."""
-_HELD_UP = 0.02
-"""A tool farther from its goal than this [m] was held up, as in `run.collisions`, which pages do not load."""
 _THERE = ("placed", "too far", "tilted", "turned", "off tray")
 """Causes of ordered parts of which a good one is on the tray."""
 
@@ -45,12 +42,10 @@ def head_html(panel: Panel) -> str:
         widgets.dim(" · ".join(facts)),
         widgets.line(widgets.big(f"{score['total']:g}", _of_how_many(score))),
     ]
-    intention = panel.get("intention")
-    if intention is not None:
-        what = widgets.text(intention["text"])
-        parts.append(
-            widgets.dim(f"last: {intention['text']}") if _is_over(panel) else widgets.mark("➤", BLUE, f"<b>{what}</b>")
-        )
+    if (intention := panel.get("intention")) is not None:
+        what = intention["text"]
+        now = widgets.mark("➤", BLUE, f"<b>{widgets.text(what)}</b>")
+        parts.append(widgets.dim(f"last: {what}") if _is_over(panel) else now)
     found = panel.get("collisions")
     if found and found["latest"]:
         more = f" ({found['count']} collisions)" if found["count"] > 1 else ""
@@ -66,11 +61,8 @@ def game_html(panel: Panel) -> str:
     carried = f"parts carried for {panel['clock']['part_travel_time']:.0f} s"
     if limit is None:
         return widgets.block(widgets.row("game", f"{spent:.0f} s, {carried}"))
-    parts = (
-        widgets.row("game", f"{spent:.0f} of {limit:g} s, {carried}"),
-        widgets.bar(spent / limit if limit else 1.0, AMBER if limit and spent > 0.9 * limit else BLUE),
-    )
-    return widgets.block(*parts)
+    bar = widgets.bar(spent / limit if limit else 1.0, AMBER if limit and spent > 0.9 * limit else BLUE)
+    return widgets.block(widgets.row("game", f"{spent:.0f} of {limit:g} s, {carried}"), bar)
 
 
 def result_html(panel: Panel) -> str:
@@ -99,7 +91,7 @@ def orders_html(panel: Panel) -> str:
     """Each order with its kits, and a tick for each part that is there."""
     if not panel["orders"]:
         return widgets.block(widgets.dim("no order has been announced yet"))
-    judged = _kits_by_type(panel)
+    judged = {kit["kit_type"]: kit for order in panel["score"]["orders"] for kit in order["kits"]}
     return "".join(_order(order, panel, judged) for order in panel["orders"])
 
 
@@ -122,31 +114,28 @@ def floor_html(panel: Panel) -> str:
     """Belt, gripper, AGVs, and what the arm hit, the newest first."""
     belt, gripper = panel["belt"], panel["gripper"]
     parts = [widgets.dim("as it stood at the end")] if _is_over(panel) else []
-    parts += [widgets.row("belt", f"{belt['power']:g} %" + ("" if belt["population"] is None else _parts_come(belt)))]
+    come = "" if belt["population"] is None else ", parts come" if belt["population"] else ", no parts come"
+    parts.append(widgets.row("belt", f"{belt['power']:g} %{come}"))
     if gripper is not None:
         held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
         suction = "on" if gripper["enabled"] else "off"
         parts.append(widgets.row("gripper", f"suction {suction}, holds {widgets.text(held)}"))
-    parts += [
-        widgets.row(f"AGV {agv['number']}", widgets.text(agv["state"].replace("_", " "))) for agv in panel["agvs"]
-    ]
-    return widgets.block(*parts) + _collisions(panel.get("collisions"))
-
-
-def _collisions(found: Panel | None) -> str:
-    if found is None:
-        return ""
+    states = [(agv["number"], widgets.text(agv["state"].replace("_", " "))) for agv in panel["agvs"]]
+    parts += [widgets.row(f"AGV {number}", state) for number, state in states]
+    floor = widgets.block(*parts)
+    if (found := panel.get("collisions")) is None:
+        return floor
     parts = [widgets.title("Collisions of the arm", widgets.text(found["count"]))]
     parts += [widgets.mark("✸", RED, widgets.text(_collision(each))) for each in reversed(found["latest"])]
     if len(found["latest"]) < found["count"]:
         parts.append(widgets.dim(f"and {found['count'] - len(found['latest'])} before"))
-    return widgets.block(*parts)
+    return floor + widgets.block(*parts)
 
 
 def _collision(each: Panel) -> str:
     """A collision in words; one that still lasts has no end."""
     lasted = "" if each["end"] is None else f" for {each['end'] - each['begin']:.1f} s"
-    held_up = f"; tool held up {each['deviation'] * 1e3:.0f} mm" if each["deviation"] > _HELD_UP else ""
+    held_up = f"; tool held up {each['deviation'] * 1e3:.0f} mm" if each["deviation"] > MIN_DEVIATION else ""
     return f"t {each['begin']:.1f} s  {each['link']} against {each['obstacle']}{lasted}{held_up}"
 
 
@@ -157,9 +146,8 @@ def _is_over(panel: Panel) -> bool:
 def _state_chip(state: str, color: str, panel: Panel) -> str:
     """A state as a chip. When the run is over nothing goes on from it: the chip says how it stood then."""
     words = state.replace("_", " ")
-    return (
-        widgets.chip(f"{words} at the end", GREY) if _is_over(panel) and state != "done" else widgets.chip(words, color)
-    )
+    is_left = _is_over(panel) and state != "done"
+    return widgets.chip(f"{words} at the end", GREY) if is_left else widgets.chip(words, color)
 
 
 def _order(order: Panel, panel: Panel, judged: dict[str, Panel]) -> str:
@@ -193,9 +181,8 @@ def _tick(name: str, cause: str) -> str:
     if cause == "placed":
         return widgets.mark("✓", GREEN, widgets.text(name))
     if cause in _THERE:
-        return widgets.mark(
-            "✓", AMBER, f"{widgets.text(name)} <span style='opacity:0.7'>({widgets.text(cause)})</span>"
-        )
+        why = f"<span style='opacity:0.7'>({widgets.text(cause)})</span>"
+        return widgets.mark("✓", AMBER, f"{widgets.text(name)} {why}")
     sign, color = ("✗", RED) if cause == "faulty" else ("·", GREY)
     more = " (faulty)" if cause == "faulty" else ""
     return widgets.mark(sign, color, f"<span style='opacity:0.75'>{widgets.text(name + more)}</span>")
@@ -221,10 +208,6 @@ def _part_name(name: str) -> str:
     return name.rpartition("|")[2]
 
 
-def _parts_come(belt: Panel) -> str:
-    return ", parts come" if belt["population"] else ", no parts come"
-
-
 def _of_how_many(score: Panel) -> str:
     if score["best"] is None:
         return "points"
@@ -233,39 +216,27 @@ def _of_how_many(score: Panel) -> str:
     return f"of {score['best']:g} points; {score['reachable']:g} can be had"
 
 
-def _kits_by_type(panel: Panel) -> dict[str, Panel]:
-    return {kit["kit_type"]: kit for order in panel["score"]["orders"] for kit in order["kits"]}
-
-
 def _judged(kit: Panel) -> str:
     parts = [widgets.title(kit["kit_type"], f"{kit['total']:g} of {kit['best']:g}")]
     if not kit["submitted"]:
         parts.append(widgets.dim("not submitted: no points"))
         return widgets.block(*parts)
-    parts.append(
-        widgets.dim(
-            f"there {kit['part_presence']:g}, pose {kit['part_pose']:g}, "
-            f"bonus {kit['all_parts_bonus']:g} ({kit['bonus_reason']})"
-        )
-    )
+    points = f"there {kit['part_presence']:g}, pose {kit['part_pose']:g}, bonus {kit['all_parts_bonus']:g}"
+    parts.append(widgets.dim(f"{points} ({kit['bonus_reason']})"))
     for part in kit["parts"]:
         points = part["presence"] + part["pose"]
         sign, color = ("✓", GREEN) if points == 2 else ("✓", AMBER) if points else ("✗", RED)
         what = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
         parts.append(widgets.mark(sign, color, what))
     for extra in kit["extras"]:
-        kind, name, reason = (
-            widgets.text(text) for text in (extra["type"], _part_name(extra["name"]), extra["reason"])
-        )
-        said = f"<b>{kind}</b> {name}: {reason}"
-        parts.append(widgets.mark("✗", RED, said))
+        kind, said = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
+        parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {said}"))
     return widgets.block(*parts)
 
 
-ORDERS, SCORE, CELL = "Orders", "Score", "Cell"
-"""Names of the tabs."""
-
+ORDERS, SCORE, CELL = "Orders", "Score", "Cell"  # tabs
 START, END = "Start", "End"
+_GAME = {START: "/ariac/start_competition", END: "/ariac/end_competition"}
 STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
 """What comes of a panel that was recorded by another version, or is none: it must not end the page."""
 
@@ -292,9 +263,11 @@ class CellPanels(Feature):
             return
         if not self._is_up:
             self._put_up()
+        is_recorded = panel.get("kind") != "cell"
         try:
             self._show(told)
-            self._allow(told, is_recorded=panel.get("kind") != "cell")
+            said = "this is a recording: nothing can be changed any more" if is_recorded else ""
+            self._offer(said or told["refused"].get("belt", ""))
         except STRANGE as error:
             said = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
             self._head.content = widgets.block(said)
@@ -322,10 +295,12 @@ class CellPanels(Feature):
             self._send = gui.add_button_group("send as that kit", ("AGV 1", "AGV 2"))
             self._clear = gui.add_button_group("clear tray", ("tray 1", "tray 2"))
         self._doing = (self._game, self._belt, self._kit, self._send, self._clear)
-        self._game.on_click(lambda event: self._play(str(event.target.value)))
+        self._game.on_click(lambda event: self._call(_GAME[str(event.target.value)], TriggerRequest()))
         self._belt.on_update(self._set_power)
-        self._send.on_click(lambda event: self._send_off(_number(event.target.value)))
-        self._clear.on_click(lambda event: self._clear_tray(_number(event.target.value)))
+        self._send.on_click(self._send_off)
+        self._clear.on_click(
+            lambda event: self._call(f"/ariac/kit_tray_{_number(event.target.value)}/clear_tray", TriggerRequest())
+        )
 
     def _show(self, told: dict[str, Any]) -> None:
         self._head.content = head_html(told)
@@ -340,19 +315,11 @@ class CellPanels(Feature):
         if tuple(self._kit.options) != (kits or ("(none)",)):
             self._kit.options = kits or ("(none)",)
 
-    def _allow(self, told: dict[str, Any], *, is_recorded: bool) -> None:
-        """Let one do what is allowed; where it is not, say why."""
-        reason = "this is a recording: nothing can be changed any more" if is_recorded else ""
-        self._offer(reason or told["refused"].get("belt", ""))
-
     def _offer(self, reason: str) -> None:
         """Offer what one may do, unless there is a reason not to."""
         self._why_not.content = widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else ""
         for handle in self._doing:
             handle.visible = not reason  # viser disables no group of buttons
-
-    def _play(self, word: str) -> None:
-        self._call("/ariac/start_competition" if word == START else "/ariac/end_competition", TriggerRequest())
 
     def _set_power(self, event: Any) -> None:
         if event.client is not None:  # not when it follows the belt
@@ -360,17 +327,14 @@ class CellPanels(Feature):
             power = ConveyorBeltState(power=float(event.target.value))
             self._call("/ariac/conveyor/control", ConveyorBeltControlRequest(state=power))
 
-    def _send_off(self, number: int) -> None:
-        self._call(f"/ariac/agv{number}", AGVControlRequest(kit_type=str(self._kit.value)))
-
-    def _clear_tray(self, number: int) -> None:
-        self._call(f"/ariac/kit_tray_{number}/clear_tray", TriggerRequest())
+    def _send_off(self, event: Any) -> None:
+        self._call(f"/ariac/agv{_number(event.target.value)}", AGVControlRequest(kit_type=str(self._kit.value)))
 
     def _call(self, service: str, request: Any) -> None:
         try:
             response = self.page.link.call(service, request)
         except CellwrightError as error:
-            notify_refused(self.page, f"{service}: refused", error)
+            self.page.tell(f"{service}: refused", str(error), is_bad=True)
             return
         if not response.success:
             said = getattr(response, "message", "") or "not now"

@@ -1,7 +1,5 @@
 """Connection of the page to the server: requests, commands, and the poller for frames and panels."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os
@@ -34,7 +32,8 @@ class AwayError(CellwrightError):
 class Link:
     """A guest of what is served. It may be used by several threads; each waits for its answer.
 
-    It reaches the other end when it is first used, and again when it is used after the other end was gone.
+    It reaches the other end when it is first used, and again when it is used after the other end was gone. All of its
+    methods raise AwayError where nobody is there, and CellwrightError where they are refused; the text says why.
 
     Args:
         address: host and port at which the cell or the robot is served.
@@ -57,11 +56,7 @@ class Link:
         return self._connection is not None
 
     def connect(self) -> None:
-        """Reach the other end, once more where that was done before.
-
-        Raises:
-            AwayError: nobody answers.
-        """
+        """Reach the other end, once more where that was done before."""
         with self._lock:
             self.close()
             try:
@@ -78,39 +73,19 @@ class Link:
             self.welcome = self._connection.welcome
 
     def ask(self, service: str, **asked: Any) -> dict[str, Any]:
-        """Ask the server itself something (JSON), such as `cellwright/panel`.
-
-        Raises:
-            AwayError: nobody is there.
-            UnknownNameError: the other end has no such service.
-            CellwrightError: it was refused; the text says why.
-        """
+        """Ask the server itself something (JSON), such as `cellwright/panel`; UnknownNameError: it does not know it."""
         return self._ask_server(service, asked, WireFrame.json)
 
     def ask_data(self, service: str, **asked: Any) -> tuple[dict[str, Any], memoryview]:
-        """Ask the server itself for JSON and bytes, such as `cellwright/frame`.
-
-        Raises:
-            AwayError: nobody is there.
-            UnknownNameError: the other end has no such service.
-            CellwrightError: it was refused, or answers in another form; the text says why.
-        """
+        """Ask the server itself for JSON and bytes, such as `cellwright/frame`, as `ask` does."""
         return self._ask_server(service, asked, WireFrame.data)
 
     def publish(self, topic: str, message: Any) -> None:
-        """Send a message as any program does; it is refused, or acted on where time stands.
-
-        Raises:
-            CellwrightError: nobody is there, or it was refused.
-        """
+        """Send a message as any program does; it is refused, or acted on where time stands."""
         self._ask(WireFrame(Kind.PUBLISH, 0, topic, type_of(type(message)), payload=to_cdr(message)))
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service of the bus; the answer.
-
-        Raises:
-            CellwrightError: nobody is there, or it was refused.
-        """
+        """Call a service of the bus; the answer."""
         name = type_of(type(request)).removesuffix(_REQUEST)
         if not self.is_there:
             self.connect()
@@ -160,9 +135,9 @@ _SHARE = 0.5  # of the time at most is spent waiting for answers: who is slow to
 class Asking:
     """The page's questions.
 
-    What comes of them is put into `found`, in order: a tuple of a Scene and what is said about it when it is
-    another one; a tuple of the moment [s] of the
-    wall clock, a Frame and the whole answer; a dict that the panel shows; an AwayError.
+    What comes of them is put into `found`, in order: a tuple of a Scene and what is said about it when it is another
+    one; a tuple of the moment [s] of the wall clock, a Frame and the whole answer; a dict that the panel shows; an
+    AwayError.
 
     Args:
         link: of its own: nobody waits for anybody.
@@ -204,17 +179,14 @@ class Asking:
             try:
                 self._ask()
                 pause = _FRAMES if self.is_watched else _IDLE
-            except AwayError as away:
-                self._newest = None
-                self.found.put(away)
-                self._has_panel, self._panel_due = True, 0.0
-                pause = _AWAY
-            except Exception as error:  # what answers there has nothing to show, or nothing that makes sense
-                if not isinstance(error, CellwrightError):
+            except Exception as error:  # nobody answers, or what answers has nothing that makes sense
+                if isinstance(error, AwayError):
+                    self._has_panel, self._panel_due = True, 0.0
+                elif not isinstance(error, CellwrightError):
                     log.exception("what %s:%d answers cannot be shown", *self._link.address)
                 self._newest = None
                 self._link.close()
-                self.found.put(AwayError(str(error)))
+                self.found.put(error if isinstance(error, AwayError) else AwayError(str(error)))
                 pause = _AWAY
             spent = time.perf_counter() - begun
             self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
@@ -236,8 +208,7 @@ class Asking:
         except (KeyError, TypeError, ValueError):
             raise MessageError("the answer holds no frame") from None
         self.found.put((time.perf_counter(), frame, answer))
-        now = time.perf_counter()
-        if self._has_panel and self.is_watched and now >= self._panel_due:
+        if self._has_panel and self.is_watched and (now := time.perf_counter()) >= self._panel_due:
             self._panel_due = now + _PANELS
             try:
                 self.found.put(self._link.ask(PANEL))

@@ -1,7 +1,5 @@
 """Meshes for browsers: surfaces of a scene's shapes, written as binary glTF."""
 
-from __future__ import annotations
-
 import json
 import math
 import struct
@@ -41,22 +39,14 @@ Colour = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """What a surface is like.
+    """What a surface is like: from mirror to chalk, from paint to bare metal, from unseen to opaque, all 0..1.
 
-    Attributes:
-        roughness: 0 for a mirror, 1 for chalk.
-        metal: 0 for paint and plastics, 1 for bare metal.
-        opacity: below 1 what is behind shines through; at 0 it is not drawn at all, and throws a shadow.
+    What has no opacity is not drawn at all, and throws a shadow.
     """
 
     roughness: float = 0.55
     metal: float = 0.0
     opacity: float = 1.0
-
-    @property
-    def is_unseen(self) -> bool:
-        """Whether nothing is drawn, though it throws its shadow."""
-        return self.opacity <= 0
 
 
 def glb(pieces: Iterable[tuple[Triangles, Colour, Material]]) -> bytes:
@@ -68,7 +58,8 @@ def glb(pieces: Iterable[tuple[Triangles, Colour, Material]]) -> bytes:
     primitives = []
     for number, coloured in enumerate(by_material.values()):
         whole = join_triangles([surface for surface, _ in coloured])
-        colours = np.concatenate([_lights(colour, len(surface.points)) for surface, colour in coloured])
+        lights = [(linear(np.clip(colour[:3], 0, 1)), len(surface.points)) for surface, colour in coloured]
+        colours = np.concatenate([np.tile(light, (count, 1)) for light, count in lights])
         primitives.append(
             {
                 "attributes": {
@@ -100,7 +91,7 @@ def _described(material: Material) -> dict[str, Any]:
         "metallicFactor": material.metal,
         "roughnessFactor": material.roughness,
     }
-    if material.is_unseen:
+    if material.opacity <= 0:
         return {"pbrMetallicRoughness": factors, "alphaMode": "MASK", "alphaCutoff": 0.5}
     mode = "OPAQUE" if material.opacity >= 1 else "BLEND"
     return {"pbrMetallicRoughness": factors, "alphaMode": mode, "doubleSided": material.opacity < 1}
@@ -115,7 +106,7 @@ class _File:
         self.accessors: list[dict[str, Any]] = []
 
     def vectors(self, values: NDArray[Any], *, bounds: bool = False) -> int:
-        """Adds vectors (n, 3); their number."""
+        """Add vectors (n, 3); their number."""
         found = self._add(values.astype("<f4"), _FLOAT, "VEC3", len(values))
         if bounds:
             kept = values.astype(np.float32)
@@ -131,11 +122,6 @@ class _File:
         self.data += values.tobytes()
         self.accessors.append({"bufferView": len(self.views) - 1, "componentType": kind, "type": form, "count": count})
         return len(self.accessors) - 1
-
-
-def _lights(colour: Colour, count: int) -> NDArray[np.float32]:
-    """So many times the light (n, 3) that a colour stands for."""
-    return np.tile(linear(np.clip(colour[:3], 0, 1)), (count, 1))
 
 
 def _packed(document: dict[str, Any], data: bytes) -> bytes:

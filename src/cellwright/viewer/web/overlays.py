@@ -1,7 +1,5 @@
 """Scene overlays: body names and frames, contact forces, sensor rays, tool paths."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from typing import Any, ClassVar
@@ -29,8 +27,7 @@ class Overlay(Feature):
     """What the frame service is asked for while it is switched on; empty: nothing."""
 
     def __init__(self) -> None:
-        self.handles: dict[Any, Any] = {}
-        """What is drawn, by any key."""
+        self.handles: dict[Any, Any] = {}  # what is drawn, by any key
         self._box: Any = None
 
     def begin(self, scene: Scene) -> None:
@@ -71,14 +68,7 @@ class Overlay(Feature):
         self.handles = {}
 
     def draw_segments(self, name: str, points: Segments, colour: tuple[float, float, float], thickness: float) -> None:
-        """Draw line segments.
-
-        Args:
-            name: of the node below the page's root, and key of its handle.
-            points: (n, 2, 3) [m].
-            colour: 0..1.
-            thickness: [pixels].
-        """
+        """Draw line segments (n, 2, 3) [m], `thickness` in pixels; `name` is of their node, and key of its handle."""
         handle = self.handles.get(name)
         if handle is not None:
             handle.points, handle.colors = points, np.array(colour)
@@ -230,18 +220,20 @@ class Beams(Overlay):
                 self.draw_segments(path, segments, colour, _THICKNESS)
 
 
+def _ranges(sensor: dict[str, Any], reading: dict[str, Any], count: int) -> list[float]:
+    """What a sensor measured [m], or how far it looks; that `count` times where nothing is known."""
+    return [sensor["far"] if each is None else each for each in reading.get("ranges") or [None] * count]
+
+
 def _beam(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
     """The ray, as far as it goes."""
-    near, far = sensor["near"], sensor["far"]
-    ranges = reading.get("ranges") or [None]
-    end = near + (far if ranges[0] is None else ranges[0])
-    return np.array([[(near, 0, 0), (end, 0, 0)]], np.float32)
+    near = sensor["near"]
+    return np.array([[(near, 0, 0), (near + _ranges(sensor, reading, 1)[0], 0, 0)]], np.float32)
 
 
 def _cone(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
     near, angle = sensor["near"], sensor["angle"]
-    ranges = reading.get("ranges") or [None]
-    far = sensor["far"] if ranges[0] is None else ranges[0]
+    far = _ranges(sensor, reading, 1)[0]
     around = np.linspace(0, 2 * math.pi, 13)
     width = far * math.tan(angle)
     rim = np.column_stack([np.full(13, near + far), width * np.cos(around), width * np.sin(around)])
@@ -251,9 +243,8 @@ def _cone(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
 
 def _fan(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
     """The outline that is seen, and the sides of the fan."""
-    ranges = reading.get("ranges") or [None, None]
-    angles = np.linspace(-sensor["angle"], sensor["angle"], len(ranges))
-    lengths = np.array([sensor["far"] if each is None else each for each in ranges])
+    lengths = np.array(_ranges(sensor, reading, 2))
+    angles = np.linspace(-sensor["angle"], sensor["angle"], len(lengths))
     rim = np.column_stack([lengths * np.cos(angles), lengths * np.sin(angles), np.zeros(len(angles))])
     sides = [[(0, 0, 0), rim[index].tolist()] for index in (0, len(rim) // 2, -1)]
     return np.array([*np.stack([rim[:-1], rim[1:]], axis=1).tolist(), *sides], np.float32)
@@ -282,9 +273,7 @@ def _world(sensor: dict[str, Any], segments: Segments) -> Segments:
     return found
 
 
-PATH_DURATION = 20.0
-"""So long [s] of simulation time the way is shown."""
-
+PATH_DURATION = 20.0  # [s] of simulation time that the way is shown
 _PATH_STEP = 0.01  # [m] between two points of it
 _MAX_PATH_POINTS = 800
 _PATH_COLOURS = ((0.93, 0.35, 0.12), (0.1, 0.45, 0.75))
@@ -318,17 +307,14 @@ class ToolPaths(Overlay):
             is_new = not way or float(np.linalg.norm(point - way[-1][1])) > _PATH_STEP
             if is_new:
                 way.append((now, point))
-            is_old = False
+            is_old = way[0][0] < now - PATH_DURATION * 1e9
             while way and way[0][0] < now - PATH_DURATION * 1e9:
                 way.popleft()
-                is_old = True
             if is_new or is_old:
-                self._draw_path(number, np.array([point for _, point in way], np.float32))
-
-    def _draw_path(self, number: int, points: Segments) -> None:
-        segments = np.stack([points[:-1], points[1:]], axis=1) if len(points) > 1 else np.zeros((0, 2, 3), np.float32)
-        colour = _PATH_COLOURS[number % len(_PATH_COLOURS)]
-        self.draw_segments(f"path of tool {number + 1}", segments, colour, 3.0)
+                points = np.array([point for _, point in way], np.float32).reshape(-1, 3)
+                segments = np.stack([points[:-1], points[1:]], axis=1)
+                colour = _PATH_COLOURS[number % len(_PATH_COLOURS)]
+                self.draw_segments(f"path of tool {number + 1}", segments, colour, 3.0)
 
     def clear(self) -> None:
         """Forget where they were."""

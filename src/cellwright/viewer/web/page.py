@@ -19,11 +19,9 @@ from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import Asking, AwayError, Link
 
-_DELAY = 1.5
-"""Times the usual distance between two frames, by which the page is behind: one frame may come late unseen."""
+_DELAY = 1.5  # times the usual distance between two frames, by which the page is behind: one may come late unseen
 _SLOWEST = 0.25  # [s]: frames that come less often than that are shown as they come
-_LEAP = 0.5
-"""A body that moves so far [m] between two frames, or more and faster than it did, was put there: it does not glide."""
+_LEAP = 0.5  # [m]: a body that moves farther between two frames was put there: it does not glide
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +72,8 @@ class Moments:
             is_other = len(frame.poses) != len(newest.frame.poses)
             if run != newest.run or frame.time < newest.frame.time or is_other:
                 self.cut()
-            else:
-                gap = wall - newest.wall
-                if gap < _SLOWEST:
-                    self._period += 0.1 * (gap - self._period)
+            elif (gap := wall - newest.wall) < _SLOWEST:
+                self._period += 0.1 * (gap - self._period)
         self._come.append(_Come(frame, wall, run))
 
     def cut(self) -> None:
@@ -103,19 +99,14 @@ class Moments:
         if len(come) == 1 or wall <= come[0].wall:
             return come[0].frame
         before, after = come[0], come[1]
-        if after.wall - before.wall > _SLOWEST:
+        gap = after.wall - before.wall
+        if gap > _SLOWEST:
             return before.frame
-        return interpolate_frames(before.frame, after.frame, (wall - before.wall) / (after.wall - before.wall))
+        return interpolate_frames(before.frame, after.frame, (wall - before.wall) / gap)
 
 
 def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
-    """What lies between two frames: positions on a line, directions on the way of a turn.
-
-    Args:
-        before: the first.
-        after: the second, of the same scene.
-        share: how far from the first to the second, 0..1.
-    """
+    """What lies between two frames of a scene, `share` (0..1) of the way: on a line, and on the way of a turn."""
     if np.array_equal(before.poses, after.poses) and np.array_equal(before.shown, after.shown):
         return before
     poses = before.poses + np.float32(share) * (after.poses - before.poses)
@@ -140,16 +131,10 @@ class Feature:
     """One thing that a page shows, or lets one do. All of its methods are called in the page's own thread.
 
     What viser calls when somebody clicks runs in threads of viser's: it may ask `page.link`, and may set handles.
-
-    Attributes:
-        page: where it is shown; set before anything else is called.
     """
 
     page: Page
-
-    def attach(self, page: Page) -> None:
-        """Belong to a page, once."""
-        self.page = page
+    """Where it is shown; set before anything is called."""
 
     def begin(self, scene: Scene) -> None:
         """A scene is shown from now on: the first one, or another in its place.
@@ -173,12 +158,6 @@ class Feature:
     def away(self, reason: str) -> None:
         """Nobody answers any more; what is shown is the last that was known."""
 
-    def back(self) -> None:
-        """Somebody answers again; `begin` follows if it is another scene."""
-
-
-ROOT = "/scene"
-"""All that is seen hangs below this node, and goes with it when another scene takes its place."""
 
 log = logging.getLogger(__name__)
 
@@ -192,21 +171,20 @@ class Page:
     """A page on what is served at an address.
 
     Args:
-        server: viser's; the page fills it.
+        server: viser's: `server.gui` and `server.scene` are what features draw with.
         address: where the cell, the robot or the recording is served.
         features: what it is made of, in the order of their tabs.
         key: the key of the server there, for its own page.
 
     Attributes:
-        server: viser's server: `server.gui` and `server.scene` are what features draw with.
         link: the way to what is served, for features; it is not the one that frames come by.
         scene: what is shown; None before the first answer.
         about: what else was said of it: `kind`, `sensors`, `tools`; empty where nothing was.
         first_panel: what the panel service answered when the scene was begun; empty where it did not.
-        root: the node below which features put what belongs to the scene.
     """
 
-    root = ROOT
+    root = "/scene"
+    """All that is seen hangs below this node, and goes with it when another scene takes its place."""
 
     def __init__(
         self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature], *, key: str = ""
@@ -218,7 +196,7 @@ class Page:
         self.first_panel: dict[str, Any] = {}
         self.features = tuple(features)
         for feature in self.features:
-            feature.attach(self)
+            feature.page = self
         self._moments = Moments()
         self._asking = Asking(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
         self._tabs: Any = None
@@ -250,9 +228,10 @@ class Page:
         try:
             while not self._is_over:
                 begun = time.perf_counter()
-                self._take_what_came()
+                while self._take_next(0.0):
+                    pass
                 if not self._asking.is_watched:
-                    self._wait_for_something(_IDLE)
+                    self._take_next(_IDLE)
                     continue
                 moment = self._moments.at(time.perf_counter())
                 if moment is not None:
@@ -275,19 +254,13 @@ class Page:
             self._each(lambda feature: wanted.update(feature.wants()))
         return wanted
 
-    def _take_what_came(self) -> None:
-        found = self._asking.found
-        while True:
-            try:
-                self._take(found.get_nowait())
-            except Empty:
-                return
-
-    def _wait_for_something(self, seconds: float) -> None:
+    def _take_next(self, timeout: float) -> bool:
+        """Take what has come, and wait for it so long at most [s]; whether something has."""
         try:
-            self._take(self._asking.found.get(timeout=seconds))
+            self._take(self._asking.found.get(timeout > 0.0, timeout))
         except Empty:
-            return
+            return False
+        return True
 
     def _take(self, found: Any) -> None:
         match found:
@@ -316,8 +289,8 @@ class Page:
         except CellwrightError:  # there is none, or it comes later
             self.first_panel = {}
         with self.server.atomic():
-            self.server.scene.remove_by_name(ROOT)
-            self.server.scene.add_frame(ROOT, show_axes=False)
+            self.server.scene.remove_by_name(self.root)
+            self.server.scene.add_frame(self.root, show_axes=False)
             self._each(lambda feature: feature.begin(scene))
 
     def _show(self, moment: Moment) -> None:
@@ -363,7 +336,6 @@ class Page:
             self._away_reason = None
             self._notice.remove()
             self.tell("Back", "What was gone is there again.")
-            self._each(lambda feature: feature.back())
 
     def _each(self, do: Callable[[Feature], None]) -> None:
         """Have each feature do something. One with a defect is left out from then on, and takes no other along."""
@@ -380,8 +352,3 @@ class Page:
 
     def _somebody_left(self, _client: viser.ClientHandle) -> None:
         self._asking.is_watched = bool(self.server.get_clients())
-
-
-def notify_refused(page: Page, what: str, error: CellwrightError) -> None:
-    """Tell those who look on that something was refused."""
-    page.tell(what, str(error), is_bad=True)

@@ -6,8 +6,6 @@ at, `token`, `title`. It answers with one line of JSON: `url`, or `error`. It en
 with its parent.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -5,11 +5,8 @@ offers no margin for that comparison. So what throws the shadows stands a margin
 drawn, and what is drawn throws none.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -70,33 +67,14 @@ class Bodies(Feature):
         self._looks.set_visible(not is_wanted)
 
 
-@dataclass(slots=True)
-class _Single:
-    body: int
-    handle: Any
-
-
-@dataclass(slots=True)
-class _Alike:
-    bodies: NDArray[np.intp]
-    handle: Any
-
-
 class BodyNodes:
-    """Nodes of the page for the bodies of a scene.
-
-    Args:
-        page: where.
-        scene: whose.
-        name: of the node above them.
-        layers: which of their shapes.
-    """
+    """Nodes of a page for those shapes of a scene's bodies that are in `layers`, below a node of this name."""
 
     def __init__(self, page: Page, scene: Scene, name: str, layers: Collection[Layer]) -> None:
         self._scene = page.server.scene
         self._root = self._scene.add_frame(f"{page.root}/{name}", show_axes=False)
-        self._singles: list[_Single] = []
-        self._alike: list[_Alike] = []
+        self._singles: list[tuple[int, Any]] = []
+        self._alike: list[tuple[NDArray[np.intp], Any]] = []
         is_touched = Layer.TOUCH in layers
         shapes: dict[int, list[Shape]] = defaultdict(list)
         for shape in scene.shapes:
@@ -107,15 +85,13 @@ class BodyNodes:
             groups[tuple((s.form, s.size, s.pose, s.colour, s.mesh) for s in its)].append(body)
         for bodies in groups.values():
             data = glb(_pieces(shapes[bodies[0]], scene, is_touched=is_touched))
-            path = f"{page.root}/{name}/{node_name(scene.bodies[bodies[0]])}"
+            paths = [f"{page.root}/{name}/{node_name(scene.bodies[body])}" for body in bodies]
             if len(bodies) < _FEW:
-                for body in bodies:
-                    path = f"{page.root}/{name}/{node_name(scene.bodies[body])}"
-                    single = self._scene.add_glb(path, data, cast_shadow=False)
-                    self._singles.append(_Single(body, single))
+                for body, path in zip(bodies, paths, strict=True):
+                    self._singles.append((body, self._scene.add_glb(path, data, cast_shadow=False)))
             else:
                 handle = self._scene.add_batched_glb(
-                    f"{path} and others alike",
+                    f"{paths[0]} and others alike",
                     data,
                     batched_wxyzs=np.tile((1.0, 0.0, 0.0, 0.0), (len(bodies), 1)),
                     batched_positions=np.zeros((len(bodies), 3)),
@@ -123,7 +99,7 @@ class BodyNodes:
                     lod="off",
                     cast_shadow=False,
                 )
-                self._alike.append(_Alike(np.array(bodies), handle))
+                self._alike.append((np.array(bodies), handle))
 
     def set_visible(self, is_visible: bool) -> None:  # noqa: FBT001
         """Show them all, or none."""
@@ -132,20 +108,22 @@ class BodyNodes:
     def show(self, moment: Moment) -> None:
         """Put them where they are; what has not moved is not told again."""
         frame, moved, switched = moment.frame, moment.moved, moment.switched
-        for single in self._singles:
-            body = single.body
-            if moved[body]:
-                single.handle.position = frame.poses[body, :3]
-                single.handle.wxyz = frame.poses[body, 3:]
-            if switched[body]:
-                single.handle.visible = bool(frame.shown[body])
-        for alike in self._alike:
-            bodies = alike.bodies
+        for body, handle in self._singles:
+            _place(handle, body, moment)
+        for bodies, handle in self._alike:
             if switched[bodies].any():
-                alike.handle.batched_scales = np.repeat(frame.shown[bodies, None], 3, axis=1).astype(np.float32)
+                handle.batched_scales = np.repeat(frame.shown[bodies, None], 3, axis=1).astype(np.float32)
             if moved[bodies].any():
-                alike.handle.batched_positions = frame.poses[bodies, :3]
-                alike.handle.batched_wxyzs = frame.poses[bodies, 3:]
+                handle.batched_positions, handle.batched_wxyzs = frame.poses[bodies, :3], frame.poses[bodies, 3:]
+
+
+def _place(handle: Any, body: int, moment: Moment) -> None:
+    """Put the node of a body where it is; what has not moved is not told again."""
+    frame = moment.frame
+    if moment.moved[body]:
+        handle.position, handle.wxyz = frame.poses[body, :3], frame.poses[body, 3:]
+    if moment.switched[body]:
+        handle.visible = bool(frame.shown[body])
 
 
 def _pieces(shapes: Sequence[Shape], scene: Scene, *, is_touched: bool) -> list[tuple[Any, Colour, Material]]:
@@ -210,12 +188,8 @@ class Shadows(Feature):
 
     def show(self, moment: Moment) -> None:
         """Move them with the bodies."""
-        frame = moment.frame
         for body, handle in self._handles.items():
-            if moment.moved[body]:
-                handle.position, handle.wxyz = frame.poses[body, :3], frame.poses[body, 3:]
-            if moment.switched[body]:
-                handle.visible = bool(frame.shown[body])
+            _place(handle, body, moment)
 
 
 def lamp_of(about: Mapping[str, Any]) -> Vector3:
@@ -244,11 +218,7 @@ _SKY = 60.0  # [m]: radius of what is drawn behind everything; at such a distanc
 
 
 class Stage(Feature):
-    """Sets the stage once.
-
-    Args:
-        is_plain: whether it begins without shadows.
-    """
+    """Sets the stage once; it begins without shadows where it is plain."""
 
     def __init__(self, *, is_plain: bool = False) -> None:
         self._is_plain = is_plain

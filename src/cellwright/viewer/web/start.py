@@ -1,15 +1,12 @@
 """Starts a page, and ends it."""
 
-from __future__ import annotations
-
 import json
-import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from threading import Thread
 
 from cellwright.util.errors import UsageError
+from cellwright.util.process import ChildProcess
 
 DEFAULT_PORT = 8080
 LOOPBACK = "127.0.0.1"
@@ -17,7 +14,7 @@ LOOPBACK = "127.0.0.1"
 _TIME_TO_END = 3.0  # [s]
 
 
-class WebPage:
+class WebPage(ChildProcess):
     """A page on what is served at an address, in a process of its own, which ends with this one.
 
     Args:
@@ -48,26 +45,11 @@ class WebPage:
         on_gone: Callable[[], None] = lambda: None,
     ) -> None:
         self._is_closing = False
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cellwright.viewer.web.program"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-        )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
+        super().__init__([sys.executable, "-P", "-m", "cellwright.viewer.web.program"])
         asked = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
-        with suppress(OSError):
-            self._process.stdin.write(json.dumps(asked) + "\n")
-            self._process.stdin.flush()
+        self.send(json.dumps(asked))
         try:
-            line = self._process.stdout.readline()
-        except BaseException:  # a signal, while it starts
-            self.close()
-            raise
-        try:
-            answer = json.loads(line)
+            answer = json.loads(self.ready_line())
         except ValueError:
             answer = {"error": "its process has ended"}
         if "url" not in answer:
@@ -76,24 +58,10 @@ class WebPage:
         self.url = str(answer["url"])
         Thread(target=self._watch, args=(on_gone,), name="page", daemon=True).start()
 
-    @property
-    def is_open(self) -> bool:
-        """Whether its process still runs."""
-        return self._process.poll() is None
-
     def close(self) -> None:
         """End it."""
         self._is_closing = True
-        process = self._process
-        for stream in (process.stdin, process.stdout):
-            if stream is not None:
-                with suppress(OSError):
-                    stream.close()
-        try:
-            process.wait(_TIME_TO_END)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        self.end(_TIME_TO_END)
 
     def _watch(self, on_gone: Callable[[], None]) -> None:
         self._process.wait()

@@ -1,7 +1,5 @@
 """Time controls: clock, pause, single steps, speed, reset, and the timeline of a recording."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from typing import Any
@@ -10,7 +8,7 @@ from cellwright.rendering.scene import Scene
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import CONTROL
 from cellwright.viewer.web import widgets
-from cellwright.viewer.web.page import Feature, notify_refused
+from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY
 
 _SPAN = 2.0  # [s] of wall time that are looked back upon
@@ -23,7 +21,7 @@ class SeenPace:
         self._seen: deque[tuple[float, float]] = deque()
 
     def take(self, wall: float, time: float) -> None:
-        """Take note of a simulation time [s] that was told at `wall` [s]."""
+        """Note a simulation time [s] that was told at `wall` [s]."""
         if self._seen and time < self._seen[-1][1]:
             self._seen.clear()  # it has begun anew
         self._seen.append((wall, time))
@@ -39,9 +37,7 @@ class SeenPace:
         return (time_now - time) / (wall_now - wall) if wall_now > wall else None
 
 
-PAUSE, GO_ON, TICK = "Pause", "Go on", "Tick"
-SPANS = {"1 s": 1.0}
-"""Stretches of time [s] that are let pass at a click."""
+PAUSE, GO_ON, TICK, SECOND = "Pause", "Go on", "Tick", "1 s"
 SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
 BEGIN_ANEW, REALLY = "Begin anew", "Click again to begin anew"
 
@@ -72,7 +68,7 @@ class TimeControls(Feature):
         self._is_up, gui = True, self.page.server.gui
         self._clock = gui.add_html("", order=_ORDER)
         self._steps = gui.add_button_group(
-            "time", (PAUSE, GO_ON, TICK, *SPANS), order=_ORDER + 1, hint="Let time stand, pass, or pass for so long"
+            "time", (PAUSE, GO_ON, TICK, SECOND), order=_ORDER + 1, hint="Let time stand, pass, or pass for so long"
         )
         self._speeds = gui.add_button_group(
             "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds a second; max: as fast as it goes"
@@ -142,7 +138,7 @@ class TimeControls(Feature):
         elif word == GO_ON:
             self._ask(action="resume")
         else:
-            self._ask(action="step", ticks=1 if word == TICK else max(1, round(SPANS[word] / self._timestep)))
+            self._ask(action="step", ticks=1 if word == TICK else max(1, round(1.0 / self._timestep)))
 
     def _set_speed(self, word: str) -> None:
         self._ask(action="speed", factor="max" if word == "max" else float(word))
@@ -165,7 +161,7 @@ class TimeControls(Feature):
         try:
             self.page.link.ask(CONTROL, **asked)
         except CellwrightError as error:
-            notify_refused(self.page, f"{asked['action']}: refused", error)
+            self.page.tell(f"{asked['action']}: refused", str(error), is_bad=True)
 
 
 def seconds_of(panel: dict[str, Any]) -> float:
@@ -177,13 +173,7 @@ def seconds_of(panel: dict[str, Any]) -> float:
 
 
 def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
-    """The clock as HTML.
-
-    Args:
-        now: simulation time [s].
-        control: how time passes, as it is told.
-        pace: how fast it was seen to pass; None where that is not known.
-    """
+    """The clock as HTML, of a simulation time [s] and how time passes, as it is told and at the pace seen."""
     if control.get("over"):
         return _standing(now, "over", f"{control['over']}: all is shown as it stood at the end")
     if control["paused"]:

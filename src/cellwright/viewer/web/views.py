@@ -1,13 +1,10 @@
 """From where one looks: at first, and at a click."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import viser
 from numpy.typing import NDArray
 
 from cellwright.rendering.camera import VIEWS, Camera
@@ -16,8 +13,7 @@ from cellwright.util.errors import UsageError
 from cellwright.viewer.web.meshes import surface
 from cellwright.viewer.web.page import Feature, Moment
 
-TAB = "View"
-"""Name of the tab for all that changes what is seen, and nothing else."""
+TAB = "View"  # the tab for all that changes what is seen, and nothing else
 
 _FOV = math.radians(35)
 _ROOM = 1.25  # times what is looked at, for room around it
@@ -48,7 +44,9 @@ class Views(Feature):
         if dict(views) == dict(self._views):
             return
         self._views = views
-        _begin_with(page.server, next(iter(views.values())))
+        first, camera = next(iter(views.values())), page.server.initial_camera
+        camera.position, camera.look_at, camera.up, camera.fov = first.eye, first.target, first.up, first.fov
+        camera.near, camera.far = _NEAR, _FAR
         if self._buttons is not None:
             self._buttons.remove()
         with page.tab(TAB):
@@ -58,37 +56,24 @@ class Views(Feature):
     def _clicked(self, event: Any) -> None:
         view = self._views.get(str(event.target.value))
         if view is not None and event.client is not None:
+            camera = event.client.camera
             with event.client.atomic():
-                event.client.camera.position, event.client.camera.look_at = view.eye, view.target
-                event.client.camera.up_direction, event.client.camera.fov = view.up, view.fov
+                camera.position, camera.look_at = view.eye, view.target
+                camera.up_direction, camera.fov = view.up, view.fov
 
 
 def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[str, Camera]:
-    """Cameras by name for what is shown; the first is the one to begin with.
-
-    Args:
-        scene: what is shown.
-        frame: where it is.
-        about: its `kind` and `tools`, as far as they are known.
-    """
-    is_cell = about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies)
-    if is_cell:
+    """Cameras by name for what is shown; the first is the one to begin with. `about` has its `kind` and `tools`."""
+    if about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies):
         return VIEWS
     points = _corners(scene, frame)
-    heading = _heading(frame)
-    found = {
-        name: _on(points, heading + math.radians(turn), math.radians(tilt)) for name, (turn, tilt) in _SIDES.items()
-    }
+    heading = frame.pose(1).yaw if len(frame.poses) > 1 else 0.0  # of the first body that may move, from x
+    sides = {name: (math.radians(turn), math.radians(tilt)) for name, (turn, tilt) in _SIDES.items()}
+    found = {name: _on(points, heading + turn, tilt) for name, (turn, tilt) in sides.items()}
     places = [tool_point(frame, tool) for tool in about.get("tools", ())]
     if places:
         found["hands"] = _on(_around(np.array(places)), heading, math.radians(_ABOVE))
     return found
-
-
-def _begin_with(server: viser.ViserServer, view: Camera) -> None:
-    camera = server.initial_camera
-    camera.position, camera.look_at, camera.up, camera.fov = view.eye, view.target, view.up, view.fov
-    camera.near, camera.far = _NEAR, _FAR
 
 
 def _corners(scene: Scene, frame: Frame) -> NDArray[np.float64]:
@@ -117,17 +102,11 @@ def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
     radius = float(np.linalg.norm(points - middle, axis=1).max())
     back = np.array([math.cos(tilt) * math.cos(turn), math.cos(tilt) * math.sin(turn), math.sin(tilt)])
     eye = middle + _ROOM * max(radius, 0.05) / math.tan(_FOV / 2) * back
-    x, y, z = eye.tolist()
-    a, b, c = middle.tolist()
+    (x, y, z), (a, b, c) = eye.tolist(), middle.tolist()
     try:
         return Camera((x, y, z), (a, b, c), fov=_FOV)
     except UsageError:  # what a recording says may be anywhere
         return VIEWS["overview"]
-
-
-def _heading(frame: Frame) -> float:
-    """Which way the first body that may move faces [rad], about the world's z from x."""
-    return frame.pose(1).yaw if len(frame.poses) > 1 else 0.0
 
 
 def tool_point(frame: Frame, tool: Any) -> NDArray[np.float64]:

@@ -1,7 +1,5 @@
 """Panel widgets: escaped pieces of HTML. viser sends browsers only what changes of an element."""
 
-from __future__ import annotations
-
 import html
 
 GREEN, AMBER, RED, BLUE, GREY = "#2b8a3e", "#b35c00", "#c92a2a", "#1c6ea4", "#6c757d"

@@ -6,11 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cli.launchers.gear.launcher import OUTPUT, Arguments, parse, without_remappings
+from cellwright.cli.launchers.gear.launcher import OUTPUT, parse, without_remappings
+
+
+def said(arguments: list[str]) -> tuple[object, ...]:
+    found = parse(arguments, {})
+    return found.config, found.file, found.dry_run, found.verbose, found.output, found.competition
 
 
 def test_nothing_is_a_competition_without_a_configuration() -> None:
-    assert parse([], {}) == Arguments("", (), False, False, Path("/tmp/ariac"), True)
+    assert said([]) == ("", [], False, False, Path("/tmp/ariac"), True)
     assert Path("/tmp/ariac") == OUTPUT
 
 
@@ -18,11 +23,11 @@ def test_nothing_is_a_competition_without_a_configuration() -> None:
 @pytest.mark.parametrize("file", ["-f", "--file"])
 def test_the_options(development: str, file: str) -> None:
     given = [development, file, "a.yaml", "b.yaml", "-n", "--verbose", "-o", "/there", "--no-gui"]
-    assert parse(given, {}) == Arguments("", ("a.yaml", "b.yaml"), True, True, Path("/there"), False)
+    assert said(given) == ("", ["a.yaml", "b.yaml"], True, True, Path("/there"), False)
 
 
 def test_files_given_one_by_one() -> None:
-    assert parse(["-f", "a.yaml", "-f", "b.yaml"], {}).files == ("a.yaml", "b.yaml")
+    assert parse(["-f", "a.yaml", "-f", "b.yaml"], {}).file == ["a.yaml", "b.yaml"]
 
 
 def test_a_configuration_in_words() -> None:
@@ -36,7 +41,7 @@ def test_the_environment_may_ask_for_a_competition() -> None:
 
 def test_what_a_launch_file_adds_is_dropped() -> None:
     given = ["-f", "a.yaml", "__name:=ariac_node", "__log:=/tmp/a.log", "/a:=/b", "_rate:=3"]
-    assert parse(given, {}).files == ("a.yaml",)
+    assert parse(given, {}).file == ["a.yaml"]
 
 
 @pytest.mark.slow

@@ -50,7 +50,7 @@ def test_the_launch_file_does_the_same(sample: Loaded, *, competition: bool, ver
     assert (node.get("pkg"), node.get("type")) == ("osrf_gear", "gear.py")
     arguments = node.get("args", "").replace("$(dirname)", "/there").split()
     again = parse(arguments, {})
-    assert again.files == ("/there/config.yaml",)
+    assert again.file == ["/there/config.yaml"]
     assert (again.competition, again.verbose) == (competition, verbose)
 
 

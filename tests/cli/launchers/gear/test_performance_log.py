@@ -20,7 +20,7 @@ from cellwright.cell.kitting.effects import (
 )
 from cellwright.cell.kitting.kit_score import KitScore, PartFinding, Refusal, RefusalReason, Verdict
 from cellwright.cell.kitting.scorer import GameScore, OrderScore
-from cellwright.cli.launchers.gear.performance_log import PerformanceLog, log_path, score_lines
+from cellwright.cli.launchers.gear.launcher import PerformanceLog, log_path, score_lines
 from cellwright.config.trial.trial import Order
 from cellwright.util.pose import Pose
 

@@ -1,7 +1,8 @@
 """Whether AGVs are there, as they tell."""
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.cell_view import AgvStates
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from tests.cells import KITTING
@@ -10,20 +11,27 @@ from tests.cells import KITTING
 def test_an_agv_is_ready_until_it_is_sent_off() -> None:
     cell = Cell(KITTING)
     client = Client(InProcess(cell, node="/agent"))
-    agvs = AgvStates(client)
-    client.sleep(0.1)
-    assert not agvs.is_ready(1), "nobody has listened"
-    agvs.listen()
-    agvs.listen()
-    assert not agvs.is_ready(1), "nothing was heard yet"
+    view = CellView(client, Catalogue(), ())
+    assert not view.is_agv_ready(1), "nothing was heard yet"
     client.sleep(0.01)
-    assert agvs.is_ready(1)
-    assert agvs.is_ready(2)
+    assert view.is_agv_ready(1)
+    assert view.is_agv_ready(2)
     client.control_agv(1, "kit")
     client.sleep(0.01)
-    assert not agvs.is_ready(1)
-    assert agvs.is_ready(2)
-    assert not agvs.is_ready(3)
-    agvs.rest()
-    assert not agvs.is_ready(2)
+    assert not view.is_agv_ready(1)
+    assert view.is_agv_ready(2)
+
+
+def test_agvs_are_heard_only_while_they_are_watched() -> None:
+    cell = Cell(KITTING)
+    client = Client(InProcess(cell, node="/agent"))
+    view = CellView(client, Catalogue(), ())
+    view.watch_agvs(True)
+    assert cell.bus.topic("/ariac/agv2/state").subscribers == ("/agent",)
+    view.watch_agvs(False)
+    view.watch_agvs(False)
     assert cell.bus.topic("/ariac/agv2/state").subscribers == ()
+    client.control_agv(2, "kit")
+    view.watch_agvs(True)
+    client.sleep(0.01)
+    assert not view.is_agv_ready(2)

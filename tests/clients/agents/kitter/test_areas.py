@@ -15,7 +15,7 @@ from cellwright.clients.agents.kitter.perception import (
     BELT_SURFACE,
     BINS,
     Area,
-    bin_at,
+    is_in_bin,
     is_well_in_view,
     view_of,
 )
@@ -77,9 +77,9 @@ def test_the_edge_of_a_view_is_not_well_in_view() -> None:
 
 
 def test_places_in_bins() -> None:
-    assert bin_at(-0.3, 0.23) == "bin7"
-    assert bin_at(-0.55, 0.5) == "bin7"
-    assert bin_at(BELT_MIDDLE, 0.23) is None
+    assert is_in_bin(-0.3, 0.23)
+    assert is_in_bin(-0.55, 0.5)
+    assert not is_in_bin(BELT_MIDDLE, 0.23)
 
 
 def test_areas_meet_where_they_have_a_point_in_common() -> None:

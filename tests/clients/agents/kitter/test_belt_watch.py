@@ -14,7 +14,7 @@ from cellwright.clients.agents.kitter.perception import (
     BELT_SURFACE,
     BeltWatch,
     Image,
-    Seen,
+    Sighting,
     crosses_belt,
 )
 from cellwright.clients.client import Client
@@ -48,8 +48,8 @@ def watch(client: FakeClient, beams: dict[str, Pose] | None = None, types: tuple
     return BeltWatch(cast("Client", client), beams or {}, types, Catalogue())
 
 
-def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SURFACE) -> Seen:
-    return Seen(part_type, Pose.from_rpy((x, y, z), (0.0, 0.0, 0.5)))
+def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SURFACE) -> Sighting:
+    return Sighting(part_type, Pose.from_rpy((x, y, z), (0.0, 0.0, 0.5)))
 
 
 def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.cell_view import CellView, Sensors, find_sensors
+from cellwright.clients.agents.kitter.cell_view import CellView, find_sensors
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.perception import BINS
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS
@@ -20,15 +20,15 @@ def client(*names: str) -> Client:
 
 
 def test_the_lessons_sensors() -> None:
-    found = find_sensors(client("lesson"))
-    assert sorted(found.cameras) == ["logical_camera", "logical_camera_over_agv1"]
-    assert list(found.beams) == ["break_beam"]
-    assert found.beams["break_beam"].position == pytest.approx((1.6, 2.25, 0.91))
-    assert found.cameras["logical_camera_over_agv1"].position == pytest.approx((0.3, 3.15, 1.5))
+    cameras, beams = find_sensors(client("lesson"))
+    assert sorted(cameras) == ["logical_camera", "logical_camera_over_agv1"]
+    assert list(beams) == ["break_beam"]
+    assert beams["break_beam"].position == pytest.approx((1.6, 2.25, 0.91))
+    assert cameras["logical_camera_over_agv1"].position == pytest.approx((0.3, 3.15, 1.5))
 
 
 def test_a_cell_without_sensors() -> None:
-    assert find_sensors(client("qual1a")) == Sensors()
+    assert find_sensors(client("qual1a")) == ({}, {})
 
 
 def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:

@@ -21,7 +21,7 @@ KIT = Kit("kit", [TASK], KINDS, STATIONS[2])
 def beside(dx: float = 0.0, yaw: float = 0.0, part_type: str = "gear_part") -> Sighting:
     """A part on tray 2, beside the place of the only part of the kit."""
     shift = Pose.from_rpy((0.1 + dx, 0.1, 0.0), (0.0, 0.0, yaw))
-    return Sighting(part_type, pose_on_tray(STATIONS[2], KINDS.figures(part_type), shift), 8)
+    return Sighting(part_type, pose_on_tray(STATIONS[2], KINDS.figures(part_type), shift))
 
 
 def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True) -> CellView:

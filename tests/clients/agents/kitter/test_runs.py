@@ -105,7 +105,7 @@ def test_parts_that_it_cannot_take_are_told_in_the_end_with_the_reason(tmp_path:
         "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius, 6 mm are needed",
         "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
     ]
-    sentences = [part.sentence() for kit in result.evidence.kits() for part in kit.parts]
+    sentences = [part.sentence() for each in result.evidence.orders for kit in each.kits for part in kit.parts]
     assert sentences == ["none on the tray when it was submitted: never taken hold of"] * 2
 
 

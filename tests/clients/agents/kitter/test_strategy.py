@@ -14,7 +14,7 @@ from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.perception import Area, BeltPart, Sighting
-from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Picker, Placer
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Manipulator
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
@@ -103,7 +103,6 @@ class FakeView:
         self.floor = floor
         self.belt = SimpleNamespace(coming=self._coming, forget=floor.coming.remove)
         self.not_upright: set[str] = set()
-        self.agvs = SimpleNamespace(listen=lambda: None, rest=lambda: None, is_ready=self._is_ready)
 
     def _coming(self, part_type: str, _time: float, _y: float) -> list[BeltPart]:
         return [part for part in self.floor.coming if part.type == part_type]
@@ -111,7 +110,10 @@ class FakeView:
     def look(self, *_areas: Area) -> None:
         self.floor.time += 0.8
 
-    def _is_ready(self, number: int) -> bool:
+    def watch_agvs(self, on: bool) -> None:
+        pass
+
+    def is_agv_ready(self, number: int) -> bool:
         return self.floor.time >= self.floor.away and all(sent != number for sent, _ in self.floor.sent)
 
     def parts_in_bins(self) -> list[Sighting]:
@@ -142,9 +144,10 @@ CONE = {
 }
 
 
-class FakePicker:
+class FakeHand:
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
+        self.bad: list[str] = []
 
     def from_rest(self, part_type: str, world_T_part: Pose, _rail: float, *, attempt: int = 0) -> Held | None:
         floor = self.floor
@@ -169,25 +172,19 @@ class FakePicker:
 
     def from_belt(self, part: BeltPart, _y: float) -> Held | None:
         self.floor.time += 5.0
-        return Held(part.type, flat(0.0, 0.0, -0.02), part.has_yaw)
-
-
-class FakePlacer:
-    def __init__(self, floor: Floor) -> None:
-        self.floor = floor
-        self.bad: list[str] = []
+        return Held(part.type, flat(0.0, 0.0, -0.02))
 
     def put_down(self, held: Held, world_T_part: Pose, _rail: float) -> bool:
         floor = self.floor
         floor.time += 5.0
         if floor.losses > 0:
             floor.losses -= 1
-            floor.tray.append(Sighting(held.type, flat(0.3, 3.15, 0.755), 8))
+            floor.tray.append(Sighting(held.type, flat(0.3, 3.15, 0.755)))
             return False
         x, y, _ = world_T_part.position
         pose = flat(x + floor.shift, y, 0.755, world_T_part.yaw)
         floor.shift = 0.0
-        floor.tray.append(Sighting(held.type, pose, 8))
+        floor.tray.append(Sighting(held.type, pose))
         if self.bad:
             self.bad.pop()
             floor.faulty.append(pose)
@@ -196,18 +193,18 @@ class FakePlacer:
     def throw_away(self, held: Held) -> None:
         self.floor.thrown.append(held.type)
 
+    def let_go(self) -> None:
+        pass
+
 
 class FakeArm:
-    rail = 0.0
+    joints = SimpleNamespace(rail=0.0)
 
     def reaches(self, _goal: Pose, _rail: float) -> bool:
         return True
 
     def travel(self, _goal: Pose, _rail: float) -> bool:
         return True
-
-    def unload(self) -> None:
-        pass
 
 
 def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
@@ -220,21 +217,20 @@ def work(
 ) -> Floor:
     """Let the strategy work until so many kits were sent, all of them if not said otherwise."""
     client, view = FakeClient(floor, orders, belt_types, kits_sent), FakeView(floor)
-    placer = FakePlacer(floor)
-    placer.bad = ["bad"] * bad
+    hand = FakeHand(floor)
+    hand.bad = ["bad"] * bad
     Strategy(
         cast("Client", client),
         cast("CellView", view),
         cast("Arm", FakeArm()),
-        cast("Picker", FakePicker(floor)),
-        cast("Placer", placer),
+        cast("Manipulator", hand),
         Catalogue({"cone_part": CONE}),
     ).run()
     return floor
 
 
 def gears(count: int) -> list[Sighting]:
-    return [Sighting("gear_part", flat(-0.5 + 0.1 * index, 0.2), 8) for index in range(count)]
+    return [Sighting("gear_part", flat(-0.5 + 0.1 * index, 0.2)) for index in range(count)]
 
 
 def places(floor: Floor) -> list[tuple[float, float]]:
@@ -344,7 +340,7 @@ def test_a_part_lost_over_the_tray_is_taken_up_again() -> None:
 
 
 def test_a_part_too_many_is_taken_off_the_tray() -> None:
-    stray = Sighting("disk_part", flat(0.3, 3.15, 0.755), 8)
+    stray = Sighting("disk_part", flat(0.3, 3.15, 0.755))
     floor = work(Floor(bins=gears(1), tray=[stray]), [order(("gear_part", 0.1, 0.1))])
     assert floor.thrown == ["disk_part"]
     assert [part.type for part in floor.tray] == ["gear_part"]
@@ -359,7 +355,7 @@ def test_places_off_the_tray_come_to_lie_apart() -> None:
 
 def test_a_kit_is_sent_in_time_even_if_it_is_not_complete() -> None:
     floor = Floor(bins=gears(9), slips=1000)
-    floor.bins = [Sighting("gear_part", flat(-0.5 + 0.06 * i, 0.0 + 0.06 * j), 8) for i in range(8) for j in range(8)]
+    floor.bins = [Sighting("gear_part", flat(-0.5 + 0.06 * i, 0.0 + 0.06 * j)) for i in range(8) for j in range(8)]
     work(floor, [order(("gear_part", 0.1, 0.1))])
     assert floor.sent == [(1, "order_0_kit_0")]
     assert 455.0 < floor.time < 500.0

@@ -7,13 +7,13 @@ from cellwright.clients.agents.kitter.agent import ATTEMPTS, BELT_HORIZON, Suppl
 from cellwright.clients.agents.kitter.arm import Arm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.perception import BELT_SPEED, BeltPart, Sighting
-from cellwright.clients.agents.kitter.pick_and_place import Picker
+from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
 
 def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
-    return Sighting(part_type, Pose((x, y, 0.725)), 8)
+    return Sighting(part_type, Pose((x, y, 0.725)))
 
 
 def supply(*coming: BeltPart, reachable: float | None = 0.5) -> Supply:
@@ -23,8 +23,8 @@ def supply(*coming: BeltPart, reachable: float | None = 0.5) -> Supply:
     return Supply(
         cast("Client", SimpleNamespace(time=0.0)),
         cast("CellView", view),
-        cast("Arm", SimpleNamespace(rail=0.0)),
-        cast("Picker", SimpleNamespace(meeting_place=lambda *_: reachable)),
+        cast("Arm", SimpleNamespace(joints=SimpleNamespace(rail=0.0))),
+        cast("Manipulator", SimpleNamespace(meeting_place=lambda *_: reachable)),
     )
 
 
@@ -70,7 +70,6 @@ def test_the_belt_goes_first_only_for_what_comes_soon() -> None:
     soon = BeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
     late = BeltPart("gear_part", [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
     meeting = supply(soon, late).on_belt("gear_part")
-    assert meeting is not None
-    assert (meeting.part, meeting.y) == (soon, 0.5)
+    assert meeting == (soon, 0.5)
     assert supply(late).on_belt("gear_part") is None
     assert supply(soon, reachable=None).on_belt("gear_part") is None

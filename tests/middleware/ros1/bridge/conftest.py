@@ -14,7 +14,7 @@ from tests.processes import Process
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
 
-PROGRAM = Path(cellwright.__file__).parent / "middleware/ros1/bridge/__main__.py"
+PROGRAM = Path(cellwright.__file__).parent / "middleware/ros1/bridge/bridge.py"
 
 
 def start_bridge(

@@ -37,7 +37,7 @@ def built(operator: Operator, page: Any) -> None:
 
 def test_a_cell_gets_no_operator() -> None:
     operator, page = Operator(), FakePage(("127.0.0.1", 1))
-    operator.attach(page)  # type: ignore[arg-type]
+    operator.page = page  # type: ignore[assignment]
     operator.begin(SCENE)
     operator.panel({"kind": "cell"})
     operator.told({})
@@ -48,7 +48,7 @@ def test_a_cell_gets_no_operator() -> None:
 def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene(address: tuple[str, int]) -> None:
     operator, page = Operator(), FakePage(address)
     page.first_panel = page.link.ask(PANEL)
-    operator.attach(page)  # type: ignore[arg-type]
+    operator.page = page  # type: ignore[assignment]
     operator.begin(SCENE)
     assert page.tabs == [TAB], "it is there before those of others"
     built(operator, page)

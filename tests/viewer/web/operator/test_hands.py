@@ -123,7 +123,7 @@ def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
     assert "another browser" in hands.grab(0, OTHER, stands.tips[0], stands)
     assert not hands.move(0, OTHER, stands.tips[1], 0.0)
     hands.release(0, OTHER)
-    assert hands.is_held(0)
+    assert 0 in hands.holds
     assert "no such arm" in hands.grab(7, ME, stands.tips[0], stands)
 
 
@@ -137,7 +137,7 @@ def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_i
     assert 45 <= count <= 51
     hands.release(0, ME)
     assert hands.due(stands, 2.0) is None
-    assert not hands.is_any_held
+    assert not hands.holds
 
 
 def test_a_handle_that_rests_is_repeated_for_a_while() -> None:

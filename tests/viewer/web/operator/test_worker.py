@@ -102,7 +102,7 @@ def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
             desk.drag(0, ME, Pose((0.0, 0.0, 0.01)) @ tip)
             wait_until(lambda desk=desk: stands(desk).taken > 0, "command that was taken")  # type: ignore[misc]
         wait_until(lambda: f"{NODE} commands here" in other.notes.text, "reason of the refusal")
-        assert not other.hands.is_held(0)
+        assert not other.hands.holds
         wait_until(lambda: stands(other).refused > 0, "count of the refusal")
         first.close()
         second.close()

@@ -1,9 +1,12 @@
-"""Launcher `gear.py` of 2017: its command line, the files it leaves, and the cell it starts.
+"""Launcher `gear.py` of 2017: its command line, the files it leaves, the log of a trial, and the cell it starts.
 
 config.yaml   the configuration as it was given, files joined
 gear.yaml     what it comes to: every part, sensor, order and drop region with its figures
 gear.urdf     the robot description
 gear.launch   starts the same cell again: `roslaunch DIR/gear.launch`
+
+The log is `~/.ariac/log/performance.log`: lines as things happen, and the score in a block at the end, which scripts of
+the time look for; times are simulation time [s].
 """
 
 from __future__ import annotations
@@ -11,8 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,16 +24,122 @@ from rich.console import Console
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
-from cellwright.cli.launchers.gear.performance_log import PerformanceLog, log_path
+from cellwright.cell.kitting import effects
+from cellwright.cell.kitting.kit_score import KitScore
+from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.cli.options import default_speed
 from cellwright.cli.serve import EXIT_ON_COMPLETION, run_served, served_session
 from cellwright.config.parsing.sources import read_texts
 from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
 from cellwright.config.trial.trial import Camera, Sensor
+from cellwright.engine.clock import seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import CellTarget, RunOptions, ServerOptions
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.util.files import write_whole
+from cellwright.util.files import LineFile, write_whole
+
+
+def log_path(home: Path) -> Path:
+    """Where the log of a user lies."""
+    return home / ".ariac" / "log" / "performance.log"
+
+
+class PerformanceLog:
+    """Writes the log of one trial. Each line is with the operating system at once.
+
+    A file that cannot be written is told of once, and the cell goes on without it.
+
+    Args:
+        path: the file; it is begun anew.
+        report: takes a line when it cannot be written.
+    """
+
+    def __init__(self, path: Path, report: Callable[[str], None]) -> None:
+        self.path = path
+        self._has_score = False
+        self._file: LineFile | None = None
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.is_symlink():  # the original left one, which may lead nowhere by now
+                path.unlink()
+            self._file = LineFile(path, report=report)
+        except OSError as error:
+            report(f"{path}: there will be no score log: {error.strerror or error}")
+
+    def effect(self, effect: effects.Effect, now: int) -> None:
+        """Note what the referee did at the time `now` [ns]."""
+        for line in _lines(effect):
+            self._write(f"[{seconds(now):.3f}] {line}")
+        if isinstance(effect, effects.TrialEnded):
+            self.score(effect.score, effect.process_time)
+
+    def score(self, score: GameScore, process_time: int) -> None:
+        """Write the score, and how long the game took [ns], unless that has been done."""
+        if not self._has_score:
+            self._has_score = True
+            self._write("\n".join(score_lines(score, process_time)))
+
+    def close(self) -> None:
+        """Write no more."""
+        if self._file is not None:
+            self._file.close()
+
+    def _write(self, text: str) -> None:
+        if self._file is not None:
+            self._file.write(text)
+
+
+def _lines(effect: effects.Effect) -> Iterator[str]:
+    match effect:
+        case effects.StateChanged(state):
+            yield f"State: {state}"
+        case effects.OrderAnnounced(order, reason, _):
+            yield f"Announcing order: {order.order_id} ({reason})"
+        case effects.KitSubmitted(tray_id, kit_type, score, _):
+            yield f"Submitted tray: {tray_id} as {kit_type}: [{score.total:g}]"
+            if score.refusal is not None:
+                yield score.refusal.sentence()
+        case effects.OrderCompleted(score, _):
+            yield f"Order complete: {score.order_id}: [{score.total:g}]"
+        case effects.TrialEnded(reason, _, _):
+            yield f"Trial over: {reason}"
+
+
+def score_lines(score: GameScore, process_time: int) -> Iterator[str]:
+    """The block of the score: the game, which took so long [ns], its orders, their kits."""
+    yield "<game_score>"
+    yield f"Total game score: [{score.total:g}]"
+    yield f"Total process time: [{seconds(process_time):.3f}]"
+    yield f"Part travel time: [{seconds(score.part_travel_time):.3f}]"
+    for order in score.orders:
+        yield from _order_lines(order)
+    yield "</game_score>"
+
+
+def _order_lines(order: OrderScore) -> Iterator[str]:
+    yield f"<order_score {order.order_id}>"
+    yield f"Total order score: [{order.total:g}]"
+    yield f"Time taken: [{seconds(order.time_taken):.3f}]"
+    yield f"Complete: [{_word(order.is_complete)}]"
+    for kit in order.kits:
+        yield from _kit_lines(kit)
+    yield "</order_score>"
+
+
+def _kit_lines(kit: KitScore) -> Iterator[str]:
+    yield f"<kit_score {kit.kit_type}>"
+    yield f"Total kit score: [{kit.total:g}]"
+    yield f"Complete: [{_word(kit.is_complete)}]"
+    yield f"Submitted: [{_word(kit.is_submitted)}]"
+    yield f"Part presence score: [{kit.part_presence:g}]"
+    yield f"All parts bonus: [{kit.all_parts_bonus:g}]"
+    yield f"Part pose score: [{kit.part_pose:g}]"
+    yield "</kit_score>"
+
+
+def _word(truth: bool) -> str:  # noqa: FBT001
+    return "true" if truth else "false"
+
 
 OUTPUT = Path("/tmp/ariac")  # noqa: S108 - where the original put its files, and programs look for them
 """Where the files go that say what is started."""
@@ -42,48 +150,17 @@ COMPETITION = "ARIAC_COMPETITION"
 _REMAPPING = ":="
 
 
-@dataclass(frozen=True, slots=True)
-class Arguments:
-    """What the launcher was asked for.
-
-    Attributes:
-        config: the configuration itself, as YAML; empty if there is none.
-        files: files that are read as one configuration.
-        dry_run: show what would be started, and start nothing.
-        verbose: say more.
-        output: where the files go that say what is started.
-        competition: whether what a competition refuses is refused.
-    """
-
-    config: str = ""
-    files: tuple[str, ...] = ()
-    dry_run: bool = False
-    verbose: bool = False
-    output: Path = OUTPUT
-    competition: bool = True
-
-
 def without_remappings(arguments: Sequence[str]) -> list[str]:
     """The arguments that are the program's own: `roslaunch` adds remappings, such as `__name:=ariac_node`."""
     return [argument for argument in arguments if _REMAPPING not in argument]
 
 
-def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> Arguments:
-    """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used.
-
-    Args:
-        arguments: those of the process, without the program's name.
-        variables: those of its environment.
-    """
+def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> argparse.Namespace:
+    """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used."""
     parsed = _parser().parse_args(without_remappings(arguments))
-    return Arguments(
-        config=parsed.config,
-        files=tuple(parsed.file or ()),
-        dry_run=parsed.dry_run,
-        verbose=parsed.verbose,
-        output=parsed.output,
-        competition=not parsed.development_mode or COMPETITION in variables,
-    )
+    parsed.file = parsed.file or []
+    parsed.competition = not parsed.development_mode or COMPETITION in variables
+    return parsed
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -132,14 +209,7 @@ _LAUNCH = """\
 
 
 def launch_files(loaded: Loaded, text: str, *, competition: bool, verbose: bool = False) -> dict[str, str]:
-    """The content of each file, by its name.
-
-    Args:
-        loaded: the configuration.
-        text: the configuration as it was given.
-        competition: whether the cell is in competition mode.
-        verbose: whether the launcher was asked to say more.
-    """
+    """The content of each file, by its name."""
     options = ("" if competition else "--development-mode ") + ("--verbose " if verbose else "")
     return {
         CONFIG: text,
@@ -167,11 +237,7 @@ def _sensor(sensor: Sensor) -> dict[str, Any]:
 
 
 def write_launch_files(files: dict[str, str], folder: Path) -> None:
-    """Write the files.
-
-    Raises:
-        UsageError: the folder cannot be written.
-    """
+    """Write the files."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
@@ -184,15 +250,7 @@ _FAILED = 1
 
 
 def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) -> int:
-    """Start the cell, and stay until it ends.
-
-    Args:
-        arguments: those of the process, without the program's name.
-        variables: those of its environment.
-
-    Returns:
-        The exit status: 1 for whatever is wrong with the configuration, or could not be started.
-    """
+    """Start the cell, and stay until it ends; the exit status, 1 for whatever is wrong or could not be started."""
     wanted = parse(arguments, variables)
     try:
         return _launch(wanted, variables)
@@ -202,7 +260,7 @@ def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) ->
         return _FAILED
 
 
-def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
+def _launch(wanted: argparse.Namespace, variables: Mapping[str, str]) -> int:
     speed = default_speed(variables)
     text, loaded = _load(wanted)
     for warning in loaded.warnings:
@@ -222,15 +280,15 @@ def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
     return _serve(loaded, wanted, variables, speed)
 
 
-def _load(wanted: Arguments) -> tuple[str, Loaded]:
+def _load(wanted: argparse.Namespace) -> tuple[str, Loaded]:
     """The configuration as it was given, and what it says. Nothing at all is a cell without arm and sensors."""
-    if not wanted.files:
+    if not wanted.file:
         return wanted.config, load_trial(text=wanted.config)
-    paths = [Path(file) for file in wanted.files]
+    paths = [Path(file) for file in wanted.file]
     return read_texts(paths).content, load_trial(paths)
 
 
-def _serve(loaded: Loaded, wanted: Arguments, variables: Mapping[str, str], speed: float | None) -> int:
+def _serve(loaded: Loaded, wanted: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:
     log = PerformanceLog(log_path(Path.home()), _warn)
     console = Console(highlight=False)
     cell: list[Cell] = []

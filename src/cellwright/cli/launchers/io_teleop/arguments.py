@@ -23,14 +23,9 @@ _NAME = "__name"
 
 
 def command(script: str, arguments: Sequence[str], warn: Callable[[str], None]) -> list[str]:
-    """What `cellwright` is to be given.
+    """What `cellwright` is to be given for a script, by its path, and its arguments.
 
     Options of the vendor's are translated, all others handed on: those of `cellwright teleop` may be given too.
-
-    Args:
-        script: path of the script that was started.
-        arguments: of it.
-        warn: takes a line about what cannot be followed.
 
     Raises:
         UnknownNameError: there is no such robot.

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -30,15 +29,14 @@ from cellwright.clients.agents.kitter.kits import (
     strays,
 )
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import BINS, BeltPart, Sighting, bin_at
+from cellwright.clients.agents.kitter.perception import BINS, BeltPart, Sighting, is_in_bin
 from cellwright.clients.agents.kitter.pick_and_place import (
     STATIONS,
     Held,
-    Picker,
-    Placer,
+    Manipulator,
     bin_rail,
-    can_reach,
     pose_on_tray,
+    release_pose,
 )
 from cellwright.clients.client import Client
 from cellwright.util.errors import CellwrightError
@@ -53,41 +51,48 @@ BELT_HORIZON = 12.0
 FIRST_Y, LAST_Y = 1.7, -1.8
 """World y [m] between which parts are taken from the belt."""
 
+PART_TIMEOUT = 60.0
+"""A part of which there is none in sight is waited for this long [s]."""
 
-@dataclass(frozen=True, slots=True)
-class Meeting:
-    """A part on the belt that can be met, and world y [m] where."""
+LATEST_WORK_TIME = 455.0
+"""So long after the start [s] a kit is sent as it is: trials of the finals end after 500 s."""
 
-    part: BeltPart
-    y: float
+MAX_CLEANINGS = 4
+"""How often something is taken off a tray before it is sent as it is."""
+
+MAX_SENDINGS = 4
+"""How often an AGV is asked to go before its kit is given up."""
+
+MAX_LOSSES = 5
+"""How often a part is lost on its way before it is given up."""
+
+WAITING_Y = 1.55
+"""World y [m] at which the arm waits for the belt to bring something."""
+
+State: TypeAlias = "Callable[[], State | None]"
+
+log = logging.getLogger(__name__)
 
 
 class Supply:
-    """What is there to be taken, and what was tried in vain.
+    """The parts that can be taken, and what was tried in vain."""
 
-    Args:
-        client: whose time.
-        view: what is seen of the cell.
-        arm: which is somewhere.
-        picker: which knows what it can meet.
-    """
-
-    def __init__(self, client: Client, view: CellView, arm: Arm, picker: Picker) -> None:
+    def __init__(self, client: Client, view: CellView, arm: Arm, hand: Manipulator) -> None:
         self._client = client
         self._view = view
         self._arm = arm
-        self._picker = picker
+        self._hand = hand
         self._failures: Counter[tuple[int, int]] = Counter()
         self._tried: Counter[str] = Counter()
         self._too_far: Counter[str] = Counter()
 
-    def on_belt(self, part_type: str) -> Meeting | None:
-        """The first part of a type on the belt that can be met soon."""
+    def on_belt(self, part_type: str) -> tuple[BeltPart, float] | None:
+        """The first part of a type on the belt that can be met soon, and world y [m] where."""
         now = self._client.time
         for part in self._view.belt.coming(part_type, now, LAST_Y):
-            y = self._picker.meeting_place(part, FIRST_Y, LAST_Y)
+            y = self._hand.meeting_place(part, FIRST_Y, LAST_Y)
             if y is not None and part.time_at(y) < now + BELT_HORIZON:
-                return Meeting(part, y)
+                return part, y
         return None
 
     def best(self, part_type: str, lying: Iterable[Sighting]) -> Sighting | None:
@@ -97,7 +102,7 @@ class Supply:
             candidates,
             key=lambda part: (
                 self.failures(part.world_T_part),
-                round(abs(part.world_T_part.position[1] - self._arm.rail), 1),
+                round(abs(part.world_T_part.position[1] - self._arm.joints.rail), 1),
                 -part.world_T_part.position[0],
             ),
             default=None,
@@ -129,52 +134,17 @@ def bin_cell(world_T_part: Pose) -> tuple[int, int]:
     return round(x / 0.05), round(y / 0.05)
 
 
-log = logging.getLogger(__name__)
-
-PART_TIMEOUT = 60.0
-"""A part of which there is none in sight is waited for this long [s]."""
-
-LATEST_WORK_TIME = 455.0
-"""So long after the start [s] a kit is sent as it is: trials of the finals end after 500 s."""
-
-MAX_CLEANINGS = 4
-"""How often something is taken off a tray before it is sent as it is."""
-
-MAX_SENDINGS = 4
-"""How often an AGV is asked to go before its kit is given up."""
-
-MAX_LOSSES = 5
-"""How often a part is lost on its way before it is given up."""
-
-WAITING_Y = 1.55
-"""World y [m] at which the arm waits for the belt to bring something."""
-
-State: TypeAlias = "Callable[[], State | None]"
-
-
 class Strategy:
-    """The agent's behaviour in one run.
+    """The agent's behaviour in one run."""
 
-    Args:
-        client: its hold on the cell.
-        view: what it knows of the cell.
-        arm: its arm.
-        picker: how it takes hold of parts.
-        placer: how it puts them down.
-        catalogue: the part types that it can handle.
-    """
-
-    def __init__(
-        self, client: Client, view: CellView, arm: Arm, picker: Picker, placer: Placer, catalogue: Catalogue
-    ) -> None:
+    def __init__(self, client: Client, view: CellView, arm: Arm, hand: Manipulator, catalogue: Catalogue) -> None:
         self._client = client
         self._view = view
         self._arm = arm
-        self._picker = picker
-        self._placer = placer
+        self._hand = hand
         self._catalogue = catalogue
         self._orders = OrderBook(client, catalogue)
-        self._supply = Supply(client, view, arm, picker)
+        self._supply = Supply(client, view, arm, hand)
         self._started = client.time
         self._last_progress = client.time
 
@@ -220,23 +190,23 @@ class Strategy:
     def choose_kit(self) -> State | None:
         """The oldest kit that is not yet sent, at an AGV that is there."""
         kit = self._orders.open_kits()[0]
-        agvs = self._view.agvs
-        if not self._client.wait_until(lambda: any(map(agvs.is_ready, STATIONS)), 60.0):
+        is_ready = self._view.is_agv_ready
+        if not self._client.wait_until(lambda: any(map(is_ready, STATIONS)), 60.0):
             self._say("no AGV is there")
             return None if self._is_over() else self.choose_kit
-        kit.station = next(station for number, station in STATIONS.items() if agvs.is_ready(number))
-        agvs.rest()
+        kit.station = next(station for number, station in STATIONS.items() if is_ready(number))
+        self._view.watch_agvs(False)
         self._last_progress = self._client.time
         self._intend("building %s on AGV %d", kit.kit_type, kit.station.number)
         return partial(self.choose_part, kit)
 
     def submit(self, kit: Kit) -> State | None:
         """Send the kit off."""
-        number, agvs = kit.station.number, self._view.agvs
-        agvs.listen()
+        number = kit.station.number
+        self._view.watch_agvs(True)
         # the tray reports what lies on it once a second
         self._client.sleep(1.0)
-        self._client.wait_until(lambda: agvs.is_ready(number), 30.0)
+        self._client.wait_until(lambda: self._view.is_agv_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
         self._intend("sending AGV %d with %s: %s", number, kit.kit_type, types)
         kit.sendings += 1
@@ -261,7 +231,7 @@ class Strategy:
         for task in tasks:
             meeting = self._supply.on_belt(task.type)
             if meeting is not None:
-                return partial(self.fetch_from_belt, kit, task, meeting)
+                return partial(self.fetch_from_belt, kit, task, *meeting)
         self._view.look(BINS, kit.station.area)
         lost = [part for part in strays(self._view, kit) if not is_known_faulty(kit, part)]
         for lying in (lost, self._view.parts_in_bins()):
@@ -294,21 +264,20 @@ class Strategy:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
         self._intend("fetching a %s at (%.3f, %.3f)", task.type, x, y)
-        rail = bin_rail(y) if bin_at(x, y) is not None else kit.station.rail
+        rail = bin_rail(y) if is_in_bin(x, y) else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
-        held = self._picker.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
+        held = self._hand.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
         if held is None:
-            is_in_reach = self._picker.is_in_reach(task.type, part.world_T_part, rail)
+            is_in_reach = self._hand.is_in_reach(task.type, part.world_T_part, rail)
             self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
             self._say("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
-    def fetch_from_belt(self, kit: Kit, task: Task, meeting: Meeting) -> State | None:
-        """Take a part off the belt."""
-        part, y = meeting.part, meeting.y
+    def fetch_from_belt(self, kit: Kit, task: Task, part: BeltPart, y: float) -> State | None:
+        """Take a part off the belt at world y [m]."""
         self._intend("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
-        held = self._picker.from_belt(part, y)
+        held = self._hand.from_belt(part, y)
         self._view.belt.forget(part)
         if held is None:
             self._say("it was missed")
@@ -319,20 +288,23 @@ class Strategy:
         """Put the held part on the tray."""
         station = kit.station
         kind = self._catalogue.figures(task.type)
-        place = find_place(
-            kind, task.tray_T_goal, kit.taken(task), lambda pose: can_reach(self._arm, station, held, kind, pose)
-        )
+
+        def is_reachable(tray_T_part: Pose) -> bool:
+            goal = release_pose(held, pose_on_tray(station, kind, tray_T_part))
+            return self._arm.reaches(goal, station.rail)
+
+        place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
         if place is None:
             self._say("there is no room for a %s on the tray", task.type)
             task.given_up = "there was no room for it on the tray"
-            self._placer.throw_away(held)
+            self._hand.throw_away(held)
             return partial(self.choose_part, kit)
         x, y, _ = place.tray_T_part.position
-        self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, place.distance_text)
-        if not self._placer.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
+        where = "as ordered" if place.is_ordered else "as near as there is room"
+        self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
+        if not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
             self._say("it was lost on the way")
-            self._client.control_gripper(False)
-            self._arm.unload()
+            self._hand.let_go()
             self._note_loss(task)
             return partial(self.choose_part, kit)
         task.tray_T_part = place.tray_T_part
@@ -354,7 +326,7 @@ class Strategy:
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
         if finding.verdict is Verdict.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
-            held = self._picker.from_rest(task.type, finding.world_T_part, kit.station.rail)
+            held = self._hand.from_rest(task.type, finding.world_T_part, kit.station.rail)
             if held is not None:
                 task.tray_T_part = None
                 return partial(self.place, kit, task, held)
@@ -390,9 +362,9 @@ class Strategy:
     def _throw_away(self, kit: Kit, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
         """Take a part off the tray and drop it on the floor; whether there was a hold of it."""
         for attempt in range(first, first + attempts):
-            held = self._picker.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
+            held = self._hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
             if held is not None:
-                self._placer.throw_away(held)
+                self._hand.throw_away(held)
                 return True
         return False
 
@@ -402,19 +374,13 @@ class KitterAgent:
 
     def run(self, client: Client) -> None:
         """Work until the competition is over."""
-        catalogue = Catalogue(own_types(client))
+        try:
+            catalogue = Catalogue(client.part_types())
+        except CellwrightError:  # a cell of an earlier version
+            catalogue = Catalogue({})
         belt_types = [each for each in catalogue.types if "belt" in client.material_locations(each)]
         view = CellView(client, catalogue, belt_types)
         arm = Arm(client)
-        view.agvs.listen()
         client.start_competition()
         client.sleep(0.02)
-        Strategy(client, view, arm, Picker(client, arm, catalogue), Placer(client, arm), catalogue).run()
-
-
-def own_types(client: Client) -> Mapping[str, Mapping[str, Any]]:
-    """The part types of the trial's own; none where the cell does not tell them."""
-    try:
-        return client.part_types()
-    except CellwrightError:  # a cell of an earlier version
-        return {}
+        Strategy(client, view, arm, Manipulator(client, arm, catalogue), catalogue).run()

@@ -4,8 +4,6 @@ The servos hold the arm 1 to 3 mm low. Joint states tell by how much, and what t
 command. The rail arrives where it is sent.
 """
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Iterable, Sequence
@@ -25,7 +23,7 @@ from cellwright.clients.agents.kitter.motion import (
 )
 from cellwright.clients.client import Client
 from cellwright.config.layout import ARM_JOINTS
-from cellwright.middleware.messages.conversions import NANOSECONDS
+from cellwright.middleware.messages.conversions import NANOSECONDS, nanoseconds
 from cellwright.motion import Joints, forward
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -46,7 +44,7 @@ SETTLING = 0.7
 """About how long [s] it takes to come to stand exactly."""
 
 SAFE_HEIGHT = 0.95
-"""Height [m] of the gripper link on ways between stations, with a part that hangs up to `LOW` below the cup."""
+"""Height [m] of the gripper link on ways between stations, with one of the parts of 2017 on the cup."""
 
 TALLEST_PART_2017 = 0.0724
 """How far [m] the tallest part of 2017 hangs below the cup; with a taller one the arm keeps that much higher."""
@@ -59,14 +57,7 @@ MOST_SAG = 0.03
 
 
 class Arm:
-    """The arm.
-
-    Args:
-        client: whose arm.
-
-    Raises:
-        UsageError: there is none: nothing says for a second where its joints are.
-    """
+    """The arm of a cell; a UsageError if nothing says for a second where its joints are."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -74,14 +65,13 @@ class Arm:
         if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
             raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
         self._commanded = list(self.joints)
-        self._extra = 0.0
+        self.load_height = 0.0
+        """How far [m] what is on the cup hangs below it."""
 
     @property
     def joints(self) -> Joints:
         """Positions by the last joint states [m for the rail; rad]."""
-        message = self._states.message
-        positions = dict(zip(message.name, message.position.tolist(), strict=True))
-        return Joints(*(positions[name] for name in ARM_JOINTS))
+        return Joints.of(self._client.joint_positions)
 
     @property
     def tool(self) -> Pose:
@@ -91,26 +81,17 @@ class Arm:
     @property
     def tool_time(self) -> float:
         """When that was [s]."""
-        stamp = self._states.message.header.stamp
-        return float((stamp.sec * NANOSECONDS + stamp.nanosec) / NANOSECONDS)
-
-    @property
-    def rail(self) -> float:
-        """Where the rail stands [m]."""
-        return self.joints.rail
+        return nanoseconds(self._states.message.header.stamp) / NANOSECONDS
 
     @property
     def safe(self) -> float:
         """Height [m] of the gripper link on ways between stations, with what it carries."""
         return SAFE_HEIGHT + self._extra
 
-    def load(self, height: float) -> None:
-        """Something hangs on the cup now, this far [m] below it."""
-        self._extra = max(0.0, height - TALLEST_PART_2017)
-
-    def unload(self) -> None:
-        """Nothing hangs on the cup any more."""
-        self._extra = 0.0
+    @property
+    def _extra(self) -> float:
+        """How much higher [m] than usual the tool is kept for a tall part on the cup."""
+        return max(0.0, self.load_height - TALLEST_PART_2017)
 
     def reaches(self, goal: Pose, rail: float) -> bool:
         """Whether it gets to a tool pose, in the posture that stations are worked in, with the rail at `rail` [m]."""
@@ -161,14 +142,11 @@ class Arm:
             self._client.doze(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
-        """Go along with something that moves along -y and come down on it, without waiting: see `following_way`."""
+        """Go along with something that moves along -y and come down on it, without waiting: see `following_path`."""
         self._go_along(following_path(start, near, press, speed))
 
     def _go_along(self, way: Iterable[TimedPose]) -> float:
-        """Go along a way of the tool while the rail stands still; the time [s] it takes.
-
-        What the joints are off now is taken to be what they will be off on the way.
-        """
+        """Go along a way of the tool while the rail stands still, with the sag of now; the time [s] it takes."""
         sags, near, rail = self._sags(), self.joints, self._commanded[RAIL]
         points, times = [], []
         for time, pose in way:

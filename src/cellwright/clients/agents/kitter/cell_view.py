@@ -1,31 +1,14 @@
 """Cell view of the kitter: discovered sensors, AGV states, and the parts in bins and on trays."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from contextlib import suppress
 from typing import Any
 
+from cellwright.clients.agents.kitter import perception
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import (
-    BELT,
-    BIN_SURFACE,
-    IMAGES,
-    TRAY_HALF_X,
-    TRAY_HALF_Y,
-    TRAY_SURFACE,
-    Area,
-    BeltWatch,
-    Camera,
-    Images,
-    Sighting,
-    bin_at,
-    distance,
-    take_fresh,
-)
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS
-from cellwright.clients.client import Client, Latest
+from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.middleware.messages.osrf_gear import LogicalCameraImage, Proximity
 from cellwright.util.errors import CellwrightError
@@ -39,16 +22,8 @@ DISCOVERY_TIME = 0.25
 """How long to listen [s]: cameras make their frames known ten times a second."""
 
 
-@dataclass
-class Sensors:
-    """The sensors of the cell that the agent has a use for, and where they are in the world frame."""
-
-    cameras: dict[str, Pose] = field(default_factory=dict)
-    beams: dict[str, Pose] = field(default_factory=dict)
-
-
-def find_sensors(client: Client) -> Sensors:
-    """Listen for a moment, and tell the sensors by their frames and by the type of their first message."""
+def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
+    """World poses of logical cameras and break beams by name: told by their frames and the type of a first message."""
     frames: dict[str, Pose] = {}
 
     def take(message: Any) -> None:
@@ -63,52 +38,18 @@ def find_sensors(client: Client) -> Sensors:
     first: dict[str, Any] = {}
     listening = []
     for name in frames:
-        if name.startswith(QUALITY_SENSOR_PREFIX):
-            continue
-        try:
-            listening.append(client.on_sensor(name, lambda message, name=name: first.setdefault(name, message)))  # type: ignore[misc]
-        except CellwrightError:
-            continue  # a bin, a load point: a frame, but no sensor
+        if not name.startswith(QUALITY_SENSOR_PREFIX):
+            with suppress(CellwrightError):  # a bin, a load point: a frame, but no sensor
+                listening.append(client.on_sensor(name, lambda message, name=name: first.setdefault(name, message)))  # type: ignore[misc]
     client.sleep(DISCOVERY_TIME)
     for each in listening:
         each()
-    sensors = Sensors()
-    for name, message in sorted(first.items()):
-        if isinstance(message, LogicalCameraImage):
-            sensors.cameras[name] = frames[name]
-        elif isinstance(message, Proximity):
-            sensors.beams[name] = frames[name]
-    log.info("%.1f s: cameras %s; beams %s", client.time, list(sensors.cameras), list(sensors.beams))
-    return sensors
-
-
-class AgvStates:
-    """The states of the AGVs, while they are listened to: each tells its state in every step.
-
-    Args:
-        client: whose AGVs.
-    """
-
-    def __init__(self, client: Client) -> None:
-        self._client = client
-        self._states: dict[int, Latest] = {}
-
-    def listen(self) -> None:
-        """Hear the states from now on."""
-        for number in STATIONS:
-            if number not in self._states:
-                self._states[number] = self._client.latest(f"/ariac/agv{number}/state")
-
-    def rest(self) -> None:
-        """Hear no more of them, and forget them."""
-        for state in self._states.values():
-            state.cancel()
-        self._states.clear()
-
-    def is_ready(self, number: int) -> bool:
-        """Whether an AGV said last that it stands at its load point."""
-        state = self._states.get(number)
-        return state is not None and state.message is not None and state.message.data == "ready_to_deliver"
+    cameras, beams = (
+        {name: frames[name] for name, message in sorted(first.items()) if isinstance(message, kind)}
+        for kind in (LogicalCameraImage, Proximity)
+    )
+    log.info("%.1f s: cameras %s; beams %s", client.time, list(cameras), list(beams))
+    return cameras, beams
 
 
 SURFACE_TOLERANCE = 0.02
@@ -124,41 +65,48 @@ FAULT_IMAGES = 3
 class CellView:
     """What there is to know.
 
-    A camera over the belt is looked through all the time if something comes along there. All others are, like the
-    quality sensors, only when somebody asks for a look.
-
-    Args:
-        client: whose sensors.
-        catalogue: the part types that are looked for.
-        belt_types: those that come on the belt.
+    A camera over the belt is looked through all the time if parts of `belt_types` come along there. All others are,
+    like the quality sensors, only when somebody asks for a look.
     """
 
     def __init__(self, client: Client, catalogue: Catalogue, belt_types: Iterable[str]) -> None:
         belt_types = tuple(belt_types)
-        sensors = find_sensors(client)
-        self.belt = BeltWatch(client, sensors.beams, belt_types, catalogue)
+        cameras, beams = find_sensors(client)
+        self.belt = perception.BeltWatch(client, beams, belt_types, catalogue)
         self._client = client
         self._catalogue = catalogue
         self.not_upright: set[str] = set()
         """The types of which parts were seen with another side up, or not on the floor of their bin."""
-        self._cameras: list[Camera] = []
+        self._cameras: list[perception.Camera] = []
         self._watching: set[str] = set()
-        for name, world_T_camera in sensors.cameras.items():
-            camera = Camera(client, name, world_T_camera, catalogue)
-            if belt_types and camera.may_see(BELT):
+        for name, world_T_camera in cameras.items():
+            camera = perception.Camera(client, name, world_T_camera, catalogue)
+            if belt_types and perception.BELT.meets(camera.view):
                 camera.on_image = self.belt.take_image
                 camera.listen()
                 self._watching.add(name)
             self._cameras.append(camera)
-        self._faults = {number: Images(client, f"quality_control_sensor_{number}", catalogue) for number in STATIONS}
-        self.agvs = AgvStates(client)
+        self._faults = {
+            number: perception.Images(client, f"quality_control_sensor_{number}", catalogue) for number in STATIONS
+        }
+        self._agvs = {number: client.latest(f"/ariac/agv{number}/state") for number in STATIONS}
 
-    def look(self, *areas: Area) -> None:
+    def watch_agvs(self, on: bool) -> None:  # noqa: FBT001
+        """Listen to the AGVs, or no more: each tells its state in every step."""
+        for state in self._agvs.values():
+            (state.listen if on else state.cancel)()
+
+    def is_agv_ready(self, number: int) -> bool:
+        """Whether an AGV said last that it stands at its load point."""
+        message = self._agvs[number].message
+        return message is not None and message.data == "ready_to_deliver"
+
+    def look(self, *areas: perception.Area) -> None:
         """Let the cameras that see something of these areas take fresh images; what others saw is forgotten."""
         for camera in self._cameras:
             camera.newest.clear()
-        looking = [camera for camera in self._cameras if any(map(camera.may_see, areas))]
-        take_fresh(self._client, looking, IMAGES)
+        looking = [camera for camera in self._cameras if any(area.meets(camera.view) for area in areas)]
+        perception.take_fresh(self._client, looking, perception.IMAGES)
         for camera in looking:
             if camera.name not in self._watching:
                 camera.rest()
@@ -166,27 +114,30 @@ class CellView:
     def faulty_on_tray(self, number: int) -> tuple[Pose, ...]:
         """Where faulty parts lie on the tray of an AGV, in the world frame: takes fresh images."""
         sensor = self._faults[number]
-        take_fresh(self._client, [sensor], FAULT_IMAGES)
+        perception.take_fresh(self._client, [sensor], FAULT_IMAGES)
         sensor.rest()
         return tuple(part.world_T_part for part in sensor.newest[-1].parts) if sensor.newest else ()
 
-    def parts_in_bins(self) -> list[Sighting]:
+    def parts_in_bins(self) -> list[perception.Sighting]:
         """The parts that lay flat in the bins at the last look, as far as cameras saw them."""
-        return self._lying(BIN_SURFACE, lambda x, y: bin_at(x, y) is not None)
+        return self._lying(perception.BIN_SURFACE, perception.is_in_bin)
 
-    def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
+    def parts_on_tray(self, world_T_tray: Pose) -> list[perception.Sighting]:
         """The parts that lay on a tray at the last look, as far as cameras saw them."""
         x0, y0, _ = world_T_tray.position
-        return self._lying(TRAY_SURFACE, lambda x, y: abs(x - x0) < TRAY_HALF_X and abs(y - y0) < TRAY_HALF_Y)
+        return self._lying(
+            perception.TRAY_SURFACE,
+            lambda x, y: abs(x - x0) < perception.TRAY_HALF_X and abs(y - y0) < perception.TRAY_HALF_Y,
+        )
 
     def sees(self, pose: Pose) -> bool:
         """Whether a place is well inside the view of a camera."""
-        return any(camera.sees_well(pose.position) for camera in self._cameras)
+        return any(perception.is_well_in_view(camera.world_T_camera, pose.position) for camera in self._cameras)
 
-    def _lying(self, surface: float, is_inside: Callable[[float, float], bool]) -> list[Sighting]:
-        found: list[Sighting] = []
+    def _lying(self, surface: float, is_inside: Callable[[float, float], bool]) -> list[perception.Sighting]:
+        found: list[perception.Sighting] = []
         for camera in self._cameras:
-            for part in camera.parts():
+            for part in perception.resting_parts(tuple(camera.newest)):
                 if part.type not in self._catalogue:  # its order came after the image
                     continue
                 x, y, z = part.world_T_part.position
@@ -197,7 +148,8 @@ class CellView:
                     self.not_upright.add(part.type)
                     continue
                 if not any(
-                    each.type == part.type and distance(each.world_T_part, part.world_T_part) < SAME_PART_DISTANCE
+                    each.type == part.type
+                    and perception.distance(each.world_T_part, part.world_T_part) < SAME_PART_DISTANCE
                     for each in found
                 ):
                     found.append(part)

@@ -1,7 +1,5 @@
 """Kits: the orders, the places of their parts on the tray, and the inspection of what lies there."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -29,38 +27,19 @@ _TURNS = 16
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A place on the tray.
-
-    Attributes:
-        tray_T_part: where the part is to lie.
-        is_ordered: whether that is the ordered pose.
-    """
+    """A place on the tray, and whether that is the ordered pose."""
 
     tray_T_part: Pose
     is_ordered: bool
-
-    @property
-    def distance_text(self) -> str:
-        """For the log."""
-        return "as ordered" if self.is_ordered else "as near as there is room"
 
 
 def find_place(
     kind: PartFigures, tray_T_goal: Pose, others: Sequence[Disc], is_reachable: Callable[[Pose], bool] = lambda _: True
 ) -> Place | None:
-    """Where to put a part.
+    """Where to put a part beside others (in the tray frame); None when there is no room at all.
 
     The ordered pose is taken if it keeps the part inside the rims and off the others, even narrowly. If not, places on
     a grid of 1 cm are looked at from the ordered one outwards, with the ordered yaw first and other yaws after it.
-
-    Args:
-        kind: the figures of its type.
-        tray_T_goal: where it was ordered.
-        others: what is taken by others on the tray, in the tray frame.
-        is_reachable: whether the arm can put the part down there.
-
-    Returns:
-        None when there is no room at all.
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
@@ -102,23 +81,18 @@ def _candidates(goal: Pose) -> Iterator[Pose]:
 
 @dataclass
 class Task:
-    """One part of a kit.
-
-    Attributes:
-        type: of the part.
-        tray_T_goal: where it was ordered.
-        tray_T_part: where it lies on the tray; None as long as it does not.
-        given_up: why it is not brought; empty as long as it may be.
-        corrected: whether it was put right once.
-        losses: how often a part for it was lost on the way to the tray, or off it.
-    """
+    """One part of a kit, and where it was ordered."""
 
     type: str
     tray_T_goal: Pose
     tray_T_part: Pose | None = None
+    """Where it lies on the tray; None as long as it does not."""
     given_up: str = ""
+    """Why it is not brought; empty as long as it may be."""
     corrected: bool = False
+    """Whether it was put right once."""
     losses: int = 0
+    """How often a part for it was lost on the way to the tray, or off it."""
 
     @property
     def is_open(self) -> bool:
@@ -128,27 +102,20 @@ class Task:
 
 @dataclass
 class Kit:
-    """A kit that is to be built.
-
-    Attributes:
-        kit_type: its name.
-        tasks: its parts.
-        catalogue: the part types that can be handled.
-        station: the AGV that it is built on.
-        is_sent: whether nothing more can be done for it.
-        faulty: type and place on the tray of faulty parts that could not be taken away.
-        cleanings: how often something was taken off its tray that does not belong there.
-        sendings: how often the AGV was asked to go.
-    """
+    """A kit that is to be built, on the AGV of a station."""
 
     kit_type: str
     tasks: list[Task]
     catalogue: Catalogue
-    station: Station = field(default_factory=lambda: STATIONS[1])
+    station: Station = STATIONS[1]
     is_sent: bool = False
+    """Whether nothing more can be done for it."""
     faulty: list[tuple[str, Pose]] = field(default_factory=list)
+    """Type and place on the tray of faulty parts that could not be taken away."""
     cleanings: int = 0
+    """How often something was taken off its tray that does not belong there."""
     sendings: int = 0
+    """How often the AGV was asked to go."""
 
     @property
     def open_tasks(self) -> list[Task]:
@@ -161,11 +128,7 @@ class Kit:
         return [(task.type, task.tray_T_part) for task in self.tasks if task.tray_T_part is not None]
 
     def taken(self, but: Task) -> list[Disc]:
-        """What is taken on the tray: where parts lie, and where others were ordered on it that still come.
-
-        Args:
-            but: the part that room is looked for; it does not count itself.
-        """
+        """What others than `but` take on the tray: where parts lie, and where those were ordered that still come."""
         figures = self.catalogue.figures
         discs = [disc for part_type, tray_T_part in self.faulty for disc in figures(part_type).covers(tray_T_part)]
         for task in self.tasks:
@@ -184,23 +147,14 @@ log = logging.getLogger(__name__)
 
 
 class OrderBook:
-    """All kits that were ordered so far.
-
-    Args:
-        client: who hears of orders.
-        catalogue: the part types that can be handled.
-    """
+    """The kits that a client hears of."""
 
     def __init__(self, client: Client, catalogue: Catalogue) -> None:
         self._client = client
         self._catalogue = catalogue
-        self._kits: list[Kit] = []
         self._known = 0
-
-    @property
-    def kits(self) -> list[Kit]:
-        """All kits that were ordered so far, those that were sent included."""
-        return self._kits
+        self.kits: list[Kit] = []
+        """All that were ordered so far, those that were sent included."""
 
     def open_kits(self) -> list[Kit]:
         """The kits that are not yet sent, the oldest first; new orders are taken in before."""
@@ -208,22 +162,19 @@ class OrderBook:
             self._known += 1
             for kit in order.kits:
                 tasks = [self._task(each) for each in kit.objects]
-                self._kits.append(Kit(kit.kit_type, tasks, self._catalogue))
+                self.kits.append(Kit(kit.kit_type, tasks, self._catalogue))
                 types = ", ".join(task.type for task in tasks)
                 log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
-                self._give_up_strangers(tasks)
-        return [kit for kit in self._kits if not kit.is_sent]
+                for task in tasks:
+                    if task.type not in self._catalogue:
+                        task.given_up = self._catalogue.why_not(task.type)
+                        log.info("%.1f s: cannot handle a %s: %s", self._client.time, task.type, task.given_up)
+        return [kit for kit in self.kits if not kit.is_sent]
 
     def _task(self, ordered: KitObject) -> Task:
         tray_T_goal = pose_from_message(ordered.pose)
         self._catalogue.note_order(ordered.type, tray_T_goal)
         return Task(ordered.type, self._catalogue.turned(ordered.type, tray_T_goal))
-
-    def _give_up_strangers(self, tasks: list[Task]) -> None:
-        for task in tasks:
-            if task.type not in self._catalogue:
-                task.given_up = self._catalogue.why_not(task.type)
-                log.info("%.1f s: cannot handle a %s: %s", self._client.time, task.type, task.given_up)
 
 
 STRAY_DISTANCE = 0.05

@@ -1,7 +1,5 @@
 """Arm motion: joint postures for tool poses, tool paths as timed poses, travel times and velocities."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -34,13 +32,7 @@ def ease_in_out(share: float) -> float:
 def velocities_along(
     start: Sequence[float], points: Sequence[Sequence[float]], times: Sequence[float]
 ) -> list[list[float]]:
-    """Velocities at points of a way: the slope between the neighbours, rest at the end.
-
-    Args:
-        start: joint positions at time 0.
-        points: joint positions at the times that follow.
-        times: when that is [s], rising.
-    """
+    """Velocities at joint positions after `start` at time 0: the slope between the neighbours, rest at the end."""
     places = [list(start), *map(list, points)]
     moments = [0.0, *times]
     slopes = [
@@ -65,13 +57,7 @@ _DESCENT_TIME, _PRESS_TIME = 0.55, 0.5
 
 
 def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
-    """Straight from a tool pose to another, gently at both ends.
-
-    Args:
-        start: where the tool is.
-        goal: where it goes; the cup faces down all the way.
-        speed: about how fast [m/s].
-    """
+    """Straight from a tool pose to another with the cup facing down, gently at both ends, at about `speed` [m/s]."""
     length = math.dist(start.position, goal.position)
     steps = max(2, math.ceil(length / _LINE_STEP))
     duration = max(length / speed, 0.05) + 0.15
@@ -81,13 +67,10 @@ def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
 
 
 def following_path(start: Pose, near: float, press: float, speed: float) -> Iterator[TimedPose]:
-    """Along with something that moves along -y, down on it: first to a height, then slowly to another.
+    """Along with something that moves along -y at `speed` [m/s], and down on it.
 
-    Args:
-        start: the tool pose that it passes under, `FOLLOW_LEAD` from now.
-        near: height [m] to come down to as fast as it goes.
-        press: height [m] to come down to slowly after that.
-        speed: of what is followed [m/s].
+    It passes under the tool pose `start` at `FOLLOW_LEAD` from now. The tool comes down to the height `near` [m] as
+    fast as it goes, and from there slowly to `press` [m].
     """
     x, y, z = start.position
     run_up = 2 * FOLLOW_LEAD
@@ -136,10 +119,7 @@ FOLDED_HEIGHT = 1.12
 def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints | None:
     """Joints for a tool pose, in the posture that all stations are worked in; None if it is out of reach.
 
-    Args:
-        goal: world_T_gripper.
-        rail: where the rail is to be [m]; at most at its end.
-        present: where the joints are now; of the whole turns, those nearest to it are taken.
+    The rail is at `rail` [m] or its end; of the whole turns, those nearest to the `present` joints are taken.
     """
     rail = on_rail(rail)
     pan = station_pan(goal.position[0], goal.position[1], rail)
@@ -151,13 +131,7 @@ def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints
 
 
 def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | None:
-    """Joints for a tool pose, as near as can be to other joint positions; None if it is out of reach.
-
-    Args:
-        goal: world_T_gripper.
-        rail: where the rail is [m].
-        near: joint positions.
-    """
+    """Joints for a tool pose with the rail at `rail` [m], as near as can be to others; None if it is out of reach."""
     try:
         return closest(inverse(goal, on_rail(rail), near=Joints(*near)), near)
     except UnreachableError:
@@ -167,10 +141,7 @@ def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | Non
 def folded(joints: Sequence[float], present: Sequence[float], higher: float = 0.0) -> list[float]:
     """The arm drawn in, so as to pass between the posts of the frame over the bins.
 
-    Args:
-        joints: rail, pan and wrist 3 are as here.
-        present: where the joints are now.
-        higher: how much higher than usual the tool is kept [m], for a tall part on the cup.
+    Rail, pan and wrist 3 are as in `joints`; with a tall part on the cup the tool is kept `higher` than usual [m].
     """
     given = Joints(*joints)
     rail, pan = on_rail(given.rail), given.shoulder_pan

@@ -4,8 +4,6 @@ Figures of the part types of 2017: their models, which every team had in its han
 what the cell tells of their models (`Client.part_types`); where a part is, only sensors tell.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,20 +24,17 @@ class Disc:
 
 @dataclass(frozen=True, slots=True)
 class PartFigures:
-    """A part type as the agent handles it.
-
-    Attributes:
-        grip: where the middle of the cup goes: x, y [m] in the part's frame. It is chosen such that the cup's face
-            (radius 38 mm) meets something solid and stays clear of a mark where it can.
-        top: height [m] above the part's origin that the cup meets there first.
-        outline: discs that cover the part's floor plan together.
-        below: how far [m] the part reaches below its origin.
-    """
+    """A part type as the agent handles it."""
 
     grip: tuple[float, float]
+    """Where the middle of the cup goes: x, y [m] in the part's frame. It is chosen such that the cup's face (radius
+    38 mm) meets something solid and stays clear of a mark where it can."""
     top: float
+    """Height [m] above the part's origin that the cup meets there first."""
     outline: tuple[Disc, ...]
+    """Discs that cover the part's floor plan together."""
     below: float = 0.0
+    """How far [m] the part reaches below its origin."""
 
     @property
     def height(self) -> float:
@@ -110,8 +105,7 @@ In trials a bar of 0.56 kg m came to lie 6 mm off its place; with 0.8 kg m the w
 class Catalogue:
     """The part types that the agent can handle in one cell, and why it can't handle the others.
 
-    Args:
-        own: the part types of the trial's own, as `Client.part_types` returns them.
+    `own` are the part types of the trial's own, as `Client.part_types` returns them.
     """
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
@@ -120,6 +114,8 @@ class Catalogue:
         self._refused: dict[str, str] = {}
         self._turns: dict[str, Pose] = {}
         self._ordered: set[str] = set()
+        self.reach = max(kind.reach for kind in _PARTS.values())
+        """No part reaches further [m] from its origin."""
         for name in self._own:
             self._choose_top(name, 0)
 
@@ -131,17 +127,8 @@ class Catalogue:
         """The types that can be handled, by name."""
         return sorted(self._known)
 
-    @property
-    def reach(self) -> float:
-        """No part reaches further [m] from its origin."""
-        return max(kind.reach for kind in self._known.values())
-
     def figures(self, part_type: str) -> PartFigures:
-        """What the agent knows of a type.
-
-        Raises:
-            UnknownNameError: it knows nothing of this type, or can't handle it.
-        """
+        """What the agent knows of a type; an UnknownNameError if it knows nothing of it, or can't handle it."""
         try:
             return self._known[part_type]
         except KeyError:
@@ -177,13 +164,13 @@ class Catalogue:
             self._refused[name] = found
         else:
             self._known[name] = found
+        self.reach = max(kind.reach for kind in self._known.values())
 
 
 def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
-    """The figures of a type of the trial's own with one of its sides up, or why the agent can't handle it.
+    """The figures of a type of the trial's own with one side up, or why the agent can't handle it.
 
-    Args:
-        values: what `Client.part_types` tells of that top, and the mass.
+    `values` are what `Client.part_types` tells of that top, and the mass.
     """
     mass, spots = values["mass"], values["spots"]
     wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]

@@ -68,9 +68,7 @@ BELT = Area(
 def view_of(world_T_camera: Pose, part_reach: float) -> Area:
     """The box around all that a logical camera can have in view, were it only an edge of a part.
 
-    Args:
-        world_T_camera: where the camera is.
-        part_reach: no part reaches further [m] from its origin.
+    No part reaches further than `part_reach` [m] from its origin.
     """
     corners = [
         world_T_camera.transform((distance, distance * VIEW_HALF_WIDTH * side, distance * VIEW_HALF_HEIGHT * up))
@@ -92,12 +90,9 @@ def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
     )
 
 
-def bin_at(x: float, y: float) -> str | None:
-    """The bin that holds a place of the world; None if none does."""
-    for name, (centre_x, centre_y) in BIN_CENTRES.items():
-        if max(abs(x - centre_x), abs(y - centre_y)) < BIN_WIDTH / 2:
-            return name
-    return None
+def is_in_bin(x: float, y: float) -> bool:
+    """Whether a bin holds a place of the world."""
+    return any(max(abs(x - bin_x), abs(y - bin_y)) < BIN_WIDTH / 2 for bin_x, bin_y in BIN_CENTRES.values())
 
 
 RESTING_SPREAD = 0.012
@@ -105,34 +100,11 @@ RESTING_SPREAD = 0.012
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """A part in one image, in the world frame."""
-
-    type: str
-    world_T_part: Pose
-
-
-@dataclass(frozen=True, slots=True)
-class Image:
-    """An image: when it came [s], and the parts in it."""
-
-    time: float
-    parts: tuple[Seen, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Sighting:
-    """A part at rest, as several images agree.
-
-    Attributes:
-        type: its type.
-        world_T_part: the mean of what was seen.
-        count: how many images it was in.
-    """
+    """A part in one image, or at rest as several images agree."""
 
     type: str
     world_T_part: Pose
-    count: int
 
     @property
     def is_upright(self) -> bool:
@@ -140,23 +112,30 @@ class Sighting:
         return self.world_T_part.rotate((0.0, 0.0, 1.0))[2] > math.cos(math.radians(30.0))
 
 
-def resting_parts(images: Sequence[Image], spread: float = RESTING_SPREAD) -> list[Sighting]:
+@dataclass(frozen=True, slots=True)
+class Image:
+    """An image: when it came [s], and the parts in it."""
+
+    time: float
+    parts: tuple[Sighting, ...]
+
+
+def resting_parts(images: Sequence[Image]) -> list[Sighting]:
     """The parts that are in every image at one place, averaged; in the order of the newest image."""
-    if not images:
-        return []
     found = []
-    for part in images[-1].parts:
-        near = [_nearest_sighting(part, image.parts, spread) for image in images]
-        together = [each for each in near if each is not None]
+    for part in images[-1].parts if images else ():
+        poses = [_nearest_pose(part, image.parts) for image in images]
+        together = [pose for pose in poses if pose is not None]
         if len(together) == len(images):
-            found.append(Sighting(part.type, mean_pose(each.world_T_part for each in together), len(together)))
+            found.append(Sighting(part.type, mean_pose(together)))
     return found
 
 
-def _nearest_sighting(part: Seen, others: Iterable[Seen], spread: float) -> Seen | None:
-    alike = [other for other in others if other.type == part.type]
-    best = min(alike, key=lambda other: distance(part.world_T_part, other.world_T_part), default=None)
-    return best if best is not None and distance(part.world_T_part, best.world_T_part) <= spread else None
+def _nearest_pose(part: Sighting, others: Iterable[Sighting]) -> Pose | None:
+    """Where a part was in another image."""
+    poses = [other.world_T_part for other in others if other.type == part.type]
+    best = min(poses, key=lambda pose: distance(part.world_T_part, pose), default=None)
+    return best if best is not None and distance(part.world_T_part, best) <= RESTING_SPREAD else None
 
 
 def distance(one: Pose, other: Pose) -> float:
@@ -186,13 +165,7 @@ STALE_IMAGE_AGE = 0.005
 
 
 class Images:
-    """The newest images of one sensor, while it is listened to.
-
-    Args:
-        client: whose sensor.
-        name: the sensor's name.
-        catalogue: the part types that are looked for.
-    """
+    """The newest images of one sensor, while it is listened to."""
 
     def __init__(self, client: Client, name: str, catalogue: Catalogue) -> None:
         self.name = name
@@ -223,7 +196,7 @@ class Images:
             return
         world_T_camera = pose_from_message(message.pose)
         parts = tuple(
-            Seen(model.type, self._catalogue.turned(model.type, world_T_camera @ pose_from_message(model.pose)))
+            Sighting(model.type, self._catalogue.turned(model.type, world_T_camera @ pose_from_message(model.pose)))
             for model in message.models
             if model.type in self._catalogue
         )
@@ -233,31 +206,12 @@ class Images:
 
 
 class Camera(Images):
-    """A logical camera.
-
-    Args:
-        client: whose camera.
-        name: the sensor's name.
-        world_T_camera: where it is.
-        catalogue: the part types that are looked for.
-    """
+    """A logical camera, and the box of the world that it can have something of in view."""
 
     def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
         super().__init__(client, name, catalogue)
-        self._world_T_camera = world_T_camera
-        self._view = view_of(world_T_camera, catalogue.reach)
-
-    def parts(self) -> list[Sighting]:
-        """The parts that lie still in view, as the newest images agree."""
-        return resting_parts(tuple(self.newest))
-
-    def may_see(self, area: Area) -> bool:
-        """Whether a part in an area can be in view, even if only with an edge."""
-        return area.meets(self._view)
-
-    def sees_well(self, point: Vector3) -> bool:
-        """Whether a place of the world [m] is well inside the view."""
-        return is_well_in_view(self._world_T_camera, point)
+        self.world_T_camera = world_T_camera
+        self.view = view_of(world_T_camera, catalogue.reach)
 
 
 def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
@@ -283,17 +237,13 @@ MAX_BELT_SIGHTINGS = 40
 
 @dataclass
 class BeltPart:
-    """A part on the belt, seen several times by a camera, or once by a beam.
-
-    Attributes:
-        type: its type.
-        at_zero: where it would be at time 0, for each time that it was seen: the belt moves along y only.
-        has_yaw: whether it is known how it is turned.
-    """
+    """A part on the belt, seen several times by a camera, or once by a beam."""
 
     type: str
     at_zero: list[Pose] = field(default_factory=list)
+    """Where it would be at time 0, for each time that it was seen: the belt moves along y only."""
     has_yaw: bool = True
+    """Whether it is known how it is turned."""
     _mean: Pose | None = field(default=None, init=False, repr=False)
 
     def pose(self, time: float) -> Pose:
@@ -326,13 +276,9 @@ class BeltPart:
 
 
 class BeltWatch:
-    """Follows the parts on the belt.
+    """Follows the parts on the belt, with cameras and with break beams (world poses by name) that cross the belt.
 
-    Args:
-        client: whose sensors.
-        beams: break beams by name, with their poses in the world frame; those that do not cross the belt are left out.
-        types: the types that come on the belt, as the cell tells; a beam can tell a part only if there is just one.
-        catalogue: the part types that can be handled.
+    A beam can tell a part only if just one of the `types` comes on the belt, as the cell tells.
     """
 
     def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue) -> None:
@@ -340,8 +286,8 @@ class BeltWatch:
         self._client = client
         self._types = tuple(types)
         self._catalogue = catalogue
-        self._beams = [
-            _Beam(client, name, pose.position[1], self._take_crossing)
+        self._leave_beams = [
+            self._watch_beam(name, pose.position[1])
             for name, pose in beams.items()
             if crosses_belt(pose) and len(self._types) == 1
         ]
@@ -352,7 +298,8 @@ class BeltWatch:
             x, _, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
-                self._leave_beams()
+                while self._leave_beams:  # what a camera sees they need not tell
+                    self._leave_beams.pop()()
                 self._note(seen.type, seen.world_T_part, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[BeltPart]:
@@ -367,45 +314,35 @@ class BeltWatch:
     def _note(self, part_type: str, pose: Pose, time: float) -> None:
         known = next((p for p in self.parts if p.type == part_type and p.has_yaw and p.is_near(pose, time)), None)
         if known is None:
-            known = BeltPart(part_type)
-            self.parts = [each for each in self.parts if each.time_at(-5.0) > time]
-            self.parts.append(known)
+            known = self._new(BeltPart(part_type), time)
         known.add(pose, time)
 
-    def _leave_beams(self) -> None:
-        """What a camera sees the beams need not tell."""
-        for beam in self._beams:
-            beam.leave()
-        self._beams.clear()
+    def _watch_beam(self, name: str, y: float) -> Callable[[], None]:
+        """Time what passes a beam at world y [m]; the returned function ends that."""
+        began: float | None = None
+
+        def take(message: Any) -> None:
+            nonlocal began
+            now = self._client.time - BEAM_DELAY
+            if message.object_detected:
+                began = now
+            elif began is not None:
+                self._take_crossing((began + now) / 2, BELT_SPEED * (now - began), y)
+                began = None
+
+        return self._client.subscribe(f"/ariac/{name}_change", take)
 
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
         """Something passed a beam: its middle at time `middle` [s], `length` [m] of it."""
-        part = BeltPart(self._types[0], has_yaw=False)
-        kind = self._catalogue.figures(part.type)
-        if length < kind.reach / 2:
-            return
-        part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
-        self.parts = [each for each in self.parts if each.time_at(-5.0) > middle]
-        self.parts.append(part)
+        kind = self._catalogue.figures(self._types[0])
+        if length >= kind.reach / 2:
+            part = self._new(BeltPart(self._types[0], has_yaw=False), middle)
+            part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
 
-
-class _Beam:
-    """Times what passes one beam."""
-
-    def __init__(self, client: Client, name: str, y: float, on_crossing: Any) -> None:
-        self._client = client
-        self._y = y
-        self._began: float | None = None
-        self._on_crossing = on_crossing
-        self.leave = client.subscribe(f"/ariac/{name}_change", self._take)
-
-    def _take(self, message: Any) -> None:
-        now = self._client.time - BEAM_DELAY
-        if message.object_detected:
-            self._began = now
-        elif self._began is not None:
-            self._on_crossing((self._began + now) / 2, BELT_SPEED * (now - self._began), self._y)
-            self._began = None
+    def _new(self, part: BeltPart, time: float) -> BeltPart:
+        """A part that came in view; those that have left the belt are forgotten."""
+        self.parts = [*(each for each in self.parts if each.time_at(-5.0) > time), part]
+        return part
 
 
 def crosses_belt(world_T_beam: Pose) -> bool:

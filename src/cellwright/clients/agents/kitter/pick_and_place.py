@@ -1,7 +1,5 @@
 """Pick and place: grasping parts in a bin or on the running belt, and putting them down on a tray."""
 
-from __future__ import annotations
-
 import logging
 import math
 from dataclasses import dataclass
@@ -38,11 +36,10 @@ SUCTION_TIMEOUT = 0.35
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A part on the cup: its type, where it hangs, and whether its yaw is known."""
+    """A part on the cup: its type, and where it hangs."""
 
     type: str
     gripper_T_part: Pose
-    has_yaw: bool = True
 
 
 def bin_rail(y: float) -> float:
@@ -55,14 +52,14 @@ def belt_rail(y: float) -> float:
     return y - SHOULDER_OFFSET - 0.15
 
 
-class Picker:
-    """Takes hold of parts.
+DROP_HEIGHT = 0.004
+"""A part is let go this high above the plate [m]."""
+PLACE_APPROACH_HEIGHT = 0.012
+"""So high [m] above that place the arm is corrected a last time."""
 
-    Args:
-        client: whose gripper.
-        arm: the arm that it is on.
-        catalogue: the part types that can be handled.
-    """
+
+class Manipulator:
+    """Takes hold of parts and puts them down, with an arm and its gripper."""
 
     def __init__(self, client: Client, arm: Arm, catalogue: Catalogue) -> None:
         self._client = client
@@ -70,13 +67,9 @@ class Picker:
         self._catalogue = catalogue
 
     def from_rest(self, part_type: str, world_T_part: Pose, rail: float, *, attempt: int = 0) -> Held | None:
-        """Take a part that lies still, and lift it; None if the cup got no hold of it.
+        """Take an upright part that lies still, and lift it; None if the cup got no hold of it.
 
-        Args:
-            part_type: its type.
-            world_T_part: where it lies, upright.
-            rail: where the rail goes for it [m].
-            attempt: how often it was tried before; each time the cup goes to a slightly different place.
+        The rail goes to `rail` [m] for it. At each `attempt` the cup goes to a slightly different place.
         """
         client, arm = self._client, self._arm
         hover, z = self._hover(part_type, world_T_part, attempt)
@@ -88,15 +81,11 @@ class Picker:
         client.wait_until(
             lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
         )
-        held = Held(part_type, arm.tool.inverse() @ world_T_part) if client.gripper_attached else None
-        if held is not None:
-            arm.load(self._catalogue.figures(part_type).height)
+        held = None
+        if client.gripper_attached:
+            held = self._loaded(Held(part_type, arm.tool.inverse() @ world_T_part))
         arm.rise(max(arm.safe, z + 0.15))
-        if held is not None and client.gripper_attached:
-            return held
-        client.control_gripper(False)
-        arm.unload()
-        return None
+        return self._kept(held)
 
     def is_in_reach(self, part_type: str, world_T_part: Pose, rail: float) -> bool:
         """Whether the arm gets to a part that lies still; arguments as for `from_rest`."""
@@ -109,13 +98,7 @@ class Picker:
         return Pose((x, y, max(z + 0.1, 0.9)), above.quaternion), z
 
     def meeting_place(self, part: BeltPart, first: float, last: float) -> float | None:
-        """World y [m] at which a part on the belt can be met; None if the arm comes too late.
-
-        Args:
-            part: the part.
-            first: the part is met no further upstream than here.
-            last: nor further downstream.
-        """
+        """World y [m] between `first` and `last` at which a belt part can be met; None if the arm comes too late."""
         y = min(first, part.pose(self._client.time).position[1])
         for _ in range(4):
             arrival = (
@@ -151,46 +134,72 @@ class Picker:
         client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
         held = None
         if client.gripper_attached:
-            held = Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.has_yaw)
-            arm.load(self._catalogue.figures(part.type).height)
+            held = self._loaded(Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time)))
         arm.rise(z + 0.12)
-        if held is not None and client.gripper_attached:
+        return self._kept(held)
+
+    def _loaded(self, held: Held) -> Held:
+        self._arm.load_height = self._catalogue.figures(held.type).height
+        return held
+
+    def _kept(self, held: Held | None) -> Held | None:
+        """What was held, if it still is."""
+        if held is not None and self._client.gripper_attached:
             return held
-        client.control_gripper(False)
-        arm.unload()
+        self.let_go()
         return None
+
+    def put_down(self, held: Held, world_T_part: Pose, rail: float) -> bool:
+        """Put a held part down at a pose, its height included, with the rail at `rail` [m], and draw back.
+
+        False if it was lost on the way or is out of reach.
+        """
+        client, arm = self._client, self._arm
+        goal = release_pose(held, world_T_part)
+        z = goal.position[2]
+        hover = at_height(goal, max(arm.safe, z + 0.05))
+        if not arm.travel(hover, rail):
+            log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
+            return False
+        if not client.gripper_attached:
+            return False
+        arm.line(at_height(goal, z + PLACE_APPROACH_HEIGHT), 0.35)
+        arm.settle(at_height(goal, z + PLACE_APPROACH_HEIGHT))
+        arm.line(goal, 0.1)
+        client.sleep(0.1)
+        was_held = client.gripper_attached
+        client.control_gripper(False)
+        client.sleep(0.1)
+        arm.rise(arm.safe)
+        arm.load_height = 0.0
+        return was_held
+
+    def throw_away(self, held: Held) -> None:
+        """Let go of a held part where it is in nobody's way: on the floor between the bins and AGV 1."""
+        self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
+        self.let_go()
+        self._client.sleep(0.2)
+        log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
+
+    def let_go(self) -> None:
+        """Switch the vacuum off; nothing hangs on the cup any more."""
+        self._client.control_gripper(False)
+        self._arm.load_height = 0.0
 
 
 def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -> Pose:
-    """The gripper's pose with the cup's face on the part, facing down.
+    """The gripper's pose with the cup's face on the part, facing down, turned by `yaw` [rad].
 
-    Args:
-        kind: the figures of the part's type.
-        world_T_part: where it is.
-        attempt: 0 for the place that is best; others are a few millimetres beside it.
-        yaw: how the gripper is turned [rad]; the cup is round, so it does not matter.
+    Attempt 0 has the best place; others are a few millimetres beside it.
     """
     aside = ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))[attempt % 5]
     x, y, _ = world_T_part.transform((kind.grip[0] + aside[0], kind.grip[1] + aside[1], 0.0))
     return Pose.from_rpy((x, y, world_T_part.position[2] + kind.top + CUP_FACE), (0.0, 0.0, yaw))
 
 
-DROP_HEIGHT = 0.004
-"""A part is let go this high above the plate [m]."""
-
-PLACE_APPROACH_HEIGHT = 0.012
-"""So high [m] above that place the arm is corrected a last time."""
-
-
 @dataclass(frozen=True, slots=True)
 class Station:
-    """An AGV at its load point.
-
-    Attributes:
-        number: of the AGV.
-        world_T_tray: of its tray.
-        rail: where the rail goes to work at it [m].
-    """
+    """An AGV at its load point, by number; `rail` is where the rail goes to work at it [m]."""
 
     number: int
     world_T_tray: Pose
@@ -211,55 +220,6 @@ STATIONS = {
 """The AGVs by number, where the frames of the cell have them."""
 
 
-class Placer:
-    """Puts parts down.
-
-    Args:
-        client: whose gripper.
-        arm: the arm that it is on.
-    """
-
-    def __init__(self, client: Client, arm: Arm) -> None:
-        self._client = client
-        self._arm = arm
-
-    def put_down(self, held: Held, world_T_part: Pose, rail: float) -> bool:
-        """Put a held part down at a pose, and draw back; False if it was lost on the way or is out of reach.
-
-        Args:
-            held: what hangs on the cup.
-            world_T_part: where it is to lie; its height counts.
-            rail: where the rail goes for it [m].
-        """
-        client, arm = self._client, self._arm
-        goal = release_pose(held, world_T_part)
-        z = goal.position[2]
-        hover = at_height(goal, max(arm.safe, z + 0.05))
-        if not arm.travel(hover, rail):
-            log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
-            return False
-        if not client.gripper_attached:
-            return False
-        arm.line(at_height(goal, z + PLACE_APPROACH_HEIGHT), 0.35)
-        arm.settle(at_height(goal, z + PLACE_APPROACH_HEIGHT))
-        arm.line(goal, 0.1)
-        client.sleep(0.1)
-        was_held = client.gripper_attached
-        client.control_gripper(False)
-        client.sleep(0.1)
-        arm.rise(arm.safe)
-        arm.unload()
-        return was_held
-
-    def throw_away(self, held: Held) -> None:
-        """Let go of a held part where it is in nobody's way: on the floor between the bins and AGV 1."""
-        self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
-        self._client.control_gripper(False)
-        self._client.sleep(0.2)
-        self._arm.unload()
-        log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
-
-
 def release_pose(held: Held, world_T_part: Pose) -> Pose:
     """The gripper's pose, facing straight down, that brings a held part to a place.
 
@@ -277,9 +237,3 @@ def pose_on_tray(station: Station, kind: PartFigures, tray_T_part: Pose, drop: f
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
     height = TRAY_SURFACE + kind.below + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
-
-
-def can_reach(arm: Arm, station: Station, held: Held, kind: PartFigures, tray_T_part: Pose) -> bool:
-    """Whether the arm reaches a place on the tray with what it holds, a part of this kind."""
-    goal = release_pose(held, pose_on_tray(station, kind, tray_T_part))
-    return arm.reaches(goal, station.rail)

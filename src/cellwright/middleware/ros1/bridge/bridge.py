@@ -1,26 +1,42 @@
-"""The bridge: joins a cell's link with a ROS node."""
+"""The bridge between a served cell and ROS 1; run by the path of this file under the python3 that has rospy.
+
+What it prints on stdout is one line, `ready`, when everything is registered. All else goes to stderr, in lines. It ends
+with status 0 when the cell ends or it is told to, 1 when it cannot start, and 75 when a new ROS master answers, to
+which it would have to register everything anew: then it is to be started again.
+"""
 
 from __future__ import annotations
 
+import argparse
+import sys
 import time
+import types
+from pathlib import Path
 from typing import Any
+
+if __name__ == "__main__":
+    # Cellwright's own package is not installed here, and needs what is not either: only these parts of it are loaded.
+    sys.path[:] = [folder for folder in sys.path if folder != str(Path(__file__).parent)]
+    cellwright = types.ModuleType("cellwright")
+    cellwright.__path__ = [str(Path(__file__).resolve().parents[3])]
+    sys.modules["cellwright"] = cellwright
 
 import rospy
 
-from cellwright.middleware.ros1.bridge.connection import LinkClient, LinkError
+from cellwright.middleware.ros1.bridge.connection import LinkClient, address_of
 from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
-from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError, MasterWatch, listen_on_loopback
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
     HEARD_BY_ITSELF,
     HEARD_FOR_FRAMES,
+    Master,
+    MasterWatch,
     OwnSubscription,
-    StoppedError,
     begin_node,
-    end_process,
     limit_messages,
+    listen_on_loopback,
+    run_process,
     stop_by,
-    stop_by_exception,
     stop_deferred,
 )
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE, Service, StepService, cell_service
@@ -28,8 +44,7 @@ from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NOD
 from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
 from cellwright.middleware.ros1.bridge.topics import COMMAND_QUEUE, CommandTopic, Publication
 
-ENDED, FAILED, MASTER_IS_NEW = 0, 1, 75
-"""Exit statuses: the cell has ended or we were told to; something is missing; to be started again for a new master."""
+ENDED, MASTER_IS_NEW = 0, 75  # exit statuses: the cell has ended, or we were told to; to be started again
 
 AUTO, NONE = "auto", "none"
 CLOCK = "/clock"
@@ -42,13 +57,7 @@ _PAUSE = 0.02
 
 
 class Bridge:
-    """A cell as a node of ROS.
-
-    Args:
-        address: host and port where the cell is served.
-        node: absolute name of the node.
-        state_publisher: path of robot_state_publisher, `auto` to look for it, or `none` to do without.
-    """
+    """A cell as a node of ROS; `state_publisher` is the path of robot_state_publisher, `auto` or `none`."""
 
     def __init__(self, address: tuple[str, int], node: str, state_publisher: str) -> None:
         self._address = address
@@ -56,25 +65,19 @@ class Bridge:
         self._program = state_publisher
         self._loop = Loop()
         self._frames: StatePublisher | None = None
-        self._is_node = False
 
     def run(self) -> None:
         """Carry messages until the cell ends, or a signal comes. The process ends here."""
-        status = FAILED
-        try:
-            stop_by_exception()
-            self._begin()
-            self._loop.wake_by_signals()
-            stop_by(lambda: self._loop.stop(ENDED))
-            if self._sent is None:
-                self._link.keep_up(lambda: any(publication.is_behind for publication in self._sends))
-            say_ready()
-            status = self._loop.run()
-        except (LinkError, MasterGoneError, rospy.ROSInitException) as error:
-            report(str(error))
-        except StoppedError:
-            status = ENDED
-        end_process(status, before=self._begin_to_end, after=self._end)
+        run_process(self._serve, before=self._begin_to_end, after=self._end)
+
+    def _serve(self) -> int:
+        self._begin()
+        self._loop.wake_by_signals()
+        stop_by(lambda: self._loop.stop(ENDED))
+        if self._sent is None:
+            self._link.keep_up(lambda: any(publication.is_behind for publication in self._sends))
+        say_ready()
+        return self._loop.run()
 
     def _begin(self) -> None:
         listen_on_loopback()
@@ -154,7 +157,7 @@ class Bridge:
                 self._link,
                 topic,
                 queue=None if in_lockstep else COMMAND_QUEUE,
-                on_handed_over=self._look_at_steps if in_lockstep else None,
+                on_handed_over=(lambda: self._loop.call(self._steps.look)) if in_lockstep else None,
             )
             for topic in topics
             if topic["direction"] == "in"
@@ -170,9 +173,6 @@ class Bridge:
             self._steps = StepService(self._loop, self._link, self._heard, self._sent)
             found.append(Service(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
         return found
-
-    def _look_at_steps(self) -> None:
-        self._loop.call(self._steps.look)
 
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
         """Wait a while until robot_state_publisher has come up, so that whoever finds the cell finds its frames."""
@@ -195,3 +195,17 @@ class Bridge:
     def _end(self) -> None:
         if self._frames is not None:
             self._frames.stop(_CHILD_PATIENCE)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="bridge", description="A served cell as a node of ROS 1.")
+    parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="where it is served")
+    parser.add_argument("--name", metavar="/NODE", default="/gazebo", help="name of the node (%(default)s)")
+    parser.add_argument(
+        "--robot-state-publisher",
+        metavar="PATH",
+        default=AUTO,
+        help=f"the program that makes the frames of the arm; `{AUTO}` looks for it, `{NONE}` does without",
+    )
+    options = parser.parse_args()
+    Bridge(options.connect, options.name, options.robot_state_publisher).run()

@@ -9,16 +9,12 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.loop import Callback, Loop, nothing, report
+from cellwright.middleware.ros1.bridge.loop import Callback, Loop, MissingError, nothing, report
 from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 
 def address_of(text: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT`.
-
-    Raises:
-        argparse.ArgumentTypeError: it is none.
-    """
+    """Host and port of `HOST:PORT`, for an option."""
     host, _, port = text.rpartition(":")
     if not host or not port.isdigit() or not 0 < int(port) < 1 << 16:
         raise argparse.ArgumentTypeError(f"{text!r} is no address: it must look like 127.0.0.1:11399")
@@ -35,11 +31,8 @@ def receive_nowait(connection: socket.socket, most: int) -> bytes | None:
         return b""
 
 
-LATE = 0.1
-"""Data that waits for longer [s] is late."""
-
-HOPELESS = 5.0
-"""With data waiting for longer [s] the other side does not count as behind any more."""
+LATE = 0.1  # data that waits for longer [s] is late
+HOPELESS = 5.0  # with data waiting for longer [s] the other side does not count as behind any more
 
 
 _PIECE = 1 << 18
@@ -48,16 +41,9 @@ _PIECE = 1 << 18
 class BufferedConnection:
     """A connection whose data waits until the other side takes it. `send` is for any thread, all else for the loop's.
 
-    A piece is sent whole or not at all, so that what is dropped is always a whole message.
-
-    Args:
-        loop: waits until the other side says or takes more.
-        connection: a socket that does not block.
-        on_data: takes what comes.
-        on_end: called when the other side has hung up; the connection is closed then.
-        limit: so many pieces may wait; the oldest ones make room for a new one. None for no limit.
-        most: so many bytes may wait, in the same way; one piece always may.
-        on_drop: called for each piece that is dropped.
+    A piece is sent whole or not at all, so that what is dropped is always a whole message. At most `limit` pieces and
+    `most` bytes wait, but one piece always may; the oldest ones make room, and `on_drop` is called for each. `on_end`
+    is called when the other side has hung up and the connection is closed.
     """
 
     def __init__(
@@ -80,8 +66,7 @@ class BufferedConnection:
         self._bytes = 0  # of pieces that wait
         self._on_drop = on_drop
         self._lock = threading.Lock()
-        self._rest = b""
-        """The part of a piece whose beginning has been sent."""
+        self._rest = b""  # the part of a piece whose beginning has been sent
         self._waiting: deque[bytes] = deque()
         self._on_empty: Callback | None = None
         self._waits_since: float | None = None
@@ -182,33 +167,18 @@ class BufferedConnection:
             self._loop.watch(self._connection, self._receive, self._flush)
 
 
-PATIENCE = 10.0
-"""How long the cell may take to answer HELLO [s]."""
-
+PATIENCE = 10.0  # how long the cell may take to answer HELLO [s]
 _PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
-Answered = Callable[[Frame], None]
-"""Takes the frame that answers a request; called by the loop's thread."""
-
-
-class LinkError(Exception):
-    """The cell cannot be attached to; the text says why."""
+Answered = Callable[[Frame], None]  # takes the frame that answers a request; called by the loop's thread
 
 
 class LinkClient:
-    """A connection to a cell.
+    """A connection to a cell, as a node; a MissingError if nobody answers there, or not as a cell does.
 
-    Requests may be made from any thread; answers and messages are delivered by the loop's.
-
-    Args:
-        loop: what serves the connection.
-        address: host and port of the cell.
-        node: the name to be known by.
-        on_end: called once: with the reason when the cell has ended, with None when it is gone without a word.
-
-    Raises:
-        LinkError: nobody answers there, or not as a cell does.
+    Requests may be made from any thread; answers and messages are delivered by the loop's. `on_end` is called once:
+    with the reason when the cell has ended, with None when it is gone without a word.
     """
 
     def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
@@ -226,9 +196,9 @@ class LinkClient:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.welcome: dict[str, Any] = self._greet(connection, node)
         except OSError as error:
-            raise LinkError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
+            raise MissingError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
         except FrameError as error:
-            raise LinkError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
+            raise MissingError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
         connection.setblocking(False)
         self._connection = BufferedConnection(loop, connection, self._read, lambda: self._end(None))
 
@@ -254,8 +224,7 @@ class LinkClient:
     def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None], answered: Answered) -> int:
         """Have the messages of a topic given to `listener`, from one publishing node or from all (empty).
 
-        Returns:
-            The number of the subscription. Its answer goes to `answered`, after what is latched.
+        The number of the subscription; its answer goes to `answered`, after what is latched.
         """
         number = self.request(Kind.SUBSCRIBE, answered, name=topic, node=node)
         self._listeners[number] = listener
@@ -267,11 +236,7 @@ class LinkClient:
         self._connection.send(Frame(Kind.UNSUBSCRIBE, number).encode())
 
     def keep_up(self, is_behind: Callable[[], bool]) -> None:
-        """Ask the cell to let time stand while this end is behind.
-
-        Args:
-            is_behind: whether messages that came are still on their way; asked by the loop's thread.
-        """
+        """Ask the cell to let time stand while this end is behind: while messages that came are still on their way."""
         self._is_behind = is_behind
         self._pong(0)
 

@@ -15,6 +15,10 @@ from collections import deque
 from typing import Any, Callable, TextIO
 
 
+class MissingError(Exception):
+    """What is needed is not there; the text says what."""
+
+
 def report(line: str) -> None:
     """Say something in one line, on stderr."""
     _write_line(sys.stderr, line)
@@ -100,7 +104,8 @@ class Loop:
     def run(self) -> int:
         """Wait and call until stopped; the status. Then it may run again."""
         while self._status is None:
-            for key, events in self._selector.select(self._patience()):
+            patience = max(0.0, self._timers[0][0] - time.monotonic()) if self._timers else None
+            for key, events in self._selector.select(patience):
                 on_read, on_write = key.data
                 if events & selectors.EVENT_WRITE and on_write is not None:
                     self._do(on_write)
@@ -110,11 +115,6 @@ class Loop:
                 self._do(heapq.heappop(self._timers)[2])
         status, self._status = self._status, None
         return status
-
-    def _patience(self) -> float | None:
-        if not self._timers:
-            return None
-        return max(0.0, self._timers[0][0] - time.monotonic())
 
     def _hear(self) -> None:
         with contextlib.suppress(OSError):
@@ -141,16 +141,13 @@ def nothing(*_arguments: object) -> None:
     """Do nothing."""
 
 
-LOG_PERIOD = 1.0
-"""Time between two lines about the same [s]."""
+LOG_PERIOD = 1.0  # time between two lines about the same [s]
 
 
 class ThrottledLog:
     """Counts by subject; the first is said at once, those that follow within a second with the next line.
 
-    Args:
-        loop: its thread keeps the books.
-        text: the line, with `{subject}`, and `{count}` for how often it happened since the last one.
+    The line has `{subject}`, and `{count}` for how often it happened since the last one.
     """
 
     def __init__(self, loop: Loop, text: str) -> None:

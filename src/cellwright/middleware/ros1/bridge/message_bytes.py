@@ -6,8 +6,7 @@ import re
 import struct
 
 _HEADER = re.compile(r"^\s*(?:std_msgs/)?Header\s+header\s*(?:#.*)?$")
-_NO_FIELD = re.compile(r"^\s*(?:#.*)?$|^\s*\w+\s+\w+\s*=")
-"""Comments and constants."""
+_NO_FIELD = re.compile(r"^\s*(?:#.*)?$|^\s*\w+\s+\w+\s*=")  # comments and constants
 
 
 def has_header(definition: str) -> bool:
@@ -28,11 +27,7 @@ _COUNT = struct.Struct("<I")
 
 
 def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:
-    """The duration [ns] of a request, and the numbers of messages published by topic.
-
-    Raises:
-        struct.error, ValueError: these bytes are no request.
-    """
+    """The duration [ns] of a request, and the numbers of messages published by topic; else struct.error, ValueError."""
     seconds, nanoseconds = _DURATION.unpack_from(data)
     names, numbers, end = _read_counts(data, _DURATION.size)
     if numbers and len(numbers) != len(names):
@@ -48,11 +43,7 @@ def step_request(duration: int, published: dict[str, int]) -> bytes:
 
 
 def read_step_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
-    """Why it failed (empty if it did not), simulation time [ns], and topics with numbers of messages sent.
-
-    Raises:
-        struct.error, ValueError: these bytes are no answer.
-    """
+    """Why it failed (empty if it did not), simulation time [ns], and topics with numbers of messages sent."""
     succeeded = bool(data[0]) if data else False
     message, position = _read_text(data, 1)
     seconds, nanoseconds = _TIME.unpack_from(data, position)

@@ -1,16 +1,20 @@
-"""ROS node of this process: start, clean end, size limits, and its own subscriptions in the graph."""
+"""ROS node of this process: start, clean end, size limits, its own subscriptions in the graph, and the master."""
 
 from __future__ import annotations
 
 import contextlib
+import http.client
 import os
 import signal
 import struct
 import sys
 import threading
 import time
+import xmlrpc.client
 from typing import Any, Callable, Iterator
+from urllib.parse import urlparse
 
+import rosgraph
 import rospy
 import rospy.core
 import rospy.names
@@ -19,11 +23,10 @@ from rospy.exceptions import TransportException
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.tcpros_pubsub import TCPROSSub
 
-from cellwright.middleware.ros1.bridge.loop import report
+from cellwright.middleware.ros1.bridge.loop import MissingError, nothing, report
 from cellwright.middleware.wire.frames import LONGEST_SAID
 
-MAX_REQUEST_BYTES = 1 << 20
-"""Bytes of the longest request; those of nodes and masters have some hundreds."""
+MAX_REQUEST_BYTES = 1 << 20  # bytes of the longest request; those of nodes and masters have some hundreds
 
 REQUEST_TIMEOUT = 120.0
 """How long [s] a connection may say nothing; each has a thread of its own. Nodes leave theirs after half a minute."""
@@ -49,11 +52,9 @@ _LENGTH = struct.Struct("<I")
 
 
 def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> None:
-    """Have connections cut, and made anew, on which a message is announced that is too long to be carried.
+    """Have connections cut, and made anew, on which a message of more bytes than `longest` is announced.
 
-    Args:
-        tell: told of it, with the name of the topic; by threads of rospy's.
-        longest: length of a message [bytes].
+    `tell` is told of it, with the name of the topic; by threads of rospy's.
     """
     read = TCPROSSub.read_messages
 
@@ -72,8 +73,7 @@ def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> 
 
 HEARD_BY_ITSELF = ("/ariac/gripper/state", "/ariac/trays")
 """Topics that the original's own task manager, a part of /gazebo, subscribes to."""
-HEARD_FOR_FRAMES = "/ariac/joint_states"
-"""What the node that makes the arm's frames subscribes to."""
+HEARD_FOR_FRAMES = "/ariac/joint_states"  # what the node that makes the arm's frames subscribes to
 
 
 class ManagedTopic:
@@ -117,8 +117,7 @@ class OwnSubscription(ManagedTopic):
         return self.name, []
 
 
-SIGN_OFF_TIMEOUT = 1.5
-"""How long signing off may take [s]; it takes some 10 ms where nothing hangs."""
+SIGN_OFF_TIMEOUT = 1.5  # how long signing off may take [s]; it takes some 10 ms where nothing hangs
 
 
 class StoppedError(BaseException):
@@ -176,18 +175,22 @@ def begin_node(name: str) -> None:
         rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 
 
-def end_process(
-    status: int, *, before: Callable[[], None] = lambda: None, after: Callable[[], None] = lambda: None
+def run_process(
+    serve: Callable[[], int], *, before: Callable[[], None] = nothing, after: Callable[[], None] = nothing
 ) -> None:
-    """Sign off at the master and end the process with a status, however that goes.
+    """Serve until it is over, sign off at the master and end the process, however that goes.
 
-    rospy leaves threads behind that wait for others; nothing is waited for here.
-
-    Args:
-        status: exit status.
-        before: called first.
-        after: called when the node has signed off.
+    `serve` returns the exit status; it is 0 after a signal, and 1 where something is missing. `before` is called then,
+    and `after` when the node has signed off. rospy leaves threads behind that wait for others; nothing is waited for.
     """
+    status = 1
+    try:
+        stop_by_exception()
+        status = serve()
+    except (MissingError, rospy.ROSInitException) as error:
+        report(str(error))
+    except StoppedError:
+        status = 0
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     watchdog = threading.Timer(SIGN_OFF_TIMEOUT, os._exit, [status])
@@ -210,3 +213,111 @@ def _thread_failed(arguments: Any) -> None:
     error = arguments.exc_value
     rospy.core.rospyerr("a thread has failed", exc_info=(type(error), error, arguments.exc_traceback))
     report(f"a connection has failed: {type(error).__name__}: {error}")
+
+
+MASTER_TIMEOUT = 2.0  # how long the master may take to answer [s]
+MASTER_PERIOD = 1.0  # how often it is looked after [s]
+_LOOPBACK = ("localhost", "::1")
+_RETRY = 0.25
+
+
+class MasterGoneError(MissingError):
+    """The master does not answer; the text says where."""
+
+
+class Master:
+    """The master that the environment names; a MasterGoneError when it takes too long to answer, or does not."""
+
+    def __init__(self, node: str) -> None:
+        self.uri: str = rosgraph.get_master_uri()
+        self._node = node
+        self._server = xmlrpc.client.ServerProxy(self.uri, transport=_Transport())
+
+    def ask(self, method: str, *arguments: Any) -> Any | None:
+        """Call a method of the master's API; its value, None when it says that it cannot."""
+        try:
+            code, _, value = getattr(self._server, method)(self._node, *arguments)
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError) as error:
+            raise MasterGoneError(f"no ROS master answers at {self.uri}: {error}") from None
+        return value if code == 1 else None
+
+    def wait(self, patience: float) -> None:
+        """Wait until it answers, for so long [s] at most."""
+        end = time.monotonic() + patience
+        while True:
+            try:
+                self.ask("getPid")
+                return
+            except MasterGoneError:
+                if time.monotonic() > end:
+                    raise
+            time.sleep(_RETRY)
+
+    def knows(self, node: str, *, publishes: str, hears: str) -> bool:
+        """Whether a node is known to publish one topic and to subscribe to another."""
+        state = self.ask("getSystemState")
+        if state is None:
+            return False
+        publishers, subscribers = dict(state[0]), dict(state[1])
+        return node in publishers.get(publishes, ()) and node in subscribers.get(hears, ())
+
+
+class MasterWatch:
+    """Looks after the master in a thread of its own, for a node that should be known there by its `uri`.
+
+    `on_new` is called when there is a master that does not know us, `on_replaced` when another node has our name.
+    """
+
+    def __init__(self, node: str, uri: str, on_new: Callable[[], None], on_replaced: Callable[[], None]) -> None:
+        self._master = Master(node)
+        self._node = node
+        self._uri = uri
+        self._on_new = on_new
+        self._on_replaced = on_replaced
+        threading.Thread(target=self._watch, name="master", daemon=True).start()
+
+    def _watch(self) -> None:
+        is_lost, failures = False, 0
+        while True:
+            time.sleep(_RETRY if failures else MASTER_PERIOD)
+            try:
+                known = self._master.ask("lookupNode", self._node)
+            except MasterGoneError:
+                failures += 1
+                if failures > 1 and not is_lost:
+                    is_lost = True
+                    report(
+                        f"the ROS master at {self._master.uri} is gone, and with it all parameters: programs that "
+                        "start now find no topic and no service; connections that stand go on, and so does "
+                        f"{self._node}"
+                    )
+                continue
+            if known is None:
+                report(f"a new ROS master answers at {self._master.uri}: registering everything there")
+                self._on_new()
+                return
+            if known.rstrip("/") != self._uri.rstrip("/"):
+                self._on_replaced()
+                return
+            if is_lost:
+                report(f"the ROS master at {self._master.uri} answers again, and has forgotten nothing")
+            is_lost, failures = False, 0
+
+
+def listen_on_loopback() -> None:
+    """Have the node listen on loopback only when the master does and nothing else was said."""
+    environment = os.environ
+    if any(environment.get(name) for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_IPV6")):
+        return
+    host = urlparse(rosgraph.get_master_uri()).hostname or ""
+    if host in _LOOPBACK or host.startswith("127."):
+        environment["ROS_IP"] = "127.0.0.1"
+
+
+class _Transport(xmlrpc.client.Transport):
+    """XML-RPC with a limit to how long an answer may take."""
+
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = MASTER_TIMEOUT
+        return connection

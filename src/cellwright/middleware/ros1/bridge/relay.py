@@ -8,13 +8,16 @@ when the simulator has ended. There is one while somebody publishes /clock, or a
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import socket
 import sys
+import threading
 import time
 import types
+from collections import deque
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 if __name__ == "__main__":
     # Cellwright's own package is not installed here, and needs what is not either: only these parts of it are loaded.
@@ -25,65 +28,309 @@ if __name__ == "__main__":
 
 import rospy
 
-from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
-from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError, listen_on_loopback
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection
+from cellwright.middleware.ros1.bridge.loop import Loop, MissingError, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
 from cellwright.middleware.ros1.bridge.node import (
-    StoppedError,
+    Master,
+    MasterGoneError,
     begin_node,
-    end_process,
     limit_messages,
+    listen_on_loopback,
+    run_process,
     stop_by,
-    stop_by_exception,
 )
-from cellwright.middleware.ros1.bridge.relay_server import Relay
-from cellwright.middleware.ros1.bridge.ros_client import CLOCK, ServiceClient, ServiceGoneError, discover_interface
+from cellwright.middleware.ros1.bridge.ros_client import (
+    CLOCK,
+    HeardTopic,
+    ServiceClient,
+    ServiceGoneError,
+    SpokenTopic,
+    discover_interface,
+)
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import raw_type
-from cellwright.middleware.wire.frames import LONGEST_FRAME
+from cellwright.middleware.wire.frames import LONGEST_FRAME, Decoder, Frame, FrameError, Kind, read_advance, time_frame
 
-_NAP = 0.05
+DECLARE = "relay:type"
+"""A service of the relay itself: the client tells it of a type that it will publish, as JSON: type, md5, definition."""
+
+PATIENCE = 5.0  # how long connections may take to come about, and messages to come over them [s]
+_NAP = 0.002
+_SIMULATOR_NAP = 0.05
+_LOOK_AFTER = 0.5
+_MOST_LOOKS = 10
 _CLOCK_BYTES = 8
 
 
-class MissingError(Exception):
-    """Nobody is there to relay to; the text says who."""
+class TimeStandsError(Exception):
+    """In lockstep, time will not pass any more; the text says why."""
 
 
-def main(node: str, patience: float, sign: str) -> None:
-    """Wait for a simulator, then for a client, and serve it. The process ends here.
+class Relay:
+    """Serves one client, which is told `welcome` first, for as long as somebody publishes the topic `sign`."""
 
-    Args:
-        node: absolute name of the client's node.
-        patience: how long a simulator may take to appear [s].
-        sign: the topic that is published where there is one.
-    """
-    status = 1
-    try:
-        stop_by_exception()
-        listen_on_loopback()
-        loop = Loop()
-        loop.watch(sys.stdin, lambda: loop.stop(0) if not os.read(0, 4096) else None)
-        end = time.monotonic() + patience
-        master = Master(node)
-        master.wait(patience)
-        welcome = _wait_for_simulator(master, node, end, sign)
-        tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
-        limit_messages(tally.count, LONGEST_FRAME // 2)
-        begin_node(node)
-        rospy.on_shutdown(lambda: loop.stop(0))
-        welcome["time"] = _time(master, node, welcome, end)
-        listener = socket.create_server(("127.0.0.1", 0))
-        loop.watch(listener, lambda: _accept(loop, listener, master, node, welcome, sign))
-        loop.wake_by_signals()
-        stop_by(lambda: loop.stop(0))
-        say_ready(str(listener.getsockname()[1]))
-        status = loop.run()
-    except (MasterGoneError, MissingError, rospy.ROSInitException) as error:
-        report(str(error))
-    except StoppedError:
-        status = 0
-    end_process(status)
+    def __init__(
+        self,
+        loop: Loop,
+        connection: socket.socket,
+        master: Master,
+        node: str,
+        welcome: dict[str, Any],
+        sign: str = CLOCK,
+    ) -> None:
+        self._loop = loop
+        self._master = master
+        self._node = node
+        self._welcome = welcome
+        self._sign = sign
+        self._now = int(welcome["time"])
+        self._types = {topic["name"]: topic["type"] for topic in welcome["topics"]}
+        self._hearers = {topic["name"] for topic in welcome["topics"] if topic["subscribers"]}
+        self._services = {
+            service["name"]: ServiceClient(master, node, service["name"], service["md5"])
+            for service in welcome["services"]
+        }
+        self._definitions: dict[str, dict[str, str]] = {}
+        self._heard: dict[str, HeardTopic] = {}
+        self._spoken: dict[str, SpokenTopic] = {}
+        self._lockstep = bool(welcome["lockstep"])
+        self._lock = threading.Lock()
+        self._mail: dict[str, deque[tuple[tuple[int, ...], bytes]]] = {}
+        self._barrier = 0
+        self._decoder = Decoder()
+        connection.setblocking(False)
+        self._connection = BufferedConnection(loop, connection, self._read, lambda: loop.stop(0))
+        self._looks = 0
+        loop.later(_LOOK_AFTER, self._look_after)
+
+    def end(self, reason: str) -> None:
+        """Tell the client that it is over, and why; the relay ends as well."""
+        self._say(Frame(Kind.ENDED, payload=reason.encode()))
+        self._connection.close_when_empty()
+        self._loop.stop(0)
+
+    def _look_after(self) -> None:
+        """See whether the cell is still there: it has signed off, or neither master nor sign is there any more."""
+        try:
+            self._looks = _MOST_LOOKS if is_simulator_gone(self._master, self._sign) else 0
+        except MasterGoneError:
+            heard = self._heard.get(self._sign)
+            self._looks = self._looks + 1 if heard is not None and not heard.is_connected else 0
+        if self._looks >= _MOST_LOOKS:
+            self.end("the cell has ended")
+        else:
+            self._loop.later(_LOOK_AFTER, self._look_after)
+
+    def _read(self, data: bytes) -> None:
+        try:
+            for frame in self._decoder.feed(data):
+                self._act(frame)
+        except FrameError as error:
+            report(f"what the client says makes no sense: {error}")
+            self._say(_refusal(0, "UsageError", str(error)))
+            self._connection.close_when_empty()
+            self._loop.stop(1)
+
+    def _act(self, frame: Frame) -> None:
+        acts: dict[Kind, Callable[[Frame], Frame | None]] = {
+            Kind.HELLO: self._greet,
+            Kind.SUBSCRIBE: self._subscribe,
+            Kind.UNSUBSCRIBE: self._unsubscribe,
+            Kind.PUBLISH: self._publish,
+            Kind.CALL: self._call,
+            Kind.ADVANCE: self._advance,
+        }
+        if frame.kind not in acts:
+            raise FrameError(f"{frame.kind.name} is nothing that a client may say")
+        try:
+            answer = acts[frame.kind](frame)
+        except TimeStandsError as error:
+            self.end(str(error))
+            return
+        except ServiceGoneError as error:
+            self._answer_later(frame.number, str(error), time.monotonic() + PATIENCE)
+            return
+        except MasterGoneError as error:
+            answer = _refusal(frame.number, "ServiceFailedError", str(error))
+        if answer is not None:
+            self._say(answer)
+
+    def _answer_later(self, number: int, reason: str, end: float) -> None:
+        """Answer a call whose service hung up: the cell may be ending, and signs off a moment later."""
+        try:
+            is_over = is_simulator_gone(self._master, self._sign)
+        except MasterGoneError:
+            is_over = True
+        if is_over:
+            self.end("the cell has ended")
+        elif time.monotonic() > end:
+            self._say(_refusal(number, "ServiceFailedError", reason))
+        else:
+            self._loop.later(_LOOK_AFTER / 5, lambda: self._answer_later(number, reason, end))
+
+    def _say(self, frame: Frame) -> None:
+        self._connection.send(frame.encode())
+
+    def _greet(self, frame: Frame) -> Frame:
+        if frame.json().get("encoding") != "ros1":
+            return _refusal(0, "UsageError", "a relay passes messages on in the form of ROS 1 only")
+        return Frame(Kind.WELCOME, payload=json.dumps(self._welcome).encode())
+
+    def _subscribe(self, frame: Frame) -> Frame:
+        topic = self._heard.get(frame.name)
+        if topic is None:
+            name = frame.name
+            self._mail[name] = deque()
+            topic = HeardTopic(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
+            self._heard[name] = topic
+        topic.add(frame.number)
+        if self._types.get(frame.name):  # one that nobody has is waited for, however long
+            _wait(lambda: topic.is_connected)
+        return Frame(Kind.DONE, frame.number)
+
+    def _unsubscribe(self, frame: Frame) -> None:
+        for topic in list(self._heard.values()):
+            if topic.remove(frame.number) and not topic.is_wanted:
+                del self._heard[topic.name]
+                topic.close()
+
+    def _take(self, name: str, numbers: tuple[int, ...], data: bytes) -> None:
+        """Take a message, from a thread of rospy's."""
+        if self._lockstep:
+            with self._lock:
+                self._mail[name].append((numbers, data))
+        else:
+            self._pass_on(numbers, data)
+
+    def _pass_on(self, numbers: tuple[int, ...], data: bytes) -> None:
+        for number in numbers:
+            self._say(Frame(Kind.MESSAGE, number, payload=data))
+
+    def _publish(self, frame: Frame) -> Frame | None:
+        if frame.name not in self._hearers:
+            known = ", ".join(sorted(self._hearers))
+            return _refusal(frame.number, "UnknownNameError", f"unknown topic to publish on {frame.name!r} ({known})")
+        topic = self._spoken.get(frame.name)
+        if topic is None:
+            theirs, known_type = self._types.get(frame.name, frame.type), self._definitions.get(frame.type)
+            if theirs not in (frame.type, "", "*"):
+                return _refusal(frame.number, "MessageError", f"{frame.name} takes {theirs}, not {frame.type}")
+            if known_type is None:
+                return _refusal(frame.number, "UsageError", f"the type {frame.type} has not been declared")
+            topic = SpokenTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
+            self._spoken[frame.name] = topic
+        elif topic.type != frame.type:
+            return _refusal(frame.number, "MessageError", f"{frame.name} takes {topic.type}, not {frame.type}")
+        if not _wait(lambda: topic.is_connected):
+            return _refusal(frame.number, "RejectedCommandError", f"nobody hears {frame.name}")
+        topic.publish(frame.payload)
+        return Frame(Kind.DONE, frame.number) if frame.number else None
+
+    def _call(self, frame: Frame) -> Frame:
+        if frame.name == DECLARE:
+            said = frame.json()
+            self._definitions[str(said["type"])] = {key: str(said[key]) for key in ("md5", "definition")}
+            return Frame(Kind.ANSWER, frame.number)
+        service = self._services.get(frame.name)
+        if service is None:
+            known = ", ".join(sorted(self._services))
+            return _refusal(frame.number, "UnknownNameError", f"unknown service {frame.name!r} (known: {known})")
+        if self._lockstep and self._barrier != self._count():
+            self._step(0)  # what was published before must not be overtaken
+        # in lockstep no time passes while this waits: what needs some to be answered never would be
+        succeeded, payload = service.call(frame.payload, PATIENCE if self._lockstep else None)
+        if succeeded:
+            return Frame(Kind.ANSWER, frame.number, payload=payload)
+        if not payload:
+            return _refusal(frame.number, "ServiceFailedError", f"{frame.name} gave no answer")
+        return _refusal(frame.number, "RejectedCommandError", payload.decode(errors="replace"))
+
+    def _advance(self, frame: Frame) -> Frame:
+        until, each_tick = read_advance(frame)
+        if not self._lockstep:
+            return _refusal(frame.number, "UsageError", "time passes by itself here")
+        while self._now < until:
+            if self._step(1) or each_tick:  # a nanosecond: that is the next tick
+                break
+        return time_frame(frame.number, self._now)
+
+    def _step(self, duration: int) -> bool:
+        """Let time pass [ns], and pass on what has come by then; whether there was anything. Else a TimeStandsError."""
+        published = {topic.name: topic.published for topic in self._spoken.values()}
+        self._barrier = self._count()
+        try:
+            succeeded, data = self._services[STEP].call(step_request(duration, published))
+        except (ServiceGoneError, MasterGoneError) as error:
+            raise TimeStandsError(f"the cell has ended: {error}") from None
+        failure, now, sent = read_step_response(data) if succeeded else (data.decode(errors="replace"), 0, [])
+        if failure:
+            raise TimeStandsError(f"time does not pass: {failure}")
+        self._now = now
+        for name, count in sent:
+            topic = self._heard.get(name)
+            if topic is not None and not topic.wait_for(count, PATIENCE):
+                raise TimeStandsError(f"not all messages on {name} have come in {PATIENCE:g} s")
+        return self._deliver([name for name, _ in sent])
+
+    def _deliver(self, order: list[str]) -> bool:
+        """Pass on the mail, in the order of the topics' newest messages; whether there was any."""
+        has_mail = False
+        for name in (*(name for name in self._mail if name not in order), *order):
+            with self._lock:
+                mail = self._mail.get(name)
+                messages = list(mail) if mail else []
+                if mail:
+                    mail.clear()
+            for numbers, data in messages:
+                has_mail = has_mail or bool(numbers)
+                self._pass_on(numbers, data)
+        return has_mail
+
+    def _count(self) -> int:
+        return sum(topic.published for topic in self._spoken.values())
+
+
+def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
+    """Whether nobody has a clock, or another sign, to publish any more."""
+    state = master.ask("getSystemState")
+    return state is not None and all(name != sign for name, _ in state[0])
+
+
+def _refusal(number: int, error: str, reason: str) -> Frame:
+    return Frame(Kind.REFUSED, number, name=error, payload=reason.encode())
+
+
+def _wait(condition: Callable[[], bool]) -> bool:
+    """Wait a while for a connection; whether there is one."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(_NAP)
+    return True
+
+
+def serve(node: str, patience: float, sign: str) -> int:
+    """Wait for a simulator [s], then for a client, and serve it; the exit status."""
+    listen_on_loopback()
+    loop = Loop()
+    loop.watch(sys.stdin, lambda: loop.stop(0) if not os.read(0, 4096) else None)
+    end = time.monotonic() + patience
+    master = Master(node)
+    master.wait(patience)
+    welcome = _wait_for_simulator(master, node, end, sign)
+    tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
+    limit_messages(tally.count, LONGEST_FRAME // 2)
+    begin_node(node)
+    rospy.on_shutdown(lambda: loop.stop(0))
+    welcome["time"] = _time(master, node, welcome, end)
+    listener = socket.create_server(("127.0.0.1", 0))
+    loop.watch(listener, lambda: _accept(loop, listener, master, node, welcome, sign))
+    loop.wake_by_signals()
+    stop_by(lambda: loop.stop(0))
+    say_ready(str(listener.getsockname()[1]))
+    return loop.run()
 
 
 def _accept(loop: Loop, listener: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str) -> None:
@@ -102,7 +349,7 @@ def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dic
             return welcome
         if time.monotonic() > end:
             raise MissingError(f"there is no simulator at {master.uri}: nobody publishes {sign}")
-        time.sleep(_NAP)
+        time.sleep(_SIMULATOR_NAP)
 
 
 def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int:
@@ -120,7 +367,7 @@ def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int
     while not heard:
         if time.monotonic() > end:
             raise MissingError(f"time stands still: nothing comes on {CLOCK}")
-        time.sleep(_NAP / 10)
+        time.sleep(_SIMULATOR_NAP / 10)
     subscriber.unregister()
     data = heard[-1][:_CLOCK_BYTES]
     return int.from_bytes(data[:4], "little") * 1_000_000_000 + int.from_bytes(data[4:], "little")
@@ -136,4 +383,4 @@ if __name__ == "__main__":
         "--sign", metavar="/TOPIC", default=CLOCK, help="what is published where there is one (%(default)s)"
     )
     options = parser.parse_args()
-    main(options.node, options.wait, options.sign)
+    run_process(lambda: serve(options.node, options.wait, options.sign))

@@ -12,15 +12,13 @@ from urllib.parse import urlparse
 import rospy
 from rosgraph.network import ROSHandshakeException, decode_ros_handshake_header
 
-from cellwright.middleware.ros1.bridge.master import Master
 from cellwright.middleware.ros1.bridge.message_bytes import has_header
+from cellwright.middleware.ros1.bridge.node import Master
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import PROTOCOL
 
-CONNECT_TIMEOUT = 5.0
-"""How long the other node may take to answer the handshake [s]."""
-
+CONNECT_TIMEOUT = 5.0  # how long the other node may take to answer the handshake [s]
 _LENGTH = struct.Struct("<I")
 _LONGEST = 16 << 20
 
@@ -40,11 +38,7 @@ class ServiceClient:
         self._connection: socket.socket | None = None
 
     def ask_type(self) -> tuple[str, str]:
-        """Name and checksum of the service's type.
-
-        Raises:
-            ServiceGoneError: it cannot be reached.
-        """
+        """Name and checksum of the service's type; a ServiceGoneError if it cannot be reached."""
         connection, header = self._connect({"probe": "1"})
         connection.close()
         return header.get("type", ""), header.get("md5sum", "")
@@ -52,22 +46,15 @@ class ServiceClient:
     def call(self, request: bytes, patience: float | None = None) -> tuple[bool, bytes]:
         """Whether the call succeeded, and the response, or the reason why not.
 
-        Args:
-            request: in the form of ROS 1.
-            patience: how long [s] the answer may take; None for ever, for a step of time may take long.
-
-        A connection that was broken meanwhile is made anew, but a request is not sent twice.
-
-        Raises:
-            ServiceGoneError: it cannot be reached, or went before it answered.
+        The answer may take so long [s], or for ever, for a step of time may take long. A connection that was broken
+        meanwhile is made anew, but a request is not sent twice. A ServiceGoneError if it cannot be reached, or went
+        before it answered.
         """
-        connection = self._connection
-        if connection is not None and _is_broken(connection):
+        if self._connection is not None and _is_broken(self._connection):
             self.close()
-            connection = None
-        if connection is None:
-            connection, _ = self._connect({"persistent": "1"})
-            self._connection = connection
+        if self._connection is None:
+            self._connection, _ = self._connect({"persistent": "1"})
+        connection = self._connection
         connection.settimeout(patience)
         try:
             connection.sendall(_LENGTH.pack(len(request)) + request)
@@ -145,16 +132,7 @@ _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
 def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
-    """WELCOME for what is there, without the time; None while there is no simulator, or one still comes up.
-
-    Args:
-        master: the ROS master.
-        node: our node name.
-        sign: the topic that is published where there is one.
-
-    Raises:
-        MasterGoneError: the master does not answer.
-    """
+    """WELCOME for what is there, without the time; None while nobody publishes the topic `sign`."""
     state, types = master.ask("getSystemState"), dict(master.ask("getTopicTypes") or ())
     if state is None:
         return None
@@ -264,8 +242,7 @@ class SpokenTopic:
     def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:
         self.name = name
         self.type = type_name
-        self.published = 0
-        """How many messages there were."""
+        self.published = 0  # how many messages there were
         self._has_header = has_header(definition)
         self._class = raw_type(type_name, md5, definition)
         with warnings.catch_warnings():

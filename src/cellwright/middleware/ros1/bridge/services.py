@@ -28,9 +28,7 @@ from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_byte
 from cellwright.middleware.ros1.bridge.topics import CommandTopic
 from cellwright.middleware.wire.frames import LONGEST_SAID, Frame, FrameError, Kind, advance, read_time
 
-NO_ANSWER = "ServiceFailedError"
-"""The error of a service that gives no answer, which is told without a reason."""
-
+NO_ANSWER = "ServiceFailedError"  # the error of a service that gives no answer, which is told without a reason
 _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BI")
 
@@ -153,9 +151,7 @@ def one_line(text: str) -> bytes:
 
 
 STEP_SERVICE = "/cellwright/step"
-
-MESSAGE_TIMEOUT = 5.0
-"""How long published messages may take to come [s]."""
+MESSAGE_TIMEOUT = 5.0  # how long published messages may take to come [s]
 
 FRESH = 0.05
 """How long [s] of wall time the last answer of the cell tells the time, after which it is asked again: there may be
@@ -166,21 +162,13 @@ _NANOSECONDS = 1_000_000_000
 
 @dataclass
 class Step:
-    """A step that somebody has asked for.
-
-    Attributes:
-        caller: who asks, and is answered.
-        duration: how long it is to be [ns].
-        published: how many messages the caller has published, by topic.
-        end: when the step fails for lack of messages; wall time [s].
-        until: simulation time at its end [ns]; None before it has begun.
-    """
+    """A step that somebody has asked for."""
 
     caller: Caller
-    duration: int
-    published: dict[str, int]
-    end: float = 0.0
-    until: int | None = None
+    duration: int  # [ns]
+    published: dict[str, int]  # how many messages the caller has published, by topic
+    end: float = 0.0  # when the step fails for lack of messages; wall time [s]
+    until: int | None = None  # simulation time at its end [ns]; None before it has begun
 
 
 class StepService:

@@ -28,17 +28,13 @@ _EXPECTED = re.compile(r"root link \S+ has an inertia")
 
 def find_state_publisher() -> str | None:
     """The path of the program; None if it is not installed."""
-    roots = [*PLACES, *(f"{prefix}/lib/robot_state_publisher" for prefix in _prefixes())]
-    for root in roots:
+    prefixes = [prefix for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if prefix.startswith("/")]
+    for root in (*PLACES, *(f"{prefix}/lib/robot_state_publisher" for prefix in prefixes)):
         for folder in sorted(Path("/").glob(root.lstrip("/"))):
             program = folder / "robot_state_publisher"
             if os.access(program, os.X_OK):
                 return str(program)
     return shutil.which("robot_state_publisher")
-
-
-def _prefixes() -> list[str]:
-    return [prefix for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if prefix.startswith("/")]
 
 
 class StatePublisher:

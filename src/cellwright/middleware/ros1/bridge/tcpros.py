@@ -26,8 +26,7 @@ def handshake_bytes(fields: Mapping[str, str]) -> bytes:
     return bytes(encode_ros_handshake_header(fields))
 
 
-ANY = "*"
-"""Checksum and type that stand for whatever the other side has."""
+ANY = "*"  # checksum and type that stand for whatever the other side has
 
 
 def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
@@ -48,9 +47,7 @@ def _hold(self: Any, data: bytes = b"") -> None:
 
 
 LONGEST_HANDSHAKE = 1 << 20
-HANDSHAKE_TIMEOUT = 10.0
-"""How long a connection may take to say what it wants [s]."""
-
+HANDSHAKE_TIMEOUT = 10.0  # how long a connection may take to say what it wants [s]
 _PIECE = 1 << 16
 _LENGTH = struct.Struct("<I")
 _PAUSE = 0.5

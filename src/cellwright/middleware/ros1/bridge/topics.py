@@ -33,11 +33,8 @@ from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 
 PUBLICATION_QUEUE = 1000
 """So many messages wait for a subscriber that does not read; then the oldest is dropped."""
-MAX_PUBLICATION_BYTES = 64 << 20
-"""So many bytes of them at most: pictures are large."""
-LOCKSTEP_QUEUE = 1_000_000
-"""The same in lockstep, where nothing must be lost."""
-
+MAX_PUBLICATION_BYTES = 64 << 20  # so many bytes of them at most: pictures are large
+LOCKSTEP_QUEUE = 1_000_000  # the same in lockstep, where nothing must be lost
 _PREFIX = struct.Struct("<I")
 _COUNTED = struct.Struct("<II")
 _identities = itertools.count(1)
@@ -132,16 +129,7 @@ class Publication(ManagedTopic):
     def _welcome(self) -> None:
         """Answer the handshakes of those who wait; each gets what is latched at once."""
         waiting, self._waiting = self._waiting, []
-        for peer in waiting:
-            self._peers.append(peer)
-            if self._sent is not None:
-                self._sent.begin(peer.caller, self.name)
-            peer.connection.send(handshake_bytes(self._header()))
-            if self._newest is not None:
-                self._give(peer, self._newest)
-
-    def _header(self) -> Header:
-        return {
+        header = {
             "topic": self.name,
             "type": self.type,
             "md5sum": self.md5sum,
@@ -149,6 +137,13 @@ class Publication(ManagedTopic):
             "latching": "1" if self._latch else "0",
             "callerid": rospy.get_name(),
         }
+        for peer in waiting:
+            self._peers.append(peer)
+            if self._sent is not None:
+                self._sent.begin(peer.caller, self.name)
+            peer.connection.send(handshake_bytes(header))
+            if self._newest is not None:
+                self._give(peer, self._newest)
 
     def _publish(self, payload: bytes) -> None:
         if self._has_header:  # it begins with the number of the message, which only its publisher knows
@@ -212,10 +207,8 @@ def _describe_connection(connection: socket.socket) -> str:
     return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {connection.fileno()}]"
 
 
-COMMAND_QUEUE = 100
-"""So many messages of a topic wait for the cell."""
-MAX_COMMAND_BYTES = 64 << 20
-"""So many bytes of them at most, also where their number has no limit."""
+COMMAND_QUEUE = 100  # so many messages of a topic wait for the cell
+MAX_COMMAND_BYTES = 64 << 20  # so many bytes of them at most, also where their number has no limit
 
 
 class CommandTopic:

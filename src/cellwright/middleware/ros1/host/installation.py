@@ -27,17 +27,11 @@ _PATIENCE = 20.0  # [s]
 
 @dataclass(frozen=True)
 class Installation:
-    """An installation of ROS 1.
-
-    Attributes:
-        python: an interpreter that has rospy.
-        environment: what programs of ROS 1 need to be started with, whole.
-        prefixes: folders with `lib/<package>/<program>`.
-    """
+    """An installation of ROS 1: an interpreter that has rospy, and the whole environment that programs need."""
 
     python: str
     environment: Mapping[str, str]
-    prefixes: tuple[Path, ...]
+    prefixes: tuple[Path, ...]  # folders with `lib/<package>/<program>`
 
     def program(self, name: str) -> str | None:
         """The path of a program on the search path; None if it is not there."""
@@ -54,10 +48,6 @@ class Installation:
 
 def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/opt/ros")) -> Installation:
     """The ROS 1 of this machine: the one that is named, else the one of the shell, of /opt/ros, of the system.
-
-    Args:
-        environment: of this process, if it is not its own.
-        root: where installations that are not the system's are.
 
     Raises:
         UsageError: there is none; the text says how to get one.
@@ -111,3 +101,48 @@ def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.Compl
         )
     except (OSError, subprocess.TimeoutExpired):
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class RosSystem:
+    """An installation of ROS 1: its prefix (`/usr` is Debian's), and the interpreter with rospy and the generators."""
+
+    prefix: Path
+    python: Path
+
+    @property
+    def generators(self) -> Path:
+        """The folder of genpy's programs."""
+        return self.prefix / "lib" / "genpy"
+
+    @property
+    def share(self) -> Path:
+        """The folder of ROS packages."""
+        return self.prefix / "share"
+
+    def has_package(self, name: str) -> bool:
+        """Whether it has a package of this name."""
+        return (self.share / name / "package.xml").is_file()
+
+
+def find_system() -> RosSystem:
+    """The ROS 1 of this machine.
+
+    Raises:
+        UsageError: there is none, or it cannot generate messages.
+    """
+    found = find()
+    for prefix in found.prefixes:
+        ros = RosSystem(prefix, Path(found.python))
+        if all((ros.generators / f"gen{kind}_py.py").is_file() for kind in ("msg", "srv")):
+            return ros
+    raise UsageError(f"ROS 1 is here without its generator of messages, genpy; {HOW_TO_GET_IT.partition(';')[0]}")
+
+
+def tool_environment(ros: RosSystem) -> dict[str, str]:
+    """The environment in which ROS's tools are started: this process's, but with ROS's Python modules alone."""
+    variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
+    modules = ros.prefix / "lib" / "python3" / "dist-packages"
+    if modules.is_dir():
+        variables["PYTHONPATH"] = str(modules)
+    return variables

@@ -21,10 +21,7 @@ from cellwright.util.errors import CellwrightError, UsageError
 
 URI_VARIABLE = "ROS_MASTER_URI"
 DEFAULT_URI = "http://localhost:11311"
-
-CALL_TIMEOUT = 3.0
-"""How long [s] a call may last in all."""
-
+CALL_TIMEOUT = 3.0  # how long [s] a call may last in all
 _CALLER = "/cellwright"
 
 
@@ -46,14 +43,9 @@ class _Transport(xmlrpc.client.Transport):
 
 
 class Master:
-    """A ROS master, which may be there or not.
+    """A ROS master, which may be there or not, at an address as ROS_MASTER_URI has it (else a UsageError).
 
-    Args:
-        uri: its address, as ROS_MASTER_URI has it.
-        patience: how long [s] a call may last.
-
-    Raises:
-        UsageError: this is no address.
+    All calls that do not say otherwise raise a MasterError when it does not answer, or refuses.
     """
 
     def __init__(self, uri: str, patience: float = CALL_TIMEOUT) -> None:
@@ -92,19 +84,11 @@ class Master:
         return True
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Set a parameter, or with a dictionary all that lie under a name.
-
-        Raises:
-            MasterError: it could not be set.
-        """
+        """Set a parameter, or with a dictionary all that lie under a name."""
         self._call(self.uri, "setParam", name, value)
 
     def parameter(self, name: str) -> Any | None:
-        """The value of a parameter; None if nobody has set it.
-
-        Raises:
-            MasterError: the master does not answer.
-        """
+        """The value of a parameter; None if nobody has set it."""
         code, _, value = self._answer(self.uri, "getParam", name)
         return value if code == 1 else None
 
@@ -112,9 +96,6 @@ class Master:
         """Set many parameters, nested in dictionaries by their names.
 
         What others have beside them stays, down to the second level: `/gazebo` is not ours alone, `/ariac/arm` is.
-
-        Raises:
-            MasterError: one of them could not be set.
         """
         for name, value in parameters.items():
             if isinstance(value, Mapping):
@@ -124,11 +105,7 @@ class Master:
                 self.set_parameter(f"/{name}", value)
 
     def living_node(self, name: str) -> str | None:
-        """The address of a node that is registered and answers; None if there is none.
-
-        Raises:
-            MasterError: the master does not answer.
-        """
+        """The address of a node that is registered and answers; None if there is none."""
         code, _, uri = self._answer(self.uri, "lookupNode", name)
         if code != 1:
             return None
@@ -139,11 +116,7 @@ class Master:
         return str(uri)
 
     def living_publishers(self, topic: str) -> list[str]:
-        """The nodes that publish a topic and answer.
-
-        Raises:
-            MasterError: the master does not answer.
-        """
+        """The nodes that publish a topic and answer."""
         published, _, _ = self._call(self.uri, "getSystemState")
         nodes: list[Any] = next((nodes for name, nodes in published if name == topic), [])
         return [node for node in map(str, nodes) if self.living_node(node) is not None]
@@ -177,19 +150,12 @@ class Master:
         return answer
 
 
-START_LIMIT = 15.0
-"""How long [s] a master may take to answer."""
-
+START_LIMIT = 15.0  # how long [s] a master may take to answer
 _NAP = 0.02
 
 
 class OwnMaster:
-    """Runs a master, and again when it ends.
-
-    Args:
-        installation: the ROS 1 to take it from.
-        master: where it is to answer.
-        report: takes a line about what happens.
+    """Runs a master, and again when it ends; `report` takes lines about that.
 
     Raises:
         UsageError: there is no program to run, or something else listens at the address.
@@ -232,11 +198,7 @@ class OwnMaster:
         self._start_rosout()
 
     def mark(self) -> None:
-        """Give the run an id, as `roslaunch` expects of a master.
-
-        Raises:
-            MasterError: it does not answer.
-        """
+        """Give the run an id, as `roslaunch` expects of a master."""
         self._master.set_parameter("/run_id", str(uuid.uuid1()))
 
     def poll(self) -> None:

@@ -53,16 +53,8 @@ class Lines:
 class Child:
     """One child process, in a session of its own: a Ctrl-C on the terminal is for its parent alone.
 
-    Args:
-        command: program and arguments.
-        environment: of the program, whole.
-        python: an interpreter to start it with.
-        parting: what it is sent when this process is gone.
-        on_output: takes the lines of its stdout; None has them thrown away.
-        on_error: takes the lines of its stderr.
-
-    Raises:
-        OSError: it could not be started.
+    It is started through `python` with the whole `environment`, and sent `parting` when this process is gone. The lines
+    of its stderr go to `on_error`, those of its stdout to `on_output` or nowhere. An OSError if it cannot be started.
     """
 
     def __init__(
@@ -76,8 +68,7 @@ class Child:
         on_error: Callable[[str], None] = lambda _line: None,
     ) -> None:
         tied = [python, "-I", "-S", str(_TETHER), str(os.getpid()), str(int(parting)), *command]
-        self.started = time.monotonic()
-        """When it was started [s] of `time.monotonic`."""
+        self.started = time.monotonic()  # when it was started [s] of `time.monotonic`
         self._process = subprocess.Popen(  # noqa: S603
             tied,
             env=dict(environment),
@@ -130,23 +121,18 @@ def how_it_ended(status: int) -> str:
         return f"was ended by signal {-status}"
 
 
+_FIRST_WAIT, _LONGEST_WAIT = 0.25, 8.0  # [s]
+_FORGIVEN = 10.0  # [s]: what lasts so long is tried again at once, as if for the first time
+
+
 class RestartDelay:
-    """How long to wait before something that fails over and over is tried again.
+    """How long to wait [s] before something that fails over and over is tried again."""
 
-    Args:
-        first: after the first failure [s].
-        longest: after many [s].
-        forgiven: who lasts so long [s] is tried again at once, as if for the first time.
-    """
-
-    def __init__(self, first: float = 0.25, longest: float = 8.0, forgiven: float = 10.0) -> None:
-        self._first, self._longest, self._forgiven = first, longest, forgiven
+    def __init__(self) -> None:
         self._next = 0.0
 
     def after(self, lasted: float) -> float:
         """How long to wait [s] after a failure of what has `lasted` so long [s]."""
-        if lasted >= self._forgiven:
-            self._next = 0.0
-        wait = self._next
-        self._next = min(self._longest, max(self._first, 2 * wait))
+        wait = 0.0 if lasted >= _FORGIVEN else self._next
+        self._next = min(_LONGEST_WAIT, max(_FIRST_WAIT, 2 * wait))
         return wait

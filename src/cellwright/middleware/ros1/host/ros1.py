@@ -30,35 +30,21 @@ _MAX_NAME_LENGTH = 255
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """A node, and what it stands for at the master.
-
-    Attributes:
-        node: its absolute name.
-        what: what it is, in a word.
-        tells_time: whether programs are to take their time from it: it publishes /clock, and /use_sim_time is set.
-        makes_frames: whether robot_state_publisher, or in its place the node, publishes frames of its joint states.
-        shared: parameters of its own that are set for everybody too where nobody else has: `robot_description`.
-        alone_on: a topic on which nobody else should speak; empty for none.
-    """
+    """A node, and what it stands for at the master."""
 
     node: str
-    what: str
-    tells_time: bool = True
-    makes_frames: bool = True
-    shared: tuple[str, ...] = ()
-    alone_on: str = ""
+    what: str  # in a word
+    tells_time: bool = True  # whether programs take their time from it: it publishes /clock, and /use_sim_time is set
+    makes_frames: bool = True  # whether robot_state_publisher, or in its place the node, makes frames of joint states
+    shared: tuple[str, ...] = ()  # parameters of its own that are set for everybody too where nobody else has
+    alone_on: str = ""  # a topic on which nobody else should speak; empty for none
 
 
-SIMULATOR = Identity("/gazebo", "cell")
-"""The node that the simulator of 2017 was."""
+SIMULATOR = Identity("/gazebo", "cell")  # the node that the simulator of 2017 was
 
 
 def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
-    """A robot's controller node.
-
-    Args:
-        node: its name, with or without the slash in front.
-        sim_time: whether time is simulated.
+    """A robot's controller node, by its name with or without the slash in front.
 
     Raises:
         UsageError: nobody can be called so.
@@ -74,11 +60,7 @@ def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
 
 
 def node_name(text: str) -> str:
-    """A node's absolute name.
-
-    Raises:
-        UsageError: ROS takes no such name.
-    """
+    """A node's absolute name; a UsageError if ROS takes no such name."""
     if not _NODE_NAME.fullmatch(text) or len(text) > _MAX_NAME_LENGTH:
         raise UsageError(
             f"{text!r:.80} is no name for a node: it must be of letters, digits and _, a letter first, "
@@ -90,25 +72,17 @@ def node_name(text: str) -> str:
 MASTER_IS_BACK = 75
 """The bridge's exit status when the master was lost and answers again: everything has to be registered anew."""
 
-_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "__main__.py"
+_BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
 _READY_LINE = "ready"
 
 
 class Bridge(Child):
-    """One run of the bridge.
-
-    Args:
-        installation: the ROS 1 to run under.
-        identity: as whom what is served is known.
-        address: host and port at which it is served.
-        say: takes what it says, a line at a time.
-    """
+    """One run of the bridge to what is served at an address; `say` takes what it says, a line at a time."""
 
     def __init__(
         self, installation: Installation, identity: Identity, address: tuple[str, int], say: Callable[[str], None]
     ) -> None:
-        self.is_ready = False
-        """Whether everything is registered."""
+        self.is_ready = False  # whether everything is registered
         self.last_line = ""
         self._say = say
         host, port = address
@@ -138,24 +112,17 @@ class Bridge(Child):
         self._say(line)
 
 
-READY_LIMIT = 20.0
-"""How long [s] the bridge may take to have everything registered."""
-
+READY_LIMIT = 20.0  # how long [s] the bridge may take to have everything registered
 _NAP = 0.02
 _AGAIN = 0.5  # [s] between two attempts to reach a master that is away
 
-Serve = Callable[[float], object]
-"""Serves the cell's guests for so many seconds."""
+Serve = Callable[[float], object]  # serves the cell's guests for so many seconds
 
 
 class Ros1:
     """Has what is served known in ROS 1. Close it, or use it in a `with`: what it started ends then.
 
-    Args:
-        report: takes a line about what goes wrong or comes back.
-        is_stopped: whether there is a wish to end; nothing is waited for then.
-        environment: of this process, if it is not its own.
-        identity: as whom it is known.
+    `report` takes a line about what goes wrong or comes back; nothing is waited for once it `is_stopped`.
     """
 
     def __init__(
@@ -203,7 +170,10 @@ class Ros1:
         try:
             if self.master.answers():
                 self._refuse_another()
-                self._look_for_rivals()
+                topic = self.identity.alone_on
+                for rival in self.master.living_publishers(topic) if topic else ():
+                    where = f"{topic} at {self.master.uri}"
+                    self.report(f"{rival} publishes {where} as well: programs will hear both, and command both")
             elif self.master.is_local:
                 self._own_master = OwnMaster(self._installation, self.master, lambda line: self.report(line))
                 self._own_master.wait(self._is_stopped)
@@ -223,13 +193,8 @@ class Ros1:
     def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> bool:
         """Set the parameters, start the bridge, and serve guests until all is registered.
 
-        Args:
-            address: host and port at which guests are served.
-            parameters: what belongs on the parameter server, in nested dictionaries.
-            serve: serves guests, of which the bridge is one.
-
-        Returns:
-            Whether all is there; not if there was a wish to end before.
+        Whether all is there; not if there was a wish to end before. The parameters lie in nested dictionaries; `serve`
+        serves guests, of which the bridge is one.
 
         Raises:
             UsageError: it did not work; the text says why.
@@ -346,14 +311,6 @@ class Ros1:
             f"a node {name} is there already at {self.master.uri}: it answers at {node}; end it, or give another name"
         )
 
-    def _look_for_rivals(self) -> None:
-        """Warn of others that say what this node alone should say."""
-        topic = self.identity.alone_on
-        for rival in self.master.living_publishers(topic) if topic else ():
-            self.report(
-                f"{rival} publishes {topic} at {self.master.uri} as well: programs will hear both, and command both"
-            )
-
     def _settle_time(self) -> None:
         """Have programs take the right time: they ask once, when they start."""
         if self.identity.tells_time:
@@ -369,9 +326,6 @@ class Ros1:
         """Set what belongs to the node, and for everybody what nobody else has set.
 
         What is there for everybody and says the same as the node's own is from an earlier run of ours, and gives way.
-
-        Raises:
-            MasterError: the master does not answer, or refuses one of them.
         """
         own, master = self.identity.node, self.master
         free = [

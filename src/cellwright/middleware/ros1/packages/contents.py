@@ -8,24 +8,17 @@ installation, which are put in here.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass
-from importlib.resources import files
-from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from cellwright._package import FOLDER
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.middleware.messages.types import sources
+from cellwright.middleware.ros1.host.installation import RosSystem
 from cellwright.util.errors import UnknownNameError
 
 IO_TELEOP = "io_teleop_robot_control_node"
-
 PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", IO_TELEOP, "osrf_gear")
-"""Names of the packages."""
-
-MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")
-"""Those of them that define messages or services."""
+MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")  # those that define messages or services
 
 CONFIGURATIONS = "config"
 """Where a package keeps trials, as the launcher is given them: `$(find osrf_gear)/config/sample.yaml`."""
@@ -41,31 +34,20 @@ _QINGLONG, _ANY_ROBOT = "openloong_controller_node.py", "general_sim_robot_contr
 _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
 
 
-@dataclass(frozen=True, slots=True)
-class PackageFile:
-    """One file of a package."""
-
-    content: bytes
-
-    @property
-    def is_program(self) -> bool:
-        """Whether it is to be executable: it says what runs it."""
-        return self.content.startswith(b"#!")
+def provided_packages(ros: RosSystem) -> list[str]:
+    """Names of our packages that a shell is to have; the messages of controllers only where ROS itself lacks them."""
+    return [name for name in PACKAGES if name != "control_msgs" or not ros.has_package(name)]
 
 
-def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
-    """Every file of a package by its path in it, sorted.
-
-    Args:
-        package: its name.
-        programs: the folder that shells are given for `python`.
+def package_files(package: str, programs: Path) -> dict[str, bytes]:
+    """Every file of a package by its path in it, sorted; shells are given the folder `programs` for `python`.
 
     Raises:
         UnknownNameError: there is no such package.
     """
     if package not in PACKAGES:
         raise UnknownNameError("ROS package", package, PACKAGES)
-    found = dict(_walk(files("cellwright.middleware.ros1.packages") / "data" / package, ""))
+    found = _read(Path(__file__).parent / "data" / package)
     for name, text in sources().items():
         owner, namespace, last = name.split("/")
         if owner == package:
@@ -74,7 +56,7 @@ def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
         for trial in (*bundled(), *bundled_sensors()):
             found.setdefault(f"{CONFIGURATIONS}/{trial}.yaml", find_trial(trial).read_bytes())
     if package == IO_TELEOP:
-        for path, content in _walk(files("cellwright.config.robot") / "catalogue", ""):
+        for path, content in _read(Path(FOLDER) / "config" / "robot" / "catalogue").items():
             robot, _, rest = path.partition("/")
             found[f"{ROBOTS}/{VENDORS_NAMES.get(robot, robot)}/{rest}"] = content
         found[f"scripts/{_ANY_ROBOT}"] = (  # it finds the robot by its own name and its options
@@ -82,16 +64,13 @@ def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
             .replace(b"The QingLong's", b"Any robot's")
             .replace(_QINGLONG.encode(), _ANY_ROBOT.encode() + b" --robot_name NAME")
         )
-    return {path: PackageFile(_placed(content, programs)) for path, content in sorted(found.items())}
+    return {path: _placed(content, programs) for path, content in sorted(found.items())}
 
 
-def _walk(folder: Traversable, prefix: str) -> Iterator[tuple[str, bytes]]:
-    for item in folder.iterdir():
-        if item.is_dir():
-            if item.name != "__pycache__":
-                yield from _walk(item, f"{prefix}{item.name}/")
-        else:
-            yield f"{prefix}{item.name}", item.read_bytes()
+def _read(folder: Path) -> dict[str, bytes]:
+    """Every file in a folder by its path in it."""
+    paths = [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def _placed(content: bytes, programs: Path) -> bytes:
@@ -102,34 +81,26 @@ def _placed(content: bytes, programs: Path) -> bytes:
     return content
 
 
-_PLAIN, _PROGRAM = 0o644, 0o755
-
-
 def write_package(package: str, folder: Path, programs: Path) -> None:
     """Bring a package in a folder up to date.
 
     What is as it should be is left alone, so that nothing is built again for nothing. A file that says something else
     is kept beside under its name with a tilde; files that are not the package's own are not touched.
-
-    Args:
-        package: its name.
-        folder: where its files go.
-        programs: the folder that shells are given for `python`.
     """
-    for path, file in package_files(package, programs).items():
-        write_file(folder / path, file)
+    for path, content in package_files(package, programs).items():
+        write_file(folder / path, content)
 
 
-def write_file(path: Path, file: PackageFile) -> None:
+def write_file(path: Path, content: bytes) -> None:
     """Write a file unless it is there as it should be; another one in its place is kept with a tilde."""
-    mode = _PROGRAM if file.is_program else _PLAIN
+    mode = 0o755 if content.startswith(b"#!") else 0o644
     if path.is_file():
-        if path.read_bytes() == file.content:
+        if path.read_bytes() == content:
             path.chmod(mode)
             return
         path.replace(path.with_name(f"{path.name}~"))
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(file.content)
+    path.write_bytes(content)
     path.chmod(mode)
 
 

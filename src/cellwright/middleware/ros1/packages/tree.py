@@ -3,6 +3,9 @@
 share/    the packages, and stubs of packages that ROS's tools would not see   -> ROS_PACKAGE_PATH
 python/   modules of messages, and ariac_example                              -> PYTHONPATH
 bin/      python and python3: the interpreter that has ROS                    -> PATH
+
+Debian has the definitions of standard messages in packages without a manifest, unless their files for C++ are there
+too. Then `rosmsg show std_msgs/String` knows no such package. A manifest beside a link to the definitions is enough.
 """
 
 from __future__ import annotations
@@ -11,23 +14,18 @@ import hashlib
 import os
 import shlex
 import shutil
+import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from subprocess import PIPE
 
 from cellwright._package import VERSION
-from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, package_files, write_package, write_programs
-from cellwright.middleware.ros1.packages.tools import (
-    RosSystem,
-    generate_modules,
-    packages_without_manifest,
-    provided_packages,
-    write_stubs,
-)
+from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
+from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 
-SHELLS = ("sh", "fish")
-"""Shells whose language the lines are in; `sh` is understood by bash and zsh as well."""
+SHELLS = ("sh", "fish")  # whose language the lines are in; bash and zsh understand `sh` as well
 
 
 def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
@@ -37,14 +35,10 @@ def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
 
 
 def ensure_tree(ros: RosSystem, folder: Path) -> Path:
-    """The tree of this version of Cellwright on this machine, made if it is not there yet.
+    """The tree of this version of Cellwright on this machine, made in a folder if it is not there yet.
 
     Its name carries the version and a digest of all that it is made of, so a tree is never stale. It appears whole or
     not at all, and two that are made at once do not harm each other.
-
-    Args:
-        ros: ROS 1.
-        folder: where trees are kept.
 
     Raises:
         UsageError: the folder cannot be written, or a generator failed.
@@ -69,13 +63,13 @@ def ensure_tree(ros: RosSystem, folder: Path) -> Path:
 
 def _make(ros: RosSystem, new: Path, tree: Path) -> None:
     share, modules = new / "share", new / "python"
-    ours = provided_packages(ros)
+    ours = contents.provided_packages(ros)
     for name in ours:
-        write_package(name, share / name, tree / "bin")
+        contents.write_package(name, share / name, tree / "bin")
     write_stubs(ros.share, share)
-    generate_modules(ros, share, [name for name in MESSAGE_PACKAGES if name in ours], modules)
+    generate_modules(ros, share, [name for name in contents.MESSAGE_PACKAGES if name in ours], modules)
     shutil.copytree(share / "ariac_example" / "src" / "ariac_example", modules / "ariac_example")
-    write_programs(new / "bin", ros.python)
+    contents.write_programs(new / "bin", ros.python)
 
 
 def _digest(ros: RosSystem) -> str:
@@ -83,21 +77,15 @@ def _digest(ros: RosSystem) -> str:
     digest = hashlib.sha256()
     for item in (ros.prefix, ros.python, ros.python.resolve(), *packages_without_manifest(ros.share)):
         digest.update(f"{item}\0".encode())
-    for package in provided_packages(ros):
+    for package in contents.provided_packages(ros):
         digest.update(f"{package}\0".encode())
-        for path, file in package_files(package, Path("bin")).items():
-            digest.update(f"{path} {len(file.content)}\0".encode() + file.content)
+        for path, content in contents.package_files(package, Path("bin")).items():
+            digest.update(f"{path} {len(content)}\0".encode() + content)
     return digest.hexdigest()[:12]
 
 
 def variables(tree: Path, ros: RosSystem, present: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """What a shell's variables are to be, with the tree in front; trees that were there before are left out.
-
-    Args:
-        tree: from `ensure_tree`.
-        ros: ROS 1.
-        present: the variables as they are.
-    """
+    """What a shell's variables are to be, with the tree in front; trees that were there before are left out."""
 
     def with_tree(name: str, part: str, otherwise: str = "") -> str:
         entries = (present.get(name) or otherwise).split(os.pathsep)
@@ -117,21 +105,87 @@ def _is_of_a_tree(entry: str, folder: Path) -> bool:
 
 
 def shell_lines(values: Mapping[str, str], shell: str) -> str:
-    """Lines for a shell to evaluate.
-
-    Args:
-        values: variables and what they are to be.
-        shell: one of `SHELLS`.
-    """
+    """Lines that set variables, for one of `SHELLS` to evaluate."""
     lines = []
     for name, value in values.items():
         if shell == "fish":
             parts = value.split(os.pathsep) if name == "PATH" else [value]
-            lines.append(" ".join(["set -gx", name, *map(_fish_quoted, parts)]))
+            quoted = ("'" + part.replace("\\", "\\\\").replace("'", "\\'") + "'" for part in parts)
+            lines.append(" ".join(["set -gx", name, *quoted]))
         else:
             lines.append(f"export {name}={shlex.quote(value)}")
     return "\n".join(lines)
 
 
-def _fish_quoted(text: str) -> str:
-    return "'" + text.replace("\\", "\\\\").replace("'", "\\'") + "'"
+_PATIENCE = 120.0  # [s] for one generator
+
+
+def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modules: Path) -> None:
+    """Write the modules of packages (`from osrf_gear.msg import Order`) to a folder that is to be on Python's path.
+
+    Raises:
+        UsageError: a generator failed; the error has what it said last.
+    """
+    search = [f"-I{name}:{packages / name / 'msg'}" for name in names]
+    search += [f"-I{folder.parent.name}:{folder}" for folder in sorted(ros.share.glob("*/msg")) if folder.is_dir()]
+    environment = tool_environment(ros)
+    running = [
+        (command, subprocess.Popen(command, env=environment, stdout=PIPE, stderr=PIPE, text=True))  # noqa: S603
+        for name in names
+        for command in _generator_commands(ros, packages / name, modules / name, search)
+    ]
+    said = [(command, process, *process.communicate(timeout=_PATIENCE)) for command, process in running]
+    for command, process, out, error in said:
+        if process.returncode != 0:
+            last = ((error or out).strip().splitlines() or ["without a word"])[-1]
+            raise UsageError(f"{Path(command[1]).name} failed for {command[-1]}: {last}")
+    for name in names:
+        (modules / name / "__init__.py").touch()
+        for namespace in ("msg", "srv"):
+            folder = modules / name / namespace
+            if folder.is_dir():
+                stems = sorted(path.stem for path in folder.glob("_*.py") if path.stem != "__init__")
+                lines = "".join(f"from .{stem} import *\n" for stem in stems)
+                (folder / "__init__.py").write_text(lines, encoding="utf-8")
+
+
+def _generator_commands(ros: RosSystem, package: Path, modules: Path, search: Sequence[str]) -> Iterator[list[str]]:
+    for namespace in ("msg", "srv"):
+        definitions = sorted(map(str, (package / namespace).glob(f"*.{namespace}")))
+        if definitions:
+            out = modules / namespace
+            out.mkdir(parents=True, exist_ok=True)
+            program = str(ros.generators / f"gen{namespace}_py.py")
+            yield [str(ros.python), program, *definitions, *search, "-p", package.name, "-o", str(out)]
+
+
+STUB_MANIFEST = """<?xml version="1.0"?>
+<package format="2">
+  <name>{name}</name>
+  <version>0.0.0</version>
+  <description>Stands in for the manifest of the definitions in {source}.</description>
+  <maintainer email="cellwright@example.com">The Cellwright project</maintainer>
+  <license>BSD</license>
+</package>
+"""
+
+
+def packages_without_manifest(share: Path) -> list[str]:
+    """The packages in a folder that define messages or services and have no manifest, sorted."""
+    folders = {
+        path.parent for kind in ("msg", "srv") for path in share.glob(f"*/{kind}") if any(path.glob(f"*.{kind}"))
+    }
+    return sorted(folder.name for folder in folders if not (folder / "package.xml").exists())
+
+
+def write_stubs(share: Path, packages: Path) -> list[str]:
+    """Make each package of `share` that has no manifest known, in the folder `packages`; their names."""
+    names = packages_without_manifest(share)
+    for name in names:
+        stub = packages / name
+        stub.mkdir(parents=True)
+        (stub / "package.xml").write_text(STUB_MANIFEST.format(name=name, source=share / name), encoding="utf-8")
+        for kind in ("msg", "srv"):
+            if (share / name / kind).is_dir():
+                (stub / kind).symlink_to(share / name / kind)
+    return names

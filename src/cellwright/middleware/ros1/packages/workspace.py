@@ -15,19 +15,11 @@ import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.contents import (
-    IO_TELEOP,
-    PackageFile,
-    write_file,
-    write_package,
-    write_programs,
-)
-from cellwright.middleware.ros1.packages.tools import RosSystem, provided_packages, tool_environment
+from cellwright.middleware.ros1.host.installation import RosSystem, tool_environment
+from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 
-GROUP = "ariac"
-"""The folder of our packages among the sources; that of a robot's node has another."""
-GROUP_OF_ROBOTS = "io_teleop"
+GROUP, GROUP_OF_ROBOTS = "ariac", "io_teleop"  # folders among the sources: of our packages, of a robot's node
 
 NEEDED = {
     "actionlib_msgs": "libactionlib-msgs-dev",
@@ -75,11 +67,13 @@ def lay_out(ros: RosSystem, folder: Path) -> None:
     folder = folder.absolute()
     programs = folder / ".cellwright" / "bin"
     try:
-        for package in provided_packages(ros):
-            write_package(
-                package, folder / "src" / (GROUP_OF_ROBOTS if package == IO_TELEOP else GROUP) / package, programs
+        for package in contents.provided_packages(ros):
+            contents.write_package(
+                package,
+                folder / "src" / (GROUP_OF_ROBOTS if package == contents.IO_TELEOP else GROUP) / package,
+                programs,
             )
-        write_programs(programs, ros.python)
+        contents.write_programs(programs, ros.python)
         toplevel = ros.share / "catkin" / "cmake" / "toplevel.cmake"
         _write(folder / "src" / "CMakeLists.txt", _TOP_LEVEL.format(python=ros.python, toplevel=toplevel))
         for shell in ("bash", "sh", "zsh"):
@@ -137,4 +131,4 @@ def build(ros: RosSystem, folder: Path) -> None:
 def _write(path: Path, text: str) -> None:
     if path.is_symlink():  # as catkin_init_workspace makes it
         path.unlink()
-    write_file(path, PackageFile(text.encode()))
+    contents.write_file(path, text.encode())

@@ -1,7 +1,5 @@
 """Readers of a cell's plot data: arm, path of a body, referee's log and score, parts on trays."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -10,9 +8,9 @@ from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT, FRAME, PANEL
-from cellwright.recording.format.reader import RecordedMessage, frame_bytes
-from cellwright.recording.plots.reading.reader import SECOND, Spans, json_of
-from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, ToolTrack, TrayPart
+from cellwright.recording.format.reader import RecordedMessage, frame_bytes, json_object
+from cellwright.recording.plots.reading.reader import SECOND, Spans
+from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span, ToolTrack, TrayPart
 from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, showable
 
@@ -55,12 +53,7 @@ def _joint_name(name: str) -> str:
 
 
 class BodyPath:
-    """Reads the path of one body.
-
-    Args:
-        scene: the scene, encoded.
-        body: name of the body.
-    """
+    """Reads the path of one body, by its name in the encoded scene."""
 
     topics = (FRAME,)
 
@@ -82,10 +75,10 @@ class BodyPath:
             x, y, z = self._frame.poses[self._body, :3].tolist()
             self._rows.append((message.time / SECOND, x, y, z))
 
-    def track(self, name: str) -> ToolTrack:
+    def track(self, name: str, on: list[Span], attached: list[Span]) -> ToolTrack:
         """The path, under a name."""
         rows = np.array(self._rows).reshape(-1, 4)
-        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:])
+        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:], on, attached)
 
 
 _SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
@@ -111,14 +104,14 @@ class Competition:
     def take(self, message: RecordedMessage) -> None:
         """Take the next line, score or state."""
         if message.topic == EVENT:
-            self._take_event(json_of(message.data), message.time / SECOND)
+            self._take_event(json_object(message.data), message.time / SECOND)
             return
         if self._before.get(message.topic) == message.data:
             return
         if message.topic == _STATE:
             self.states.add(message.time / SECOND, from_cdr(message.data, String).data)
         else:
-            self._add_points(message.time / SECOND, from_cdr(message.data, Float32).data)
+            self._points.append((message.time / SECOND, from_cdr(message.data, Float32).data))
         self._before[message.topic] = message.data
 
     def score(self) -> ScoreTrack | None:
@@ -128,10 +121,6 @@ class Competition:
         best = self.about.get("reachable")
         times, points = (np.array(column) for column in zip(*self._points, strict=True))
         return ScoreTrack(times, points, float(best) if isinstance(best, (int, float)) else None)
-
-    def _add_points(self, time: float, points: float) -> None:
-        if not self._points or self._points[-1][1] != points:
-            self._points.append((time, points))
 
     def _take_event(self, event: dict[str, Any], now: float) -> None:
         time = event.get("time")
@@ -189,7 +178,7 @@ class Trays:
 
     def take(self, message: RecordedMessage) -> None:
         """Take what the panel shows next."""
-        panel = json_of(message.data)
+        panel = json_object(message.data)
         try:
             trays = {tray_name(str(tray["number"])): _parts_on_tray(tray) for tray in panel.get("trays", ())}
         except (KeyError, TypeError, AttributeError) as error:
@@ -204,12 +193,7 @@ class Trays:
             self._since[each] = now
 
     def parts(self, end: float, verdicts: list[tuple[float, str, dict[str, str]]]) -> list[TrayPart]:
-        """All parts that lay on trays.
-
-        Args:
-            end: of the recording [s].
-            verdicts: when which tray was judged, and what was said of each part.
-        """
+        """All parts that lay on trays up to the end [s]; `verdicts` as in `Competition`."""
         spans = [*self._gone, *((*each, since, end) for each, since in self._since.items())]
         found = []
         for tray, name, begin, over in sorted(spans, key=lambda span: (span[2], span[1])):

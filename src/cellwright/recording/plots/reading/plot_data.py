@@ -1,7 +1,5 @@
 """Plot data of a recording, read in one pass."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
@@ -10,11 +8,8 @@ from cellwright.recording.format.reader import Recording
 from cellwright.recording.plots.reading.cell import Arm, BodyPath, Competition, Trays
 from cellwright.recording.plots.reading.reader import SECOND, Commands, Gripper, Reader
 from cellwright.recording.plots.reading.robot import About, JointStates, Status, Tips
-from cellwright.recording.plots.tracks import JointTrack, Story, ToolTrack
+from cellwright.recording.plots.tracks import JointTrack, Story
 from cellwright.util.errors import MessageError, RecordingError
-
-_CUP = "vacuum_gripper_link"
-_NOT_WHOLE = "cut before its end"
 
 
 def load_plot_data(recording: Recording) -> Story:
@@ -23,12 +18,11 @@ def load_plot_data(recording: Recording) -> Story:
 
 
 def _cell(recording: Recording) -> Story:
-    arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, _CUP), Trays()
+    arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, "vacuum_gripper_link"), Trays()
     competition, commands = Competition(), Commands()
     warning = _read(recording, (arm, gripper, path, trays, competition, commands))
     end = recording.end_time / SECOND
-    cup = path.track("vacuum gripper")
-    tool = ToolTrack(cup.name, cup.frame, cup.times, cup.positions, gripper.on.until(end), gripper.attached.until(end))
+    tool = path.track("vacuum gripper", gripper.on.until(end), gripper.attached.until(end))
     tracks, states = arm.tracks(), competition.states.until(end)
     return Story(
         title=recording.header.name,
@@ -63,20 +57,17 @@ def _robot(recording: Recording) -> Story:
     }
     sides = about.grippers()
     closed = [
-        JointTrack(_gripper(number, name, sides), "closed 0..1", *curve)
-        for number, (name, curve) in enumerate(grippers.curves().items())
+        JointTrack(f"{sides[number]} gripper".strip() if number < len(sides) else name, "closed 0..1", *curve)
+        for number, (name, curve) in enumerate(grippers.curves().items())  # the topic only counts them
     ]
     states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
-    arms: list[dict[str, Any]] = []
-    with suppress(MessageError):
-        arms = about.arms()
     return Story(
         title=recording.header.name,
         note=_note(recording, recording.header.facts),
         begin=recording.begin / SECOND,
         end=end,
         joints={name: tracks for name, tracks in {**groups, "Grippers": closed}.items() if tracks},
-        tools=tips.tracks(arms),
+        tools=tips.tracks(about.arms()),
         states={name: spans for name, spans in states.items() if spans},
         commands=commands.tracks(),
         warning=warning,
@@ -99,11 +90,6 @@ def _read(recording: Recording, readers: Sequence[Reader]) -> str:
     return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
 
 
-def _gripper(number: int, topic_name: str, sides: Sequence[str]) -> str:
-    """What a gripper is called: by its side, for the topic only counts them."""
-    return f"{sides[number]} gripper".strip() if number < len(sides) else topic_name
-
-
 def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
     """The line below the title: who, with which seed, what it was worth, and how long it took."""
     words = [str(facts["agent"])] if facts.get("agent") else []
@@ -116,4 +102,5 @@ def _note(recording: Recording, facts: Any, competition: Competition | None = No
     words.append(f"{(recording.end_time - recording.begin) / SECOND:.1f} s")
     outcome = competition.result.get("outcome") if competition is not None else None
     words += [str(outcome)] if outcome else []
-    return "   ".join([*words, *([] if recording.is_complete else [_NOT_WHOLE])])
+    words += [] if recording.is_complete else ["cut before its end"]
+    return "   ".join(words)

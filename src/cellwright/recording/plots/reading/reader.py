@@ -1,22 +1,19 @@
 """Readers of plot data: their protocol, spans of a state, the vacuum gripper, and commands."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Collection
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.osrf_gear import VacuumGripperState
-from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import COMMAND
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.plots.tracks import CommandTrack, Span
-from cellwright.util.errors import MessageError, showable
+from cellwright.util.errors import showable
 
 SECOND = 1e9
 """Nanoseconds."""
@@ -37,21 +34,6 @@ class Reader(Protocol):
             MessageError: the message is damaged; it is left out.
         """
         ...
-
-
-def json_of(data: bytes) -> dict[str, Any]:
-    """The JSON object in a text.
-
-    Raises:
-        MessageError: there is none.
-    """
-    try:
-        found = json.loads(from_cdr(data, String).data)
-    except (ValueError, RecursionError):
-        raise MessageError("a text that is no JSON") from None
-    if not isinstance(found, dict):
-        raise MessageError("JSON that is no object")
-    return found
 
 
 class Spans:

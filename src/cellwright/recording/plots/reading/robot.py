@@ -1,7 +1,5 @@
 """Readers of a robot's plot data: joint states, tip poses, status, and groups of joints."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -10,8 +8,8 @@ from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.standard import JointState, PoseArray
 from cellwright.recording.format.format import PANEL
-from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.reader import SECOND, Spans, json_of
+from cellwright.recording.format.reader import RecordedMessage, json_object
+from cellwright.recording.plots.reading.reader import SECOND, Spans
 from cellwright.recording.plots.tracks import Array, ToolTrack
 from cellwright.util.errors import MessageError
 
@@ -20,19 +18,13 @@ _LITTLE = b"\x00\x01"
 
 
 class JointStates:
-    """Reads the positions of one topic.
-
-    Args:
-        topic: its name.
-    """
+    """Reads the positions of one topic."""
 
     def __init__(self, topic: str) -> None:
         self.topics = (topic,)
-        self._names: list[tuple[str, ...]] = []
+        self._tables: list[tuple[tuple[str, ...], list[float], list[Array]]] = []  # names, times, positions
         self._before = b""  # what stands between stamp and positions in the message before
         self._count = 0
-        self._times: list[list[float]] = []
-        self._rows: list[list[Array]] = []
 
     def take(self, message: RecordedMessage) -> None:
         """Take the next message; one with other names begins a new table."""
@@ -44,13 +36,14 @@ class JointStates:
             end = begin + len(self._before)
         if len(data) < end + 8 * self._count:
             raise MessageError("joint states that end in the middle")
-        self._times[-1].append(message.time / SECOND)
-        self._rows[-1].append(np.frombuffer(data, "<f8", self._count, end))
+        _, times, rows = self._tables[-1]
+        times.append(message.time / SECOND)
+        rows.append(np.frombuffer(data, "<f8", self._count, end))
 
     def curves(self) -> dict[str, tuple[Array, Array]]:
         """Times [s] and positions [rad; m] of each joint, in the order in which the joints were named first."""
         found: dict[str, list[tuple[Array, Array]]] = {}
-        for names, times, rows in zip(self._names, self._times, self._rows, strict=True):
+        for names, times, rows in self._tables:
             at, table = np.array(times), np.array(rows)
             for column, name in enumerate(names if len(times) else ()):
                 found.setdefault(name, []).append((at, table[:, column]))
@@ -73,10 +66,8 @@ class JointStates:
         place += (_HEAD - place) % 8 if count else 0  # what CDR leaves free before numbers of 8 bytes
         self._before, self._count = data[_HEAD + _STAMP : place], count
         names = tuple(message.name)
-        if not self._names or self._names[-1] != names:
-            self._names.append(names)
-            self._times.append([])
-            self._rows.append([])
+        if not self._tables or self._tables[-1][0] != names:
+            self._tables.append((names, [], []))
 
 
 _APART = 20_000_000  # poses of the tips are read so far apart [ns]
@@ -149,7 +140,7 @@ class About:
     def take(self, message: RecordedMessage) -> None:
         """Take what the panel shows next."""
         if not self._robot:
-            told = json_of(message.data).get("robot")
+            told = json_object(message.data).get("robot")
             self._robot = told if isinstance(told, dict) else {}
 
     def groups(self) -> dict[str, list[str]]:
@@ -173,8 +164,6 @@ class About:
             return {}
 
     def arms(self) -> list[dict[str, Any]]:
-        """Name and frame of each arm."""
+        """Name and frame of each arm; empty where it is not known."""
         arms = self._robot.get("arms", [])
-        if not isinstance(arms, list) or not all(isinstance(arm, dict) for arm in arms):
-            raise MessageError("a panel whose arms are none")
-        return arms
+        return arms if isinstance(arms, list) and all(isinstance(arm, dict) for arm in arms) else []

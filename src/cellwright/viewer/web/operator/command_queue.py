@@ -4,8 +4,6 @@ Nothing is sent to a robot that takes no commands, and whatever holds it (a stop
 ends all that was wanted: nothing goes on by itself afterwards.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time
@@ -19,10 +17,8 @@ from cellwright.viewer.web.operator import moves
 from cellwright.viewer.web.operator.moves import Grips, Hands, JointMoves
 from cellwright.viewer.web.operator.robot_state import Delay, Reach, ReachOfHand, SeenRobot, Standing
 
-NOTE_DURATION = 6.0
-"""So long [s] a line stands."""
-NOTE_GAP = 1.0
-"""Least time between two lines of the same kind [s]."""
+NOTE_DURATION = 6.0  # [s] for which a line stands
+NOTE_GAP = 1.0  # [s] at least between two lines of the same kind
 
 
 class Notes:
@@ -56,13 +52,7 @@ _AT_REST = 1e-3  # [rad; m] that a joint may move between two looks
 
 
 class Desk:
-    """Takes what browsers want.
-
-    Args:
-        robot: that is driven.
-        clock: tells the time of the wall [s].
-        wake: set when there may be something to send.
-    """
+    """Takes what browsers want of a robot. `clock` tells the time of the wall [s]; `wake` is set when there is work."""
 
     def __init__(
         self, robot: SeenRobot, clock: Callable[[], float] = time.perf_counter, wake: threading.Event | None = None
@@ -73,13 +63,11 @@ class Desk:
         self.grips = Grips(len(robot.grippers))
         self.notes = Notes()
         self.delay = Delay()
-        self.standing: Standing | None = None
-        """How the robot stands, as heard last."""
+        self.standing: Standing | None = None  # as heard last
         self.reach: tuple[Reach, ...] = ()
         """How it stands with each hand."""
         self.wake = wake or threading.Event()
-        self.active = float("-inf")
-        """When somebody wanted something last [s]."""
+        self.active = float("-inf")  # when somebody wanted something last [s]
         self.spurned: dict[int, Pose] = {}
         """World_T_tip of hands as they were wanted when the node refused something; until something else is wanted."""
         self._clock = clock
@@ -123,7 +111,7 @@ class Desk:
         with self._lock:
             if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
-            if joint in self._arm_joints and self.hands.is_any_held:
+            if joint in self._arm_joints and self.hands.holds:
                 self._tell("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
                 return False
             now = self._clock()
@@ -186,17 +174,14 @@ class Desk:
 
     def _moves(self, standing: Standing, now: float) -> list[Wish]:
         found: list[Wish] = []
-        tips = self.hands.due(standing, now)
-        if tips is not None:
+        if (tips := self.hands.due(standing, now)) is not None:
             found.append(MoveTips(tips))
-        targets = self.joints.due(standing, now)
-        if targets:
+        if targets := self.joints.due(standing, now):
             found.append(MoveJoints({self.robot.joints[joint].name: value for joint, value in targets.items()}))
         if self.joints.note:
             self._tell(self.joints.note)
             self.joints.note = ""
-        closed = self.grips.due(standing, now)
-        if closed is not None:
+        if (closed := self.grips.due(standing, now)) is not None:
             found.append(MoveGrippers(closed))
         if self._base is not None:
             found.append(self._base)

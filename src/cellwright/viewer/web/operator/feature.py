@@ -1,11 +1,8 @@
 """Operator tab of a robot's page: emergency stop, state, grippers, joints and base."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from typing import Any
 
 from cellwright.clients.operators.robot import Ask
@@ -63,26 +60,12 @@ _FINENESS = 500  # steps from end to end, at least
 _OPEN, _CLOSE = "Open", "Close"
 
 
-@dataclass(slots=True)
-class _Slider:
-    """A slider of a joint, and its name when its joint is where it stands."""
-
-    joint: int
-    handle: Any
-    name: str
-
-
 class Sliders:
-    """All that a robot has.
-
-    Args:
-        gui: viser's.
-        desk: where it is told what somebody does.
-    """
+    """All that a robot has, on viser's GUI; the desk is told what somebody does."""
 
     def __init__(self, gui: Any, desk: Desk) -> None:
         self._gui, self._desk = gui, desk
-        self._joints: list[_Slider] = []
+        self._joints: list[tuple[int, Any, str]] = []  # joint, slider, its name when its joint is where it stands
         self._grips: list[Any] = []
         self._both: list[Any] = []
 
@@ -130,11 +113,11 @@ class Sliders:
                     desk.slide(number, float(event.target.value))
 
             slider.on_update(slide)
-            self._joints.append(_Slider(number, slider, name))
+            self._joints.append((number, slider, name))
 
     def allow(self, *, is_allowed: bool) -> None:
         """Let one move them, or not."""
-        for handle in (*self._grips, *(each.handle for each in self._joints)):
+        for handle in (*self._grips, *(slider for _, slider, _ in self._joints)):
             handle.disabled = not is_allowed
         for group in self._both:
             group.visible = is_allowed  # viser disables no group of buttons
@@ -144,23 +127,16 @@ class Sliders:
         for number, slider in enumerate(self._grips):
             if not self._desk.grips.is_touched(number, now):
                 slider.value = float(round(100.0 * standing.grippers[number]))
-        for each in self._joints:
-            self._follow(each, standing, now)
-
-    def _follow(self, slider: _Slider, standing: Standing, now: float) -> None:
-        """Put a slider where its joint is; one that somebody has just moved tells that in its name."""
-        measured = standing.positions[slider.joint]
-        if measured is None:
-            return
-        handle, seen = slider.handle, self._desk.robot.joints[slider.joint]
-        place = min(max(measured, seen.lower), seen.upper)
-        is_off = not abs(handle.value - place) <= step_of(seen)  # also where a browser has sent what is no number
-        if not self._desk.joints.is_touched(slider.joint, now):
-            handle.label = slider.name
-            if is_off:
-                handle.value = place
-        else:
-            handle.label = f"{slider.name} ({measured:.2f})" if is_off else slider.name
+        for joint, slider, name in self._joints:
+            if (measured := standing.positions[joint]) is None:
+                continue
+            place = self._desk.robot.clamped(joint, measured)
+            step = step_of(self._desk.robot.joints[joint])
+            is_off = not abs(slider.value - place) <= step  # also where a browser has sent what is no number
+            is_touched = self._desk.joints.is_touched(joint, now)  # one that was just moved tells that in its name
+            slider.label = f"{name} ({measured:.2f})" if is_off and is_touched else name
+            if is_off and not is_touched:
+                slider.value = place
 
 
 def step_of(joint: SeenJoint) -> float:
@@ -186,11 +162,11 @@ _ASKED = 1.5  # [s] for which a switch stands as it was put, until the robot has
 
 
 class Controls:
-    """The tab.
+    """The tab, and at the top of viser's GUI what must always be at hand (stop, state).
 
     Args:
-        gui: viser's: what must always be at hand (stop, state) goes to the top of it.
-        tab: opens the tab, for the rest.
+        gui: viser's.
+        tab: opens the tab.
         desk: where it is told what somebody does.
         handles: those of the hands, which have their switches here.
         stop: does an emergency stop, at once; says what stands in its way, or nothing.
@@ -226,11 +202,8 @@ class Controls:
 
     def _build_head(self, stop: Callable[[], str]) -> None:
         gui, desk = self._gui, self._desk
-        button = self._keep(
-            gui.add_button(
-                "STOP", color="red", icon="hand-stop", order=_TOP, hint="Emergency stop: the robot holds at once"
-            )
-        )
+        hint = "Emergency stop: the robot holds at once"
+        button = self._keep(gui.add_button("STOP", color="red", icon="hand-stop", order=_TOP, hint=hint))
 
         def press(event: Any) -> None:  # in a thread of viser's: it waits for nobody
             hindrance = stop()
@@ -239,14 +212,9 @@ class Controls:
 
         button.on_click(press)
         self._state = self._keep(gui.add_html("", order=_TOP + 1))
+        hint = "The robot stays where it is until the next command"
         self._clear = self._keep(
-            gui.add_button(
-                "End the emergency stop",
-                icon="lock-open",
-                visible=False,
-                order=_TOP + 2,
-                hint="The robot stays where it is until the next command",
-            )
+            gui.add_button("End the emergency stop", icon="lock-open", visible=False, order=_TOP + 2, hint=hint)
         )
         self._clear.on_click(lambda _event: desk.ask(Ask.CLEAR_STOP))
         self._buttons.append(self._clear)
@@ -277,13 +245,8 @@ class Controls:
     def _build_switches(self) -> None:
         handles, gui = self._all_handles, self._gui
         shown = self._keep(gui.add_checkbox("Handles at the hands", initial_value=True))
-        along = self._keep(
-            gui.add_checkbox(
-                "Along the hand's axes",
-                initial_value=False,
-                hint="Handles move along the hand's own axes, not the world's",
-            )
-        )
+        hint = "Handles move along the hand's own axes, not the world's"
+        along = self._keep(gui.add_checkbox("Along the hand's axes", initial_value=False, hint=hint))
 
         async def switch(_event: Any) -> None:
             handles.is_shown, handles.along_hand = bool(shown.value), bool(along.value)
@@ -331,7 +294,6 @@ class Controls:
         self._sliders.show(standing, now)
 
 
-KIND = "robot"
 TAB = "Drive"
 
 
@@ -352,7 +314,7 @@ class Operator(Feature):
 
     def panel(self, panel: dict[str, Any]) -> None:
         """It is a robot, or it is not."""
-        self._is_robot = panel.get("kind") == KIND
+        self._is_robot = panel.get("kind") == "robot"
         if self._is_robot and self._worker is None:
             self._worker = worker = Worker(self.page.link.address)
             server = self.page.server

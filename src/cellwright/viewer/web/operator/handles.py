@@ -1,8 +1,5 @@
 """Handles at the hands of a robot, and ghosts of where they are to be, in viser's scene."""
 
-from __future__ import annotations
-
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,14 +7,7 @@ import numpy as np
 
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose
 from cellwright.viewer.web.operator.command_queue import Desk
-from cellwright.viewer.web.operator.robot_state import (
-    POSITION_TOLERANCE,
-    ROTATION_TOLERANCE,
-    Reach,
-    Standing,
-    pose_of,
-    rotation_angle,
-)
+from cellwright.viewer.web.operator.robot_state import Reach, Standing, is_near, pose_of
 
 BESIDE, SHORT, REFUSED = (36, 120, 210), (235, 120, 20), (205, 30, 30)
 """Colours of a ghost: a pose that the hand is on its way to, that it cannot get to, that was refused."""
@@ -29,8 +19,6 @@ _SLIGHT = 5e-4  # [m; rad] by which a handle may be off before it is put right
 
 @dataclass(slots=True)
 class _Hand:
-    """What belongs to one hand."""
-
     handle: Any
     ghost: Any
     axes: Any
@@ -39,13 +27,7 @@ class _Hand:
 
 
 class Handles:
-    """A handle and a ghost for each hand.
-
-    Args:
-        scene: viser's.
-        root: the node that they hang below.
-        desk: where it is told what somebody does with them.
-    """
+    """A handle and a ghost for each hand in viser's scene, below the node `root`; the desk is told what is done."""
 
     def __init__(self, scene: Any, root: str, desk: Desk) -> None:
         self.is_shown = True
@@ -99,7 +81,7 @@ class Handles:
     def _show_handle(self, arm: int, hand: _Hand, standing: Standing) -> None:
         is_of_use = self.is_shown and not standing.why_not and not self._desk.robot.is_real
         hand.handle.visible = is_of_use
-        if self._desk.hands.is_held(arm):
+        if arm in self._desk.hands.holds:
             return
         tip = standing.tips[arm]
         _put(hand.handle, tip if self.along_hand else Pose(tip.position, IDENTITY_QUATERNION))
@@ -110,9 +92,7 @@ class Handles:
         if spurned is not None:
             return spurned, REFUSED, "refused"
         aim, tip = self._desk.hands.held(arm) or standing.aims[arm], standing.tips[arm]
-        if aim is None or (
-            math.dist(aim.position, tip.position) < POSITION_TOLERANCE and rotation_angle(aim, tip) < ROTATION_TOLERANCE
-        ):
+        if aim is None or is_near(aim, tip):
             return None
         if self._desk.reach[arm] is Reach.SHORT:
             return aim, SHORT, "out of reach"

@@ -13,31 +13,19 @@ to be, and waits for a joint that is held up. A slider that nobody touches shows
 way is never taken for a wish.
 """
 
-from __future__ import annotations
-
-import math
 from dataclasses import dataclass
 
 from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose, normalized
-from cellwright.viewer.web.operator.robot_state import (
-    POSITION_TOLERANCE,
-    ROTATION_TOLERANCE,
-    SeenRobot,
-    Standing,
-    rotation_angle,
-)
+from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing, is_near
 
-HAND_PERIOD = 0.02
-"""Poses are sent no more often than this [s]."""
-HAND_REPEAT = 2.0
-"""A handle that is held and rests is repeated for so long [s]: the way to its pose may take some time."""
-
+HAND_PERIOD = 0.02  # [s]; poses are sent no more often
+HAND_REPEAT = 2.0  # [s] for which a handle that is held and rests is repeated: the way to its pose may take some time
 _STRAYED = 1e-3  # [m; rad]
 
 
 @dataclass(slots=True)
-class _Hold:
+class Hold:
     """A handle in somebody's hand.
 
     Attributes:
@@ -66,15 +54,12 @@ class _Hold:
 
 
 class Hands:
-    """The handles of a robot's arms.
-
-    Args:
-        count: how many arms there are.
-    """
+    """The handles of a robot's arms, of which there are `count`."""
 
     def __init__(self, count: int) -> None:
         self._count = count
-        self._holds: dict[int, _Hold] = {}
+        self.holds: dict[int, Hold] = {}
+        """Handles in hands, by arm."""
         self._kept: list[Pose | None] = [None] * count
         self._is_new = False
         self._sent = float("-inf")
@@ -83,17 +68,20 @@ class Hands:
         """A browser takes hold of a handle at world_T_handle; why it does not get it, or nothing."""
         if not 0 <= arm < self._count:
             return "there is no such arm"
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         if held is not None and held.browser != browser:
             return "another browser holds this hand"
-        if not self._holds:
+        if not self.holds:
             self._kept = [None] * self._count
-        self._holds[arm] = _Hold(browser, handle, _pose_at_grab(arm, standing))
+        # moves are added to what the arm is being brought to if it is there but for the servos' error, so that nothing
+        # creeps; else to where it is, so that nothing jumps
+        aim, tip = standing.aims[arm], standing.tips[arm]
+        self.holds[arm] = Hold(browser, handle, aim if aim is not None and is_near(aim, tip) else tip)
         return ""
 
     def move(self, arm: int, browser: int, handle: Pose, now: float) -> bool:
         """A handle was moved to world_T_handle, at `now` [s]; False when this browser does not hold it (any more)."""
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         if held is None or held.browser != browser:
             return False
         held.follow(handle)
@@ -103,45 +91,31 @@ class Hands:
 
     def release(self, arm: int, browser: int) -> None:
         """A browser lets go of a handle."""
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         if held is not None and held.browser == browser:
             self._kept[arm] = None  # the others may be held on: it stays where it is being brought
-            del self._holds[arm]
+            del self.holds[arm]
 
     def forget(self) -> bool:
         """All holds are over, also in hands that have not opened yet; whether there were any."""
-        had = bool(self._holds)
-        self._holds.clear()
+        had = bool(self.holds)
+        self.holds.clear()
         self._is_new = False
         return had
 
     def held(self, arm: int) -> Pose | None:
         """World_T_tip that is wanted of a hand whose handle is held and has been moved; None for others."""
-        held = self._holds.get(arm)
+        held = self.holds.get(arm)
         return None if held is None else held.pose
 
     def has_strayed(self, arm: int) -> bool:
         """Whether a handle that is held wants its hand elsewhere than where it was taken hold of."""
-        held = self._holds.get(arm)
-        if held is None or held.pose is None:
-            return False
-        return (
-            math.dist(held.pose.position, held.tip.position) > _STRAYED
-            or rotation_angle(held.pose, held.tip) > _STRAYED
-        )
-
-    def is_held(self, arm: int) -> bool:
-        """Whether somebody has hold of a handle."""
-        return arm in self._holds
-
-    @property
-    def is_any_held(self) -> bool:
-        """Whether somebody has hold of any."""
-        return bool(self._holds)
+        wanted = self.held(arm)
+        return wanted is not None and not is_near(wanted, self.holds[arm].tip, _STRAYED, _STRAYED)
 
     def due(self, standing: Standing, now: float) -> tuple[Pose, ...] | None:
         """The poses that are to be sent now, reference_T_tip of each arm; None if none are."""
-        moved = [hold for hold in self._holds.values() if hold.pose is not None]
+        moved = [hold for hold in self.holds.values() if hold.pose is not None]
         if not moved or now - self._sent < HAND_PERIOD:
             return None
         if not self._is_new and now - max(hold.moved for hold in moved) > HAND_REPEAT:
@@ -163,23 +137,7 @@ class Hands:
         return kept
 
 
-def _pose_at_grab(arm: int, standing: Standing) -> Pose:
-    """World_T_tip that moves of an arm's handle are added to.
-
-    It is what the arm is being brought to if it is there but for the servos' error, so that nothing creeps; else where
-    it is, so that nothing jumps.
-    """
-    aim, tip = standing.aims[arm], standing.tips[arm]
-    is_there = (
-        aim is not None
-        and math.dist(aim.position, tip.position) < POSITION_TOLERANCE
-        and rotation_angle(aim, tip) < ROTATION_TOLERANCE
-    )
-    return aim if aim is not None and is_there else tip
-
-
-HOLD_TIME = 1.0
-"""So long [s] after it was moved a slider still stands where it was put."""
+HOLD_TIME = 1.0  # [s] after it was moved for which a slider still stands where it was put
 
 
 class TouchTimes:
@@ -193,12 +151,9 @@ class TouchTimes:
         return now - self.touched.get(slider, float("-inf")) < HOLD_TIME
 
 
-JOINT_SPEED = {"rad": 1.5, "m": 0.3}
-"""How fast targets walk [rad/s; m/s]."""
-JOINT_LEAD = {"rad": 0.3, "m": 0.1}
-"""How far [rad; m] a target may be ahead of its joint."""
-JOINT_PATIENCE = 2.0
-"""A joint that does not get on for so long [s] is given up."""
+JOINT_SPEED = {"rad": 1.5, "m": 0.3}  # [rad/s; m/s] at which targets walk
+JOINT_LEAD = {"rad": 0.3, "m": 0.1}  # [rad; m] that a target may be ahead of its joint
+JOINT_PATIENCE = 2.0  # [s] after which a joint that does not get on is given up
 _MAX_STEP = 0.25  # [s]: no more than this is walked at once, however late one comes
 _MIN_PROGRESS = 1e-3  # [rad; m]
 
@@ -215,11 +170,7 @@ class _Walk:
 
 
 class JointMoves(TouchTimes):
-    """The sliders of a robot's joints.
-
-    Args:
-        robot: whose they are.
-    """
+    """The sliders of a robot's joints."""
 
     def __init__(self, robot: SeenRobot) -> None:
         super().__init__()
@@ -259,9 +210,8 @@ class JointMoves(TouchTimes):
         """Targets that are to be sent now [rad; m], by joint."""
         found = {}
         for joint, walk in list(self._walks.items()):
-            measured = standing.positions[joint]
-            if measured is None:
-                measured = standing.targets[joint]
+            position = standing.positions[joint]
+            measured = standing.targets[joint] if position is None else position
             target = self._step(walk, self._robot.joints[joint].unit, measured, now)
             if target is not None:
                 found[joint] = target
@@ -275,9 +225,9 @@ class JointMoves(TouchTimes):
     def _step(self, walk: _Walk, unit: str, measured: float, now: float) -> float | None:
         """The next target of a walk; None if it has to wait."""
         before = measured if walk.target is None else walk.target
-        reach = JOINT_SPEED[unit] * min(now - walk.stepped, _MAX_STEP)
+        reach, lead = JOINT_SPEED[unit] * min(now - walk.stepped, _MAX_STEP), JOINT_LEAD[unit]
         target = before + min(max(walk.wanted - before, -reach), reach)
-        target = min(max(target, measured - JOINT_LEAD[unit]), measured + JOINT_LEAD[unit])
+        target = min(max(target, measured - lead), measured + lead)
         walk.stepped = now
         if (left := abs(walk.wanted - target)) < walk.nearest - _MIN_PROGRESS or left == 0.0:
             walk.nearest, walk.gained = left, now
@@ -291,16 +241,11 @@ class JointMoves(TouchTimes):
         self.touched[joint] = now
 
 
-GRIPPER_PERIOD = 0.02
-"""They are told no more often than this [s]."""
+GRIPPER_PERIOD = 0.02  # [s]; they are told no more often
 
 
 class Grips(TouchTimes):
-    """The sliders of a robot's grippers: 0 open, 1 closed.
-
-    Args:
-        count: how many there are.
-    """
+    """The sliders of a robot's grippers, of which there are `count`: 0 open, 1 closed."""
 
     def __init__(self, count: int) -> None:
         super().__init__()
@@ -335,10 +280,8 @@ class Grips(TouchTimes):
         )
 
 
-BUTTON_RATE = 10.0
-"""A button that is held says so this often [Hz]; the base keeps a speed for 0.2 s."""
-BASE_SPEED, BASE_TURN_SPEED = 0.3, 0.6
-"""How fast the base is to go [m/s] and to turn [rad/s]."""
+BUTTON_RATE = 10.0  # [Hz] at which a button that is held says so; the base keeps a speed for 0.2 s
+BASE_SPEED, BASE_TURN_SPEED = 0.3, 0.6  # [m/s], [rad/s]
 
 BASE_DIRECTIONS = {
     "forward": (0.0, 1.0, 0.0),
@@ -353,9 +296,7 @@ BASE_DIRECTIONS = {
 
 def base_directions(mode: BaseMode) -> tuple[str, ...]:
     """The buttons that there are; the original's commands go along y only."""
-    if mode is BaseMode.ORIGINAL:
-        return ("left", "right", "turn left", "turn right")
-    return tuple(BASE_DIRECTIONS)
+    return tuple(name for name, (_, x, _) in BASE_DIRECTIONS.items() if x == 0.0 or mode is not BaseMode.ORIGINAL)
 
 
 def base_command(mode: BaseMode, direction: str) -> tuple[float, ...]:

@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from enum import Enum
-from math import dist
 from statistics import median
 from typing import Any
 
@@ -19,7 +18,6 @@ from cellwright.util.pose import Pose, normalized
 FULL_TURN = 2.0 * math.pi
 ROOM = 1.0
 """So far [m] a sliding joint without limits can be sent here; one that turns without end, `FULL_TURN` [rad]."""
-
 _SHORTEST = 1e-6  # a quaternion shorter than this has no direction
 
 
@@ -35,7 +33,7 @@ class SeenJoint:
 
 @dataclass(frozen=True, slots=True)
 class SeenGroup:
-    """Joints that belong together, by number; kinds are those of `cellwright.viewer.services.robot_panel`."""
+    """Joints that belong together, by number; see `cellwright.viewer.services.robot_panel.JointGroup`."""
 
     name: str
     kind: str
@@ -44,17 +42,7 @@ class SeenGroup:
 
 @dataclass(frozen=True, slots=True)
 class SeenRobot:
-    """What stays as it is.
-
-    Attributes:
-        digest: tells it from others.
-        joints: in the order of all lists.
-        groups: of them.
-        arms: names of the arms; empty for the one that is alone.
-        grippers: names of the grippers.
-        base_mode: what commands of the base mean; None where it cannot be moved.
-        is_real: whether it is more than a simulation.
-    """
+    """What stays as it is; see `RobotPanel.robot`. Of the arms it has the names."""
 
     digest: str
     joints: tuple[SeenJoint, ...]
@@ -66,11 +54,7 @@ class SeenRobot:
 
     @classmethod
     def read(cls, panel: dict[str, Any]) -> SeenRobot:
-        """The robot in an answer that holds it.
-
-        Raises:
-            MessageError: the answer is none.
-        """
+        """The robot in an answer that holds it; MessageError: it holds none."""
         try:
             robot = panel["robot"]
             return cls(
@@ -100,26 +84,7 @@ def _read(key: str, convert: Callable[[Any], Any]) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """How a robot stands.
-
-    Attributes:
-        time: simulation time [ns].
-        stamp: the time that messages carry [ns].
-        positions: where each joint is [rad; m]; None where nobody knows.
-        targets: what each joint is given [rad; m].
-        tips: world_T_tip of each arm.
-        references: world_T_reference of each arm.
-        aims: world_T_tip that each arm is being brought to; None for one that is not.
-        grippers: how far each is closed, 0 to 1.
-        gripper_targets: how far each is to be.
-        is_stopped: whether its emergency stop is on.
-        is_enabled: whether it is switched on.
-        is_homing: whether it is on its way home.
-        is_silent: whether joints are held because nothing has come for them.
-        message: what the node has to say.
-        commander: who commands it.
-        taken, refused, ignored: how many commands were.
-    """
+    """How a robot stands; the keys are explained in `cellwright.viewer.services.robot_panel`."""
 
     time: int = _read("time", int)
     stamp: int = _read("stamp", int)
@@ -142,11 +107,7 @@ class Standing:
 
     @classmethod
     def read(cls, panel: dict[str, Any]) -> Standing:
-        """How it stands by an answer.
-
-        Raises:
-            MessageError: the answer is none.
-        """
+        """How it stands by an answer; MessageError: the answer is none."""
         try:
             return cls(**{each.name: each.metadata["convert"](panel[each.metadata["key"]]) for each in fields(cls)})
         except (KeyError, TypeError, ValueError) as fault:
@@ -163,11 +124,7 @@ class Standing:
 
 
 def pose_of(numbers: Any) -> Pose:
-    """The pose in x, y, z [m], qw, qx, qy, qz, which may come from a browser.
-
-    Raises:
-        ValueError: there is none in it.
-    """
+    """The pose in x, y, z [m], qw, qx, qy, qz, which may come from a browser; ValueError: there is none in it."""
     try:
         x, y, z, *quaternion = (float(each) for each in numbers)
         qw, qx, qy, qz = quaternion
@@ -192,13 +149,9 @@ def _joint(told: dict[str, Any]) -> SeenJoint:
     return SeenJoint(str(told["name"]), lower, upper, unit)
 
 
-POSITION_TOLERANCE = 0.005
-"""A tip so near [m] to its pose is there."""
-ROTATION_TOLERANCE = 0.03
-"""A tip turned by no more than this [rad] from its pose is there."""
+_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] from its pose within which a tip is there
 REST_DURATION = 0.4
 """So long [s] of the robot's time a tip has to rest short of its pose until that is told."""
-
 _STILL = 0.002  # [m] and [rad] that a tip may move meanwhile
 
 
@@ -217,26 +170,18 @@ class ReachOfHand:
         self._seen: deque[tuple[int, Pose]] = deque()
 
     def look(self, time: int, aim: Pose | None, tip: Pose) -> Reach:
-        """How it stands.
-
-        Args:
-            time: the robot's time [ns].
-            aim: world_T_tip that it is being brought to; None if it is not.
-            tip: world_T_tip.
-        """
+        """How it stands at the robot's time [ns]; both are world_T_tip, `aim` what it is being brought to."""
         seen = self._seen
         if seen and time < seen[-1][0]:
             seen.clear()
-        if aim is None or (
-            math.dist(aim.position, tip.position) < POSITION_TOLERANCE and rotation_angle(aim, tip) < ROTATION_TOLERANCE
-        ):
+        if aim is None or is_near(aim, tip):
             seen.clear()
             return Reach.THERE
         seen.append((time, tip))
         while len(seen) > 1 and time - seen[1][0] >= REST_DURATION * 1e9:
             seen.popleft()
         begun, there = seen[0]
-        is_still = math.dist(there.position, tip.position) < _STILL and rotation_angle(there, tip) < _STILL
+        is_still = is_near(there, tip, _STILL, _STILL)
         return Reach.SHORT if time - begun >= REST_DURATION * 1e9 and is_still else Reach.ON_ITS_WAY
 
 
@@ -245,9 +190,13 @@ def rotation_angle(one: Pose, other: Pose) -> float:
     return 2.0 * math.acos(min(1.0, abs(float(np.dot(one.quaternion, other.quaternion)))))
 
 
+def is_near(one: Pose, other: Pose, distance: float = _NEAR, angle: float = _NEAR_ROTATION) -> bool:
+    """Whether two poses are less than this apart [m; rad]; by default, whether a tip is where it is to be."""
+    return math.dist(one.position, other.position) < distance and rotation_angle(one, other) < angle
+
+
 MAX_DELAY = 2.0
 """A robot that has not moved after so long [s] was not going to."""
-
 _MOVED, _TURNED = 5e-4, 2e-3  # [m], [rad; m for joints]
 _MAX_DELAYS = 9
 
@@ -267,7 +216,7 @@ class Delay:
         return median(self._found) if self._found else None
 
     def begin(self, standing: Standing, now: float) -> None:
-        """Somebody's hand begins to move at `now` [s]; not while another motion is still waited for."""
+        """A hand begins to move at `now` [s]; not while another motion is still waited for."""
         if self._begun is None or now - self._begun > MAX_DELAY:
             self._begun, self._tips, self._positions = now, standing.tips, standing.positions
 
@@ -290,7 +239,4 @@ class Delay:
         if any(before is not None and now is not None and abs(now - before) > _TURNED for before, now in pairs):
             return True
         tips = zip(self._tips, standing.tips, strict=True)
-        return any(
-            dist(before.position, now.position) > _MOVED or rotation_angle(before, now) > _TURNED
-            for before, now in tips
-        )
+        return not all(is_near(before, now, _MOVED, _TURNED) for before, now in tips)

@@ -4,12 +4,9 @@ An emergency stop goes a way of its own, in the thread of whoever presses it: no
 Services that take their time (going home) are called in a thread too, one at a time.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 import time
-from collections.abc import Callable
 from typing import Any
 
 from cellwright.clients.operators.robot import Ask, Now, command_message, service_request
@@ -58,22 +55,14 @@ log = logging.getLogger(__name__)
 
 
 class Worker:
-    """Works at the desk.
+    """Works at the desk of the robot whose node is served at an address."""
 
-    Args:
-        address: host and port at which the robot's node is served.
-        on_robot: called, in the worker's thread, when another robot is there than before, with a desk for it.
-
-    Attributes:
-        desk: the desk of the robot that is there; None before the first answer.
-    """
-
-    def __init__(self, address: tuple[str, int], on_robot: Callable[[Desk], None] = lambda _desk: None) -> None:
+    def __init__(self, address: tuple[str, int]) -> None:
         self.desk: Desk | None = None
+        """The desk of the robot that is there; None before the first answer."""
         self.is_watched = True
         """Whether somebody looks on."""
         self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
-        self._on_robot = on_robot
         self._clock = NodeClock()
         self._asked = float("-inf")
         self._service: threading.Thread | None = None
@@ -98,11 +87,7 @@ class Worker:
             self._service_link.close()
 
     def stop(self) -> str:
-        """Emergency stop, now; where nobody can be reached it is sent as soon as somebody can.
-
-        Returns:
-            Why it has not got through yet; empty when it has.
-        """
+        """Emergency stop, now or as soon as somebody can be reached; why it has not got through yet, if it has not."""
         desk = self.desk
         if desk is None:
             return "no robot has been heard of yet"
@@ -120,21 +105,17 @@ class Worker:
         while not self._is_over:
             try:
                 self._work()
-                pause = self._pause()
-            except AwayError:
+                pause = max(0.0, self._asked + self._period() - time.perf_counter())
+            except Exception as error:  # also a defect: a stop must go on getting through, so this thread must not end
+                said = str(error)
+                if not isinstance(error, CellwrightError):
+                    log.exception("the browser operator")
+                    said = f"failed: {type(error).__name__}: {error}"
+                elif not isinstance(error, AwayError):  # no robot is there, or one that tells of itself in another way
+                    self._link.close()
                 self._lose()
-                pause = _AWAY
-            except CellwrightError as error:  # no robot is there, or one that tells of itself in another way
-                self._lose()
-                self._link.close()
-                if self.desk is not None:
-                    self.desk.answered(str(error))
-                pause = _AWAY
-            except Exception as error:  # a defect; a stop must go on getting through, so this thread must not end
-                log.exception("the browser operator")
-                self._lose()
-                if self.desk is not None:
-                    self.desk.answered(f"failed: {type(error).__name__}: {error}")
+                if self.desk is not None and not isinstance(error, AwayError):
+                    self.desk.answered(said)
                 pause = _AWAY
             self._wake.wait(pause)
 
@@ -155,18 +136,12 @@ class Worker:
         answer = self._link.ask(PANEL, robot=desk.robot.digest if desk is not None else "")
         if desk is None or answer.get("digest") != desk.robot.digest:
             desk = Desk(SeenRobot.read(answer), wake=self._wake)
-            self._ask_to_be_ready()
+            if not self._stop_link.is_there:  # the way of the emergency stop is open before it is needed
+                self._stop_link.connect()
         standing = Standing.read(answer)
         self._clock.hear(standing.stamp, time.perf_counter())
         desk.see(standing)
-        if desk is not self.desk:
-            self.desk = desk
-            self._on_robot(desk)
-
-    def _ask_to_be_ready(self) -> None:
-        """Have the way of the emergency stop open before it is needed."""
-        if not self._stop_link.is_there:
-            self._stop_link.connect()
+        self.desk = desk
 
     def _send(self, desk: Desk, wish: Wish) -> None:
         if isinstance(wish, Ask):
@@ -186,9 +161,6 @@ class Worker:
         if desk is not None and time.perf_counter() - desk.active < _AFTERWARDS:
             return _DRIVING
         return _WATCHING if self.is_watched else _IDLE
-
-    def _pause(self) -> float:
-        return max(0.0, self._asked + self._period() - time.perf_counter())
 
     def _lose(self) -> None:
         if self.desk is not None:

@@ -17,7 +17,7 @@ from cellwright.cell.kitting.kit_score import (
     Verdict,
 )
 from cellwright.cell.kitting.reach import KitReach, PartReach
-from cellwright.cli.run import summary
+from cellwright.cli import summary
 from cellwright.util.pose import Pose
 
 LONG = "populate_conveyor|piston_rod_part_clone_123"

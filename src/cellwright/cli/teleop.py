@@ -1,56 +1,228 @@
-"""Command `cellwright teleop`: a robot's controller node."""
+"""Command `cellwright teleop`: a robot's controller node, or checks of a robot's motion and of a driver."""
 
-from __future__ import annotations
-
+import json
+import math
 import time
+from collections.abc import Callable, Mapping
 from contextlib import closing
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
 from cellwright.cli import arguments, options, output
-from cellwright.cli.arguments import (
-    OUTPUT,
-    REACH,
-    WORK,
-    Host,
-    OpenPage,
-    Port,
-    Record,
-    Until,
-    View,
-    ViewHost,
-    ViewPort,
-    page_options,
-)
-from cellwright.cli.declarations import flag, option
-from cellwright.cli.teleop.checks import refuse_what_runs, run_driver_check, tell_motion_report
-from cellwright.cli.teleop.node import NodeProgress, robot_session, run_robot
+from cellwright.cli.arguments import OUTPUT, REACH, WORK
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, progress_bar, table
+from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.summary import RunProgress
+from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import load_robot
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.ros1.host.ros1 import node_name
+from cellwright.robot.checks.driver import check_driver
 from cellwright.robot.checks.motion import check_motion
+from cellwright.robot.checks.reference import MAX_RANGE_ERROR, MAX_TIME_ERROR
+from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.robot.drivers import find_driver
 from cellwright.robot.interface import NODE
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
-from cellwright.running.run import ServerOptions
+from cellwright.running.run import ServerOptions, Session, SessionResult, versions
 from cellwright.running.run.robots import RobotTarget, RobotWindow
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import LOOPBACK
+
+
+def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
+    """Try a driver out, and print what was found, a line each; the exit status."""
+    if driver is None:
+        options.refuse("--check-driver: name the driver: --driver my_driver.py:MyDriver")
+    make = find_driver(driver)
+    problems = check_driver(make, load(partial(typer.echo, err=True)))
+    for problem in problems:
+        typer.echo(f"{driver}: {problem}")
+    if not problems:
+        typer.echo("ok")
+    return NOT_DONE if problems else DONE
+
+
+_PERCENT = (
+    f"%: of a step's way, a sine's swing, a gripper's travel\n"
+    f"   steps and sines may be off by {100 * MAX_RANGE_ERROR:g} %, or be {1e3 * MAX_TIME_ERROR:.0f} ms early or late"
+)
+
+
+def refuse_what_runs(given: Mapping[str, bool]) -> None:
+    """Refuse options that are given, and meant for a node that goes on running."""
+    for name, is_given in given.items():
+        if is_given:
+            options.refuse(f"--check: leave out {name}, meant for a node that goes on running")
+
+
+def show_motion_report(console: Console, report: MotionReport) -> None:
+    """Print a row for each finding, and what they come to."""
+    recorded = f"against its recorded motion, {Path(report.reference).name}"
+    against = recorded if report.reference else "joint by joint: it has no recorded motion"
+    output.say(console, f"{report.robot} in its node, {against}")
+    console.print()
+    console.print(findings_table(report))
+    if report.reference:
+        console.print(_PERCENT, markup=False)
+    for finding in report.findings:
+        if finding.note and finding.passed:
+            output.say(console, f"  {finding.what}: {finding.note}")
+        if finding.remedy:
+            output.say(console, f"  {finding.what}: {finding.remedy}")
+    good = sum(finding.passed for finding in report.findings)
+    console.print()
+    console.print(f"passed      {good} of {len(report.findings)}", markup=False)
+
+
+def findings_table(report: MotionReport) -> Table:
+    """A row for each finding."""
+    rows = []
+    for finding in report.findings:
+        verdict = Text("ok", style="green") if finding.passed else Text("FAILS", style="bold red")
+        limit = f"{finding.limit:.3g} {finding.unit}"
+        rows.append((Text(finding.what), _figure(finding), limit, Text(finding.where), verdict))
+    return table({"looked at": FOLD, "worst": RIGHT, "limit": RIGHT, "where": FOLD, "": WHOLE}, rows)
+
+
+def motion_document(report: MotionReport) -> dict[str, Any]:
+    """The report as JSON values; a figure that does not exist is null."""
+    findings = [asdict(finding) for finding in report.findings]
+    for finding in findings:
+        if not math.isfinite(finding["worst"]):
+            finding["worst"] = None
+    return {"robot": report.robot, "reference": report.reference or None, "passed": report.passed, "findings": findings}
+
+
+def _figure(finding: Finding) -> str:
+    if not math.isfinite(finding.worst):
+        return "-"
+    return f"{finding.worst:.0f}" if finding.unit == "differ" else f"{finding.worst:.2f}"
+
+
+def robot_progress(console: Console, *, until: float | None) -> RunProgress:
+    """What tells on a console how a robot's node goes; `until` is when it is to stop [s], if ever."""
+
+    def status(session: Session) -> str:
+        node, loop = session.node, session.loop
+        pace = "" if loop.rate.speed is None else f"  {loop.pacer.factor:.2f} x real time"
+        commands = f"  {node.commander.taken} commands taken, {node.refused} refused, {node.commander.ignored} ignored"
+        return f"{node.simulation.time:.1f} s{pace}{commands}"
+
+    return RunProgress(console, until=until, status=status)
+
+
+def show_node_result(console: Console, node: RobotNode, ran: SessionResult, *, verbose: bool) -> None:
+    """Tell people what came of it."""
+    console.print()
+    note = partial(output.note, console)
+    note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
+    for source, count in sorted(node.bus.refusals.counts.items()):
+        note(f"refused {count}", source)
+    note("ran" if node.made_with["driver"] else "simulated", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
+    if ran.pace is not None:
+        note("pace", output.pace_text(ran.pace))
+    if verbose:
+        note("state hash", node.simulation.state_hash())
+        note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
+
+
+def node_document(node: RobotNode, ran: SessionResult, status: int) -> dict[str, Any]:
+    """The summary as JSON values; times in s."""
+    return {
+        "robot": node.name,
+        "motion": node.made_with["motion"],
+        "timestep": float(node.simulation.clock.timestep),
+        "outcome": ran.outcome,
+        "exit_status": status,
+        "error": ran.error,
+        "simulated": node.simulation.time,
+        "wall": ran.wall,
+        "steps": node.simulation.clock.tick,
+        "state_hash": node.simulation.state_hash(),
+        "commands": {"taken": node.commander.taken, "refused": node.refused, "ignored": node.commander.ignored},
+        "refused": dict(node.bus.refusals.counts),
+        "unknown_names": list(node.commander.notices.unknown),
+        "pace": None if ran.pace is None else asdict(ran.pace),
+        "recordings": [str(path) for path in ran.recordings],
+        "videos": ran.videos,
+        "versions": versions(),
+    }
+
+
+def robot_session(
+    target: RobotTarget,
+    console: Console,
+    progress: RunProgress,
+    *,
+    speed: float | None,
+    window: RobotWindow | None = None,
+    **more: Any,
+) -> Session:
+    """A session that runs a robot's node, and says on a console what happens; `more` as `Session` takes it."""
+    return Session(
+        target,
+        rate=RateControl(speed),
+        observers=[progress] if window is None else [window, progress],
+        on_ready=output.say_ready,
+        **output.words_for(console, progress.notice),
+        **more,
+    )
+
+
+def run_robot(
+    session: Session,
+    console: Console,
+    *,
+    window: RobotWindow | None = None,
+    as_json: bool = False,
+    verbose: bool = False,
+) -> int:
+    """Run a robot's node until a signal ends it or its time is over, and print what came of it; the exit status."""
+    with stopped_by_signals(session.stop.request), session:
+        ran = session.run()
+    node, snapshot = session.node, None if window is None else window.snapshot
+    if not as_json:
+        show_node_result(console, node, ran, verbose=verbose)
+    if window is not None and snapshot is not None:
+        try:
+            with progress_bar(console, f"drawing {snapshot}", 1.0) as tell:
+                window.save(node, tell)  # after the summary, since it takes a while
+        except UsageError as error:
+            ran.error = ran.error or str(error)
+        else:
+            if not as_json:
+                output.note(console, "picture", str(snapshot))
+    if not as_json:
+        output.note_files(console, "video", map(arguments.video_sentence, ran.videos))
+        output.note_files(console, "recording", ran.recordings)
+    status = NOT_DONE if ran.error or not ran.is_complete else DONE
+    if ran.error:
+        typer.echo(f"error: {ran.error}", err=True)
+    if as_json:
+        typer.echo(json.dumps(node_document(node, ran, status), indent=2))
+    return status
+
 
 SAFETY = "Safety"
 """Heading in the help, under which options are listed."""
 
 Robot = Annotated[
     str,
-    typer.Argument(
-        metavar="ROBOT",
-        help="A robot that comes with Cellwright, such as `qinglong`; a robot configuration (`vr_configs.yml`) or its "
+    argument(
+        "ROBOT",
+        "A robot that comes with Cellwright, such as `qinglong`; a robot configuration (`vr_configs.yml`) or its "
         "folder; or a URDF.",
-        show_default=False,
     ),
 ]
 MotionLaw = Annotated[Motion, option("LAW", "`servo`: with the URDF's speeds and efforts; `teleport`: at once.", WORK)]
@@ -159,19 +331,19 @@ def teleop(
     clutch: Clutch = False,
     driver: OwnDriver = None,
     check_driver: CheckDriver = False,
-    until: Until = None,
-    host: Host = LOOPBACK,
-    port: Port = None,
+    until: arguments.Until = None,
+    host: arguments.Host = LOOPBACK,
+    port: arguments.Port = None,
     gui: Gui = False,
     init_debug: InitDebug = False,
     snapshot: Snapshot = None,
     ros1: InRos1 = False,
     node: NodeName = NODE,
-    view: View = False,
-    view_host: ViewHost = None,
-    view_port: ViewPort = None,
-    open_page: OpenPage = False,
-    record: Record = None,
+    view: arguments.View = False,
+    view_host: arguments.ViewHost = None,
+    view_port: arguments.ViewPort = None,
+    open_page: arguments.OpenPage = False,
+    record: arguments.Record = None,
     video: arguments.VideoFile = None,
     video_camera: arguments.VideoCamera = None,
     video_speed: arguments.VideoSpeed = 1.0,
@@ -217,7 +389,9 @@ def teleop(
     if driver is not None and (sim_time or lockstep):
         options.refuse("--driver: a real robot keeps real time: leave out --sim-time and --lockstep")
     if driver is not None and not check_driver:
-        _refuse_what_is_simulated(motion, self_collision=self_collision)
+        given = {"--motion teleport": motion is not Motion.SERVO, "--self-collision": self_collision}
+        if said := [option for option, is_given in given.items() if is_given]:
+            options.refuse(f"--driver: a robot of your own moves as it does: leave out {' and '.join(said)}")
     if guard is not Guard.REFUSE and start_guard is None:
         options.refuse(f"--start-guard-then {guard}: say how far away a first target has to be: add --start-guard 0.8")
     safety = SafetySettings(
@@ -241,7 +415,7 @@ def teleop(
         raise typer.Exit(run_driver_check(driver, partial(load_robot, robot)))
     timestep, console = 1 / options.physics_rate(rate), Console(stderr=as_json, highlight=False)
     make_driver = None if driver is None else find_driver(driver)
-    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
+    page = arguments.page_options(view=view, host=view_host, port=view_port, opens=open_page)
     window = RobotWindow(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png"))
     until = options.until(until)
     kept = arguments.record_options(record)
@@ -265,8 +439,12 @@ def teleop(
         config = load_robot(robot, output.warn)
         with closing(RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)) as checked:
             report = check_motion(checked)
-        raise typer.Exit(tell_motion_report(report, as_json=as_json))
-    progress = NodeProgress(console, until=until)
+        if as_json:
+            typer.echo(json.dumps(motion_document(report), indent=2))
+        else:
+            show_motion_report(console, report)
+        raise typer.Exit(DONE if report.passed else NOT_DONE)
+    progress = robot_progress(console, until=until)
 
     def make() -> RobotNode:
         config = load_robot(robot, output.warn)
@@ -279,7 +457,7 @@ def teleop(
             node=node_name(node),
             sim_time=sim_time or lockstep,
             stamp=time.time_ns,
-            report=progress.line,
+            report=progress.notice,
             driver=None if make_driver is None else make_driver(config),
         )
 
@@ -298,10 +476,3 @@ def teleop(
         video=filmed,
     )
     raise typer.Exit(run_robot(session, console, window=window, as_json=as_json, verbose=verbose))
-
-
-def _refuse_what_is_simulated(motion: Motion, *, self_collision: bool) -> None:
-    """Refuse what says how a robot is simulated, where none is."""
-    given = [("--motion teleport", motion is not Motion.SERVO), ("--self-collision", self_collision)]
-    if said := [option for option, is_given in given if is_given]:
-        options.refuse(f"--driver: a robot of your own moves as it does: leave out {' and '.join(said)}")

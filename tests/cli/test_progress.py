@@ -10,7 +10,7 @@ from rich.console import Console
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState, ConveyorPower, KitSubmitted, StateChanged
 from cellwright.cell.kitting.kit_score import KitScore, Refusal, RefusalReason
-from cellwright.cli.run.summary import RunProgress, effect_sentence
+from cellwright.cli.summary import RunProgress, effect_sentence
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 

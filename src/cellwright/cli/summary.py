@@ -15,7 +15,6 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rich import box
 from rich.console import Console
 from rich.measure import Measurement
 from rich.segment import Segments
@@ -23,14 +22,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.kitting.effects import (
-    Effect,
-    KitSubmitted,
-    OrderAnnounced,
-    OrderCompleted,
-    StateChanged,
-    TrialEnded,
-)
+from cellwright.cell.kitting import effects
 from cellwright.cell.kitting.evidence import (
     NOT_ANNOUNCED,
     NOT_SUBMITTED,
@@ -45,13 +37,12 @@ from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
 from cellwright.cli.arguments import video_sentence
 from cellwright.cli.main import NOT_DONE
-from cellwright.cli.output import ShowProgress, note, note_files, progress_bar
+from cellwright.cli.output import WHOLE, ShowProgress, note, note_files, progress_bar, table, warn
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
 from cellwright.running.run.targets import cell_result, subscribe
 
 if TYPE_CHECKING:
-    from cellwright.engine.loop import Pace
     from cellwright.running.run import Session
     from cellwright.running.run.observers import Pictures
 
@@ -60,13 +51,13 @@ _PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are rea
 
 
 class RunProgress:
-    """Tells on a console how a run goes.
+    """Tells on a console how a run goes: an observer of its session.
 
-    Each thing that the referee does is a line that stays, with its simulation time, and so is each line that is logged.
+    What the referee of a cell does, and what is logged, are lines that stay, with their simulation time.
 
     Args:
-        console: where to.
         until: the simulation time [s] at which the run is to stop, if any.
+        status: says in a few words how far a robot or a recording is; None for a cell.
         verbose: whether to tell what is logged at level INFO, as agents do.
         is_served: whether time passes for clients; nothing moves then but what happens.
         clock: wall time [s]; to be replaced in tests.
@@ -77,13 +68,14 @@ class RunProgress:
         console: Console,
         *,
         until: float | None = None,
+        status: Callable[[Session], str] | None = None,
         verbose: bool = False,
         is_served: bool = False,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        self._until, self._total, self._is_served = until, until, is_served
+        self._until, self._status, self._is_served = until, status, is_served
         self._console = console
-        self._cell: Cell | None = None
+        self._node: Any = None
         self._level = logging.INFO if verbose else logging.WARNING
         self._clock = clock
         self._shown = clock()
@@ -93,8 +85,15 @@ class RunProgress:
     @contextmanager
     def __call__(self, session: Session) -> Iterator[None]:
         """Tell of what happens in a run."""
-        self._cell, self._since = session.node, None
-        with self.running(session.node), ExitStack() as run:
+        self._node, self._since, status = session.node, None, self._status
+        with ExitStack() as run:
+            if status is not None:
+                bar = run.enter_context(progress_bar(self._console, session.node.name, self._until))
+                if bar is not None:
+                    subscribe(session.on_poll, lambda: bar(session.node.simulation.time, status(session)), run)
+                yield
+                return
+            run.enter_context(self.running(session.node))
             subscribe(session.node.competition.on_effect, self._tell, run)
             if not self._is_served:
                 watch = session.node.simulation.watch("console", Fraction(1, 10), lambda _: self.update(session.node))
@@ -104,16 +103,15 @@ class RunProgress:
     @contextmanager
     def running(self, cell: Cell) -> Iterator[None]:
         """Tell of what happens to a cell inside."""
-        self._cell = cell
+        self._node = cell
         limit = cell.trial.time_limit if self._until is None else self._until
-        self._total = limit if limit > 0 else None
         log, handler = logging.getLogger(), _LogLines(self.line)
         level = log.level
         log.addHandler(handler)
         log.setLevel(self._level)
         self._shown = self._clock()
         try:
-            with progress_bar(self._console, "simulating", self._total) as self._bar:
+            with progress_bar(self._console, "simulating", limit if limit > 0 else None) as self._bar:
                 yield
         finally:
             self._bar = None
@@ -136,14 +134,21 @@ class RunProgress:
         if self._bar is None:
             self.line(f"{factor}, {state}")
         else:
-            self._bar(simulated if self._total else None, f"{simulated:.1f} s  {factor}  {state}")
+            self._bar(simulated, f"{simulated:.1f} s  {factor}  {state}")
+
+    def notice(self, text: str) -> None:
+        """A line that stays, in yellow; a warning before there is a run."""
+        if self._node is None:
+            warn(text)
+        else:
+            self.line(text, "yellow")
 
     def line(self, text: str, style: str | None = None) -> None:
         """A line that stays, with the simulation time once there is a run."""
-        time = "" if self._cell is None else f"{self._cell.simulation.time:9.3f} s  "
+        time = "" if self._node is None else f"{self._node.simulation.time:9.3f} s  "
         self._console.print(f"{time}{text}", markup=False, soft_wrap=True, style=style)
 
-    def _tell(self, effect: Effect) -> None:
+    def _tell(self, effect: effects.Effect) -> None:
         text = effect_sentence(effect)
         if text:
             self.line(text)
@@ -161,25 +166,25 @@ class _LogLines(logging.Handler):
             self._say(line)
 
 
-def effect_sentence(effect: Effect) -> str:
+def effect_sentence(effect: effects.Effect) -> str:
     """What the referee did, in one sentence; empty for what goes without saying."""
     match effect:
-        case StateChanged(state):
+        case effects.StateChanged(state):
             return f"competition: {state}"
-        case OrderAnnounced(order, reason, interrupts):
+        case effects.OrderAnnounced(order, reason, interrupts):
             kits = ", ".join(kit.kit_type for kit in order.kits)
             tail = f"; {interrupts} waits" if interrupts else ""
             return f"announcing {order.order_id} ({reason}): {kits}{tail}"
-        case KitSubmitted(tray, kit_type, score, repeated):
+        case effects.KitSubmitted(tray, kit_type, score, repeated):
             name = tray.rpartition("::")[0].rpartition("::")[2]
             if score.refusal is not None:
                 return f"{name} submitted as {kit_type}: {score.refusal.sentence()}"
             again = " (submitted before: the first score counts)" if repeated else ""
             return f"{name} submitted as {kit_type}: {score.total:g} of {score.maximum:g} points{again}"
-        case OrderCompleted(score, resumes):
+        case effects.OrderCompleted(score, resumes):
             tail = f"; {resumes} goes on" if resumes else ""
             return f"{score.order_id} is complete: {score.total:g} points in {score.time_taken / 1e9:.1f} s{tail}"
-        case TrialEnded(reason, score, _):
+        case effects.TrialEnded(reason, score, _):
             return f"the trial is over ({reason}): {score.total:g} points"
         case _:
             return ""
@@ -188,16 +193,7 @@ def effect_sentence(effect: Effect) -> str:
 def result_document(
     cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str], final: TrialScore | None = None
 ) -> dict[str, Any]:
-    """A run's result; times in s.
-
-    Args:
-        cell: the cell that ran.
-        agent: the name of what worked it.
-        result: what came of it.
-        status: exit status of the command.
-        pictures: files of pictures that were written.
-        final: the score of the trial as in the finals, if averages are known.
-    """
+    """A run's result; times in s. The `final` score is that of the trial as in the finals, if averages are known."""
     return {
         "trial": cell.trial.name,
         "agent": agent,
@@ -214,7 +210,8 @@ def result_document(
         "real_time_factor": result.real_time_factor,
         "steps": result.steps,
         "state_hash": result.state_hash,
-        "score": score_document(result.evidence, final),
+        "score": evidence_to_json(result.evidence)
+        | {"trial_score": None if final is None else trial_score_to_json(final)},
         "collisions": [asdict(collision) for collision in result.collisions],
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
@@ -222,16 +219,6 @@ def result_document(
         "recordings": [str(path) for path in result.recordings],
         "versions": versions(),
     }
-
-
-def pace_document(pace: Pace | None) -> dict[str, float] | None:
-    """How time kept to the wall clock; lateness in s."""
-    return None if pace is None else asdict(pace)
-
-
-def score_document(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:
-    """A run's score with its evidence, and the score of the trial as in the finals if averages are known."""
-    return evidence_to_json(found) | {"trial_score": None if final is None else trial_score_to_json(final)}
 
 
 def show_files(
@@ -246,21 +233,9 @@ def show_files(
     more: Mapping[str, Any] | None = None,
     out: TextIO | None = None,
 ) -> int:
-    """Draw the cell as it stands, then print the files that were written.
+    """Draw the cell as it stands to `picture`, then print what files were written, or the result as JSON to `out`.
 
-    Args:
-        console: where to print.
-        session: of a cell whose run is over.
-        agent: the name of what worked it.
-        status: exit status so far.
-        pictures: those of the run.
-        picture: file for one of the cell as it stands; None for none.
-        final: the score of the trial as in the finals, if averages are known.
-        more: what the result has besides as JSON.
-        out: takes the result as JSON, in place of lines on the console; None: lines.
-
-    Returns:
-        The exit status: that of a file that is not whole where it was 0.
+    The exit status comes back, which for a file that is not whole is no longer 0.
     """
     result = cell_result(session.result)
     cell: Cell = session.node
@@ -285,13 +260,7 @@ _TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave t
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
-    """Print what came of a run: the score, how it ended, and what it takes to get the same again.
-
-    Args:
-        console: where to print.
-        result: what came of it.
-        final: the score of the trial as in the finals, if averages are known.
-    """
+    """Print what came of a run: the score, how it ended, and what it takes to get the same again."""
     found, could = result.evidence, result.evidence.reach
     for order in found.orders:
         for kit in order.kits:
@@ -323,17 +292,12 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
 
 def kit_table(kit: KitEvidence) -> Table:
     """A row for each ordered part, with what was found for it and its points."""
-    result = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
-    result.add_column("part", no_wrap=True)
-    result.add_column("found", no_wrap=True)
+    columns: dict[str, dict[str, Any]] = {"part": {**WHOLE}, "found": {**WHOLE}}
     rows = [_part_cells(part) for part in kit.parts]
     for place, heading in enumerate(("off mm", "turn mrad", "there", "pose"), 2):
         words = [*heading.split(), *(str(row[place]) for row in rows)]
-        result.add_column(heading, justify="right", min_width=max(map(len, words)))  # only the heading is broken
-    result.add_column("lost", no_wrap=True)
-    for row in rows:
-        result.add_row(*row)
-    return result
+        columns[heading] = {"justify": "right", "min_width": max(map(len, words))}  # only the heading is broken
+    return table({**columns, "lost": WHOLE}, rows, collapse_padding=True)
 
 
 def show_kit_table(console: Console, kit: KitEvidence) -> None:
@@ -351,18 +315,13 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
         if cause in found:
             yield f"{cause}: {REASONS[cause]}"
             if cause == Verdict.MISSING:
-                yield from fate_lines(kit)
+                known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
+                for (kind, sentence), count in known.items():  # what became of them; indented, below the reason
+                    yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
     if summary := kit.reach.summary():
         yield f"out of reach: {summary}"
-
-
-def fate_lines(kit: KitEvidence) -> Iterator[str]:
-    """What became of the missing parts, where that is known; indented, below the reason."""
-    known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
-    for (kind, sentence), count in known.items():
-        yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
 
 
 def kit_lines(kit: KitEvidence) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Bus of a cell or robot: topics and services by name, and a throttled count of refused input.
+"""Bus of a cell or robot: topics and services inside the process, and a throttled count of refused input.
 
 The cell advertises what it says (`advertise`), names what it hears (`listen`) and what it does on request (`serve`).
 Clients of every kind `subscribe`, `publish` and `call`; each is an equal guest, and none changes what the cell does by
@@ -12,48 +12,44 @@ from base64 import b64decode, b64encode
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum, StrEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
-from cellwright.middleware.bus.topics import (
-    Callback,
-    Direction,
-    Given,
-    Handler,
-    How,
-    Later,
-    Publisher,
-    Subscription,
-    Topic,
+from cellwright.middleware.messages import (
+    Message,
+    ServiceType,
+    checked,
+    from_cdr,
+    message_type,
+    said,
+    service_type,
+    short_name,
+    to_cdr,
+    type_of,
 )
-from cellwright.middleware.messages import Message, ServiceType, checked, from_cdr, said, service_type, to_cdr, type_of
 from cellwright.middleware.messages.validation import has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
     from cellwright.engine.simulation import Simulation
 
-NANOSECONDS = 1_000_000_000
-MOST_SOURCES = 256
-"""So many sources are told apart; names come from outside, and must not eat the memory. The others share one."""
-OTHERS = "others"
-MOST_LINES = 20
-"""So many lines at most are said in a second, whatever the sources call themselves; the rest is counted."""
-LONGEST_LINE = 1000
-"""Characters of a line at most: names and values in it come from outside."""
+M = TypeVar("M", bound=Message)
+E = TypeVar("E", bound=CellwrightError)
 
+NANOSECONDS = 1_000_000_000
+MOST_SOURCES = 256  # are told apart: names come from outside, and must not eat the memory; the others share one
+OTHERS = "others"
+MOST_LINES = 20  # at most are said in a second, whatever the sources call themselves; the rest is counted
+LONGEST_LINE = 1000  # characters: names and values in it come from outside
 _LONGEST_SOURCE = 400
 
 
 class Refusals:
-    """Counts refused input by source, and reports it.
+    """Counts refused input by source, and reports it in lines; `now` tells simulation time [ns].
 
     The first refusal of a source is reported at once; those that follow within a second of simulation time are only
     counted, and their number is told with the next report. Of many sources at once some are only counted as well.
-
-    Args:
-        now: simulation time [ns].
-        report: takes the line to be logged.
     """
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
@@ -113,8 +109,202 @@ def _one_line(text: str, most: int) -> str:
     return short if short.isprintable() else "".join(each if each.isprintable() else "?" for each in short)
 
 
-M = TypeVar("M", bound=Message)
-E = TypeVar("E", bound=CellwrightError)
+class How(StrEnum):
+    """How something came."""
+
+    PUBLISH = "publish"
+    CALL = "call"
+    EXTRA = "extra"  # a service of the server itself, past the bus
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A message or request from outside, for a topic or service; JSON values where it came past the bus."""
+
+    how: How
+    name: str
+    message: Any
+    node: str
+
+
+class Later:
+    """A service's response that is not there yet: the service answers once, whoever called hears of it."""
+
+    def __init__(self) -> None:
+        self.response: Message | None = None
+        self._listeners: list[Callable[[Message], None]] = []
+
+    def answer(self, response: Message) -> None:
+        """Give the response. A second one counts for nothing."""
+        if self.response is None:
+            self.response = response
+            for listener in self._listeners:
+                listener(response)
+            self._listeners.clear()
+
+    def then(self, listener: Callable[[Message], None]) -> None:
+        """Have `listener(response)` called when it is there; at once if it is."""
+        if self.response is None:
+            self._listeners.append(listener)
+        else:
+            listener(self.response)
+
+
+Callback: TypeAlias = Callable[[Any], None]  # takes a message of the topic's class
+
+Handler: TypeAlias = Callable[[Any, str], Any]
+"""Takes a message or request, and the name of the node that it came from."""
+
+
+class Direction(Enum):
+    """Which way the messages of a topic go, as seen from the cell."""
+
+    OUT = "out"
+    IN = "in"
+
+
+class Subscription:
+    """A callback that gets every message of a topic until it is cancelled."""
+
+    def __init__(
+        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, along: bool
+    ) -> None:
+        self._topic = topic
+        self.since = since  # simulation time [ns] at which it began, or -1 after time has begun anew
+        self.along = along  # whether it only gets what is made for others, and is counted as nobody
+        self.callback = callback
+        self.node = node
+        self.origin = origin
+
+    def cancel(self) -> None:
+        """Stop listening; again is no error. A message that is just being delivered may still come."""
+        self._topic.remove(self)
+
+
+class Publisher:
+    """What publishes on a topic; `on_listeners` is called with the number of listeners whenever it changes.
+
+    With `latch` a late listener gets the newest message. Such a topic is published whoever listens, since the newest
+    message must not depend on that: a UsageError if both are given.
+    """
+
+    def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
+        if latch and on_listeners is not None:
+            raise UsageError(f"{topic.name}: a latched topic is published whoever listens; leave out on_listeners")
+        self._topic = topic
+        self._class = topic.message_class
+        self._callbacks: tuple[Callback, ...] = ()
+        self._count = 0
+        self.node = node
+        self.latch = latch
+        self.on_listeners = on_listeners
+        self._newest: Message | Callable[[], Message | None] | None = None
+
+    @property
+    def newest(self) -> Message | None:
+        """The newest message of a latched topic; built now if nobody has needed it yet."""
+        if callable(self._newest):
+            self._newest = self._newest()
+        return self._newest
+
+    @newest.setter
+    def newest(self, message: Message | None) -> None:
+        self._newest = message
+
+    @property
+    def listeners(self) -> int:
+        """How many listen to this publisher, without those who only listen along."""
+        return self._count
+
+    def publish(self, message: Message, *, measured: int | None = None) -> None:
+        """Give a message to every listener, in the order in which they came. Nobody changes it from here on.
+
+        What a listener raises comes out here: listeners are transports, which keep their clients' errors to themselves.
+        Where it was sampled earlier, at the simulation time `measured` [ns], listeners that began later do not get it,
+        as if nobody had listened before them.
+
+        Raises:
+            UsageError: the message is not of the topic's class.
+        """
+        if type(message) is not self._class:
+            raise UsageError(f"{self._topic.name} carries {self._topic.type}, not {said(message)}")
+        if self.latch:
+            self._newest = message
+        elif measured is not None:
+            for subscription in self._topic.subscriptions_to(self.node):
+                if subscription.since < measured:
+                    subscription.callback(message)
+            return
+        for callback in self._callbacks:
+            callback(message)
+
+    def offer(self, build: Callable[[], Message | None]) -> None:
+        """Publish what `build` makes, on a latched topic; without a listener it is called when it is needed.
+
+        It gives the same message whenever it is called, or None when there is nothing to say.
+        """
+        if not self._callbacks:
+            self._newest = build
+        elif (message := build()) is not None:
+            self.publish(message)
+
+    def take_listeners(self) -> None:
+        """Take note of who listens, and tell their number to whoever wants to know it."""
+        before = self._callbacks
+        subscriptions = self._topic.subscriptions_to(self.node)
+        self._callbacks = tuple(each.callback for each in subscriptions)
+        self._count = sum(not each.along for each in subscriptions)
+        if self.on_listeners is not None and self._callbacks != before:
+            self.on_listeners(self._count)
+
+
+class Topic:
+    """A name that messages of one type go by. Without a type it is only waited for."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.type = ""
+        self.message_class: type[Message] | None = None
+        self.direction: Direction | None = None
+        self.rate = ""
+        self.publishers: list[Publisher] = []
+        self.handler: Handler | None = None
+        self.handling_node = ""
+        self.subscriptions: list[Subscription] = []
+
+    def declare(self, type_name: str, direction: Direction, rate: str) -> None:
+        """Settle the type and the direction; a UsageError if they were settled otherwise before."""
+        message_class = message_type(type_name)
+        if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
+            raise UsageError(
+                f"{self.name} carries {self.type} {self.direction.value}, not {type_name} {direction.value} as well"
+            )
+        self.type = short_name(message_class.__msgtype__)
+        self.message_class = message_class
+        self.direction = direction
+        self.rate = self.rate or rate
+
+    def add(self, subscription: Subscription) -> None:
+        """Let somebody listen: what is latched comes first."""
+        self.subscriptions.append(subscription)
+        for publisher in self.publishers:
+            if subscription.origin in (None, publisher.node) and (newest := publisher.newest) is not None:
+                subscription.callback(newest)
+        self._tell_publishers()
+
+    def remove(self, subscription: Subscription) -> None:
+        """Let somebody go."""
+        if subscription in self.subscriptions:
+            self.subscriptions.remove(subscription)
+            self._tell_publishers()
+
+    def subscriptions_to(self, node: str) -> list[Subscription]:
+        """Who wants what a node says here."""
+        return [each for each in self.subscriptions if each.origin in (None, node)]
+
+    def _tell_publishers(self) -> None:
+        for publisher in self.publishers:
+            publisher.take_listeners()
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,32 +321,21 @@ class TopicInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class ServiceInfo:
-    """A service as it stands, and the node that serves it."""
+class Service:
+    """A service, and the node that serves it."""
 
     name: str
-    type: str
-    node: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Service:
     type: ServiceType
     handler: Handler
     node: str
 
 
 class Bus:
-    """Topics and services inside the process.
-
-    Args:
-        now: simulation time [ns].
-        report: takes a line about refused input (see `Refusals`).
-    """
+    """Topics and services inside the process; `now` tells simulation time [ns], for `report` see `Refusals`."""
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
         self._topics: dict[str, Topic] = {}
-        self._services: dict[str, _Service] = {}
+        self._services: dict[str, Service] = {}
         self._now = now
         self.refusals = Refusals(now, report)
         self.on_given: list[Callable[[Given], None]] = []
@@ -182,7 +361,8 @@ class Bus:
         entry = self._topic(topic)
         entry.declare(type_name, Direction.OUT, rate)
         publisher = Publisher(entry, node, on_listeners, latch=latch)
-        entry.add_publisher(publisher)
+        entry.publishers.append(publisher)
+        publisher.take_listeners()  # somebody may have been waiting
         return publisher
 
     def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "") -> None:
@@ -210,7 +390,7 @@ class Bus:
         """
         if absolute(service) in self._services:
             raise UsageError(f"the service {service} is served already")
-        self._services[service] = _Service(service_type(type_name), handler, node)
+        self._services[service] = Service(service, service_type(type_name), handler, node)
 
     def forget_latched(self) -> None:
         """Forget all latched messages, as when a run begins anew; who listens has listened all along."""
@@ -242,12 +422,9 @@ class Bus:
     ) -> Subscription:
         """Have `callback(message)` called for each message of a topic, in either direction.
 
-        A topic that is not there yet is waited for. On a latched one the newest message comes at once. With an
-        `origin` only what publishers of that node say is delivered. Who listens `along` gets what is made for others:
-        what is made only while somebody listens is not made for it.
-
-        Raises:
-            UsageError: the name is not absolute.
+        A topic that is not there yet is waited for; a UsageError unless its name is absolute. On a latched one the
+        newest message comes at once. With an `origin` only what publishers of that node say is delivered. Who listens
+        `along` gets what is made for others: what is made only while somebody listens is not made for it.
         """
         entry = self._topic(topic)
         subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
@@ -257,11 +434,7 @@ class Bus:
     def publish(self, topic: str, message: Message, *, node: str = "", is_decoded: bool = False) -> None:
         """Give the cell a message: first it is handled, then those who listen in get it, refused or not.
 
-        Args:
-            topic: absolute name.
-            message: of the topic's class.
-            node: whom it comes from.
-            is_decoded: the message was decoded from bytes just now: its fields are not validated again.
+        With `is_decoded` it was decoded from bytes just now, and its fields are not validated again.
 
         Raises:
             UnknownNameError: the cell does not listen to such a topic.
@@ -290,16 +463,15 @@ class Bus:
     def call(self, service: str, request: Message, *, node: str = "", is_decoded: bool = False) -> Any:
         """Call a service; its response, or a `Later` that will have it when some time has passed.
 
-        Args as in `publish`.
-
         Raises:
             UnknownNameError: there is no such service.
             RejectedCommandError: the request is not what the service takes, or was refused; nothing was done then.
             ServiceFailedError: the service gave no answer.
         """
-        entry = self._services.get(service)
-        if entry is None:
-            raise self._refused(service, node, UnknownNameError("service", service, sorted(self._services)))
+        try:
+            entry = self.service(service)
+        except UnknownNameError as error:
+            raise self._refused(service, node, error) from None
         try:
             taken = _fitting(request, entry.type.request, service, is_decoded)
             if self.on_given:
@@ -323,11 +495,7 @@ class Bus:
         return tuple(self.topic(name) for name in sorted(self._declared()))
 
     def topic(self, name: str) -> TopicInfo:
-        """One topic as it stands.
-
-        Raises:
-            UnknownNameError: there is no such topic.
-        """
+        """One topic as it stands; an UnknownNameError if there is none."""
         entry = self._topics.get(name)
         if entry is None or entry.direction is None:
             raise UnknownNameError("topic", name, sorted(self._declared()))
@@ -344,20 +512,15 @@ class Bus:
             tuple(subscribers),
         )
 
-    def services(self) -> tuple[ServiceInfo, ...]:
+    def services(self) -> tuple[Service, ...]:
         """All services, by name."""
-        return tuple(self.service(name) for name in sorted(self._services))
+        return tuple(self._services[name] for name in sorted(self._services))
 
-    def service(self, name: str) -> ServiceInfo:
-        """One service as it stands.
-
-        Raises:
-            UnknownNameError: there is no such service.
-        """
-        entry = self._services.get(name)
-        if entry is None:
+    def service(self, name: str) -> Service:
+        """One service; an UnknownNameError if there is none."""
+        if name not in self._services:
             raise UnknownNameError("service", name, sorted(self._services))
-        return ServiceInfo(name, entry.type.name, entry.node)
+        return self._services[name]
 
     def _declared(self) -> list[str]:
         return [topic.name for topic in self._topics.values() if topic.direction is not None]
@@ -380,45 +543,32 @@ class Served(Protocol):
     @property
     def name(self) -> str:
         """What it is called where one is told of it: the trial, the robot."""
-        ...
 
     @property
     def bus(self) -> Bus:
         """Its topics and services."""
-        ...
 
     @property
     def simulation(self) -> Simulation:
         """Its time."""
-        ...
 
     @property
     def in_competition(self) -> bool:
         """Whether what a competition refuses is refused."""
-        ...
 
     def out_of_sight(self) -> Collection[int]:
         """The engine's ids of bodies that are not there to be seen at the moment, such as parts out of play."""
-        ...
 
 
 def _fitting(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
-    """The message as the cell may take it.
-
-    Raises:
-        MessageError: it is of another class, or a field holds what it should not.
-    """
+    """The message as the cell may take it; a MessageError if it is of another class, or a field does not fit."""
     if type(message) is not message_class:
         raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")
     return message if is_decoded and not has_bounds(message_class.__msgtype__) else checked(message)
 
 
 def absolute(name: str) -> str:
-    """The name itself, if it is absolute.
-
-    Raises:
-        UsageError: it is not.
-    """
+    """The name itself; a UsageError unless it is absolute."""
     if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
         raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
     return name

@@ -1,0 +1,665 @@
+"""Commands of `cellwright operate`: a robot driven without a headset, by the topics that everybody uses."""
+
+import fnmatch
+import json
+import math
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from cellwright.cli import options, output
+from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
+from cellwright.cli.output import RIGHT, WHOLE, say, table, warn, write_result
+from cellwright.cli.signals import stopped_by_signals
+from cellwright.clients.client.ros1_transport import Ros1Transport
+from cellwright.clients.client.session import NodeClient
+from cellwright.clients.client.socket_transport import SocketTransport
+from cellwright.clients.operators import playback
+from cellwright.clients.operators.exercise import Exercise, Shape, StepResponse, Wave, check_signal, exercise
+from cellwright.clients.operators.keyboard import Jog, Keyboard
+from cellwright.clients.operators.playback import Recorder, Targets, read_targets
+from cellwright.clients.operators.plots import Curve, terminal_plot, tracking_svg
+from cellwright.clients.operators.robot import (
+    JOINT_STATES,
+    Ask,
+    JointLimits,
+    Now,
+    OperatedRobot,
+    ServiceCaller,
+    service_request,
+)
+from cellwright.clients.operators.terminal import TerminatedError, panel
+from cellwright.clients.operators.terminal import keyboard as terminal_keyboard
+from cellwright.config.robot.robots import bundled, load_robot
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.engine.loop import StopCondition
+from cellwright.middleware.ros1.host import installation
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master
+from cellwright.middleware.ros1.host.ros1 import node_name
+from cellwright.middleware.server import DEFAULT_PORT
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
+
+PARAMETER = "robot_description"
+
+
+def described_limits(environment: Mapping[str, str]) -> JointLimits:
+    """The limits of the robot at the master that an environment names; none if there is none that can be read."""
+    try:
+        text = Master(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
+        if not isinstance(text, str):
+            return JointLimits()
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"{PARAMETER}.urdf"
+            path.write_text(text, encoding="utf-8")
+            robot = read_urdf(path, warn=lambda _line: None)
+    except CellwrightError:  # a robot can be driven without
+        return JointLimits()
+    return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
+
+
+WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
+"""Headings in the help, under which options are listed."""
+
+NODE = "/operator"
+
+_WAIT = 5.0  # [s] for a node to appear in ROS
+
+Connect = Annotated[
+    str | None, option("HOST:PORT", f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.", WHERE)
+]
+
+OverRos1 = Annotated[bool, flag("--ros1", "Over ROS 1, at the master that ROS_MASTER_URI names.", WHERE)]
+
+Node = Annotated[str, option("NAME", "Name of the operator's node.", WHERE)]
+
+
+Robot = Annotated[
+    str | None,
+    option(
+        "ROBOT",
+        "The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
+        "of a robot that comes along, or what is at the master as `robot_description`.",
+        WHERE,
+    ),
+]
+
+
+class NodeConnection:
+    """A way to a node, checked; nothing is connected yet."""
+
+    def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE, robot: str | None = None) -> None:
+        if ros1 and connect is not None:
+            options.refuse("--connect and --ros1: give one of them")
+        self.node = node_name(node)
+        self._address = options.address("--connect", connect) if connect else (LOOPBACK, DEFAULT_PORT)
+        self._limits = None if robot is None else JointLimits.of(load_robot(robot, output.warn).robot)
+        self._ros1 = installation.find() if ros1 else None
+
+    def session(self, suffix: str = "") -> NodeClient:
+        """A connection of its own, with a suffix to its name: in ROS no two may be called the same."""
+        name = self.node + suffix
+        ros = self._ros1
+        if ros is None:
+            host, port = self._address
+            try:
+                return NodeClient(SocketTransport((host, port), node=name))
+            except UsageError as error:
+                more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
+                raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
+        transport = Ros1Transport(ros.python, node=name, environment=ros.environment, patience=_WAIT, sign=JOINT_STATES)
+        return NodeClient(transport)
+
+    @contextmanager
+    def robot(self) -> Iterator[OperatedRobot]:
+        """The robot; the connection is closed in the end."""
+        session = self.session()
+        try:
+            try:
+                robot = OperatedRobot(session)
+            except RunEndedError as error:
+                raise UsageError(f"the node is gone: {error}") from None
+            yield robot
+        finally:
+            session.close()
+
+    @staticmethod
+    def name(robot: OperatedRobot) -> str:
+        """What the robot is called, as far as its node says; ROS has no place for that."""
+        welcome = getattr(robot.session.transport, "welcome", {})
+        return str(welcome.get("trial") or "robot")
+
+    def limits(self, robot: OperatedRobot) -> JointLimits:
+        """The limits of the robot's joints, as far as anybody knows them."""
+        if self._limits is not None:
+            missing = [name for name in self._limits.joints if name not in robot.joints]
+            if missing:
+                raise UsageError(
+                    f"--robot: {self._limits.source} has a joint {missing[0]}, and the node's robot has not"
+                )
+            return self._limits
+        called = self.name(robot).lower()
+        if self._ros1 is not None:
+            limits = described_limits(self._ros1.environment)
+        elif called in bundled():
+            limits = JointLimits.of(load_robot(called, lambda _line: None).robot)
+        else:
+            return JointLimits()
+        return limits if set(limits.joints) <= set(robot.joints) else JointLimits()
+
+
+def warn_of_unknown(limits: JointLimits) -> None:
+    """Say that nothing was checked against limits, where none are known."""
+    if not limits.joints:
+        output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
+
+
+_PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
+
+
+def figures_table(exercises: Sequence[Exercise]) -> Table:
+    """The figures of all joints, a line each."""
+    has_steps = any(each.tracking.step for each in exercises)
+    headings = ["RMS", "greatest", "delay", *(["rise", "settled", "over", "rest"] if has_steps else [])]
+    rows = []
+    for each in exercises:
+        figures = each.tracking
+        row = [each.trace.joint, f"{figures.rms:.4f}", f"{figures.worst:.4f}", _milliseconds(figures.delay)]
+        rows.append([*row, *(_step(figures.step) if has_steps else [])])
+    columns = {"joint": WHOLE, **dict.fromkeys(headings, RIGHT)}
+    return table(columns, rows, box=None, header_style="bold", show_edge=True, pad_edge=True)
+
+
+def show_plot(console: Console, exercise: Exercise) -> None:
+    """Draw what a joint was told and what it did, in the characters of the terminal."""
+    trace = exercise.trace
+    curves = [
+        Curve("target", trace.told_at, trace.told, "yellow"),
+        Curve("measured", trace.seen_at, trace.seen, "cyan"),
+    ]
+    width = min(console.width, _PLOT_WIDTH)
+    console.print(terminal_plot(curves, width=width, height=_PLOT_HEIGHT, unit="rad; m"))
+
+
+def figures_document(exercise: Exercise) -> dict[str, Any]:
+    """The figures of one joint as JSON values: rad or m, s, Hz."""
+    wave, figures, step = exercise.wave, exercise.tracking, exercise.tracking.step
+    return {
+        "joint": exercise.trace.joint,
+        "wave": wave.shape.value,
+        "amplitude": wave.amplitude,
+        "frequency": wave.frequency,
+        "duration": wave.duration,
+        "start": exercise.start,
+        "rms_error": figures.rms,
+        "max_error": figures.worst,
+        "judged_error": figures.judged,
+        "delay": figures.delay,
+        "state_rate": figures.rate,
+        "step": None
+        if step is None
+        else {"overshoot": step.overshoot, "rise": step.rise, "settling": step.settling, "rest": step.rest},
+        "note": exercise.note,
+    }
+
+
+def csv_text(exercises: Sequence[Exercise]) -> str:
+    """Every measured position with the target in force: joint, time [s], target, measured, error [rad; m]."""
+    lines = ["joint,time,target,measured,error\n"]
+    for each in exercises:
+        trace = each.trace
+        rows = np.column_stack([trace.seen_at, trace.target, trace.seen, trace.target - trace.seen])
+        for time, target, seen, error in rows.tolist():
+            lines.append(f"{trace.joint},{time:.6f},{target:.9g},{seen:.9g},{error:.9g}\n")
+    return "".join(lines)
+
+
+def _step(step: StepResponse | None) -> list[str]:
+    if step is None:
+        return ["", "", "", ""]
+    overshoot = f"{100 * step.overshoot:.1f} %"
+    return [_milliseconds(step.rise), _milliseconds(step.settling), overshoot, f"{step.rest:.4f}"]
+
+
+def _milliseconds(time: float | None) -> str:
+    return "never" if time is None else f"{time * 1e3:.0f} ms"
+
+
+def signal(
+    joints: Annotated[
+        list[str],
+        argument(
+            "JOINT",
+            "Joints, one after another in this order; `J_arm_r_*` stands for all that match, the last of the "
+            "robot first.",
+        ),
+    ],
+    wave: Annotated[
+        Shape,
+        option(
+            "SHAPE",
+            "`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
+            WHAT,
+        ),
+    ] = Shape.SINE,
+    amplitude: Annotated[float, option("A", "How far [rad; m]; below 0, downwards first.", WHAT)] = 0.1,
+    frequency: Annotated[float, option("F", "Periods a second [Hz].", WHAT)] = 0.5,
+    duration: Annotated[float, option("T", "How long for each joint [s]; made whole periods.", WHAT)] = 4.0,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    robot: Robot = None,
+    node: Node = NODE,
+    max_error: Annotated[
+        float | None,
+        option(
+            "E", "Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.", RESULT
+        ),
+    ] = None,
+    max_delay: Annotated[
+        float | None, option("MS", "Exit status 1 if a joint comes later [ms], or does not follow.", RESULT)
+    ] = None,
+    as_json: Annotated[bool, flag("--json", "Print the figures as JSON, and nothing else on stdout.", RESULT)] = False,
+    csv: Annotated[Path | None, option("FILE.csv", "Write every measured position to this file.", RESULT)] = None,
+    plot: Annotated[Path | None, option("FILE.svg", "Draw targets, positions and errors.", RESULT)] = None,
+) -> None:
+    """Give joints a test signal, and tell how well they follow it.
+
+    Each joint is told its target 100 times a second by /io_teleop/joint_cmd, about where it stands, and is brought back
+    there in the end. Begin with a small amplitude, and with the joints farthest from the body. A joint that follows
+    well shows no vibration, no overshoot, and little delay.
+
+        # a tenth of a radian to both sides, twice
+        cellwright operate signal J_arm_r_07
+
+        # steps, for all joints of an arm
+        cellwright operate signal 'J_arm_r_*' --wave step --amplitude 0.2
+
+        # in CI: fails if a joint is more than 0.05 rad off
+        cellwright operate signal J_head_yaw --max-error 0.05 --json
+
+    The target is held against what is measured: error is target minus position; delay is by how much the position has
+    to be put forward to be most like the target; rise is from 10 to 90 % of a step; a joint has settled when it stays
+    within 5 % of it. Of several steps the worst is told.
+
+    Exit status: 0 done; 1 an error or a delay was larger than allowed, or the node has ended; 2 bad input, and nothing
+    was moved.
+    """
+    wanted = Wave.lasting(wave, amplitude, frequency, duration)
+    options.in_range("--max-error", max_error, 0.0, math.inf, "a number from 0 on")
+    options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number from 0 on")
+    options.output_file("--csv", csv, ".csv")
+    options.output_file("--plot", plot, ".svg")
+    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    console = Console(stderr=as_json, highlight=False)
+    with link.robot() as there:
+        chosen = _chosen(there, joints)
+        limits = link.limits(there)
+        for warning in check_signal(there, chosen, wanted, limits):
+            warn(warning)
+        warn_of_unknown(limits)
+        found, failure = _exercise(there, chosen, wanted, console)
+    failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
+    if csv is not None:
+        failures += write_result(csv, csv_text(found))
+    if plot is not None and found:
+        failures += write_result(plot, tracking_svg(found))
+    status = NOT_DONE if failures else DONE
+    if as_json:
+        document: dict[str, Any] = {"joints": [figures_document(each) for each in found]}
+        typer.echo(json.dumps(document | {"failures": failures, "exit_status": status}, indent=2))
+    else:
+        _show(console, found)
+    for line in failures:
+        typer.echo(line, err=True)
+    raise typer.Exit(status)
+
+
+def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
+    """The joints that were named, each once."""
+    found: list[str] = []
+    for pattern in patterns:
+        if not any(sign in pattern for sign in "*?["):
+            robot.check_names([pattern])
+            found.append(pattern)
+            continue
+        matching = fnmatch.filter(reversed(robot.joints), pattern)
+        if not matching:
+            raise UnknownNameError("joint", pattern, robot.joints)
+        found += matching
+    return list(dict.fromkeys(found))
+
+
+def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: Console) -> tuple[list[Exercise], str]:
+    """What came of each joint, and what went wrong if something did; joints after that are left alone."""
+    found: list[Exercise] = []
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=1.0, at="")
+
+        def show(part: float) -> None:
+            progress.update(task, completed=part)
+
+        for number, joint in enumerate(joints, start=1):
+            progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
+            try:
+                found.append(exercise(robot, joint, wave, on_beat=show))
+            except (CellwrightError, RunEndedError) as error:
+                return found, f"{joint}: {error}"
+    return found, ""
+
+
+def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
+    lines = []
+    for each in found:
+        figures, joint = each.tracking, each.trace.joint
+        if max_error is not None and figures.judged > max_error:
+            lines.append(f"{joint}: an error of {figures.judged:.4g}, and {max_error:g} was allowed")
+        if max_delay is not None and figures.delay is None:
+            lines.append(f"{joint}: it does not follow")
+        elif max_delay is not None and figures.delay is not None and figures.delay * 1e3 > max_delay:
+            lines.append(f"{joint}: a delay of {figures.delay * 1e3:.0f} ms, and {max_delay:g} ms was allowed")
+    return lines
+
+
+def _show(console: Console, found: Sequence[Exercise]) -> None:
+    for each in found:
+        say(console, f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}")
+        show_plot(console, each)
+        console.print()
+    if found:
+        console.print(figures_table(found))
+    for each in found:
+        if each.note:
+            say(console, f"{each.trace.joint}: {each.note}", "yellow")
+
+
+_HEARD = 2.0  # [s] that a stop may take to be told of
+
+
+class Word(StrEnum):
+    """What can be said."""
+
+    HOME = "home"
+    ENABLE = "enable"
+    DISABLE = "disable"
+    STOP = "stop"
+    CLEAR_STOP = "clear-stop"
+
+
+def call(
+    word: Annotated[
+        Word, argument("WORD", "`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.")
+    ],
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    node: Node = NODE,
+) -> None:
+    """Say one word to a robot's node: go home, take commands or none, stop, or end the stop.
+
+    It ends when the node has answered: `home` when the robot is there.
+
+        cellwright operate call home
+
+    Exit status: 0 done; 1 the node refused, or did not answer; 2 bad input.
+    """
+    link = NodeConnection(connect, ros1=ros1, node=node)
+    with link.robot() as robot:
+        try:
+            if word is Word.STOP:
+                robot.send(Now.STOP)
+                robot.session.wait_until(lambda: robot.status is not None and robot.status.emergency_stop, _HEARD)
+                done = robot.status is None or bool(robot.status.emergency_stop)
+                said = "stopped" if done else "sent, and the node does not say that it has stopped"
+            else:
+                response = robot.session.call(*service_request(Ask[word.name]))
+                done, said = bool(response.success), str(response.message)
+        except (CellwrightError, RunEndedError) as error:
+            done, said = False, str(error)
+    typer.echo(f"{word}: {said}" if said else word.value, err=not done)
+    raise typer.Exit(DONE if done else NOT_DONE)
+
+
+def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = None, node: Node = NODE) -> None:
+    """Drive a robot by the keys of this terminal: joints, tips, grippers, home, enable, emergency stop.
+
+    A key is one step, from where the robot stands; when it is let go nothing is sent any more, and the robot holds. The
+    keys are listed on the screen. Joints are moved by /io_teleop/joint_cmd, tips by /io_teleop/target_ee_poses, and
+    grippers by /io_teleop/target_gripper_status. The space bar sends /io_teleop/emergency_stop, also while the robot
+    goes home; that is software, and replaces no hardware circuit.
+
+        cellwright operate keyboard
+
+        # a robot of your own, with its limits on the screen
+        cellwright operate keyboard --robot my_robot/vr_configs.yml
+
+    Exit status: 0 quit with q or Ctrl-C; 1 the node has ended, or the process was asked to; 2 bad input, or no
+    terminal.
+    """
+    if not sys.stdin.isatty() or not sys.stdout.isatty():
+        options.refuse(
+            "the keyboard operator needs a terminal; without one: cellwright operate play FILE, "
+            "or cellwright operate signal JOINT"
+        )
+    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    console = Console(highlight=False)
+    ended = ""
+    with link.robot() as there, closing(ServiceCaller(lambda: link.session("_services"))) as services:
+        limits = link.limits(there)
+        operator = Keyboard(there, Jog(there, limits), services)
+        name = link.name(there)
+        live = Live(console=console, screen=True, auto_refresh=False)
+
+        def draw() -> None:
+            shown = panel(there, operator.jog, limits, name=name, message=operator.message, height=console.size.height)
+            live.update(shown, refresh=True)
+
+        try:
+            with terminal_keyboard() as read, live:
+                operator.run(read, draw)
+        except KeyboardInterrupt:
+            pass
+        except (RunEndedError, TerminatedError) as error:
+            ended = str(error)
+    if ended:
+        typer.echo(f"error: {ended}", err=True)
+    say(console, f"{there.sent} messages sent; the robot stays where it was told to go")
+    raise typer.Exit(NOT_DONE if ended else DONE)
+
+
+_LOOK = 0.1  # [s] between two looks at whether it is to end
+_SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of
+_MAX_SILENCE = 2.0  # [s]; a recording that grows no longer ends so much later than it should have
+
+APPLIED = "/io_teleop/applied_joint_cmd"
+
+
+def record(
+    file: Annotated[Path, argument("FILE", "A file that ends in .csv or .jsonl.")],
+    duration: Annotated[
+        float | None, option("T", "How long [s], from the first message on; until Ctrl-C when left out.", WHAT)
+    ] = None,
+    targets: Annotated[
+        bool, flag("--targets", "Write the targets that the node applies, instead of what is measured.", WHAT)
+    ] = False,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    node: Node = NODE,
+) -> None:
+    """Write where a robot's joints are, 100 times a second, for `cellwright operate play`.
+
+    Each line is on disk as soon as it is written, so that nothing is lost when something fails.
+
+        cellwright operate record motion.csv --duration 10
+
+    Exit status: 0 recorded; 1 the node has ended, nothing was told, or the disk is full; 2 bad input.
+    """
+    suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
+    path = options.output_file("FILE", file, suffix)
+    options.in_range("--duration", duration, options.ABOVE_0, options.LATEST, "a time above 0 s")
+    link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
+    failures: list[str] = []
+    with link.robot() as robot:
+        session, wish = robot.session, StopCondition()
+        recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
+        wanted = float("inf") if duration is None else duration
+        end = session.time + wanted + _MAX_SILENCE
+        with stopped_by_signals(wish.request):
+            try:
+                while not wish.is_requested and recorder.is_writing and recorder.time < wanted and session.time < end:
+                    session.sleep(min(_LOOK, max(_SHORTEST, wanted - recorder.time)))
+                recorder.close()
+            except RunEndedError as error:
+                failures.append(str(error))
+    if not recorder.lines and not failures:
+        failures.append(f"nothing came on {APPLIED if targets else JOINT_STATES}")
+    for failure in failures:
+        typer.echo(f"error: {failure}", err=True)
+    say(console, f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}")
+    raise typer.Exit(NOT_DONE if failures else DONE)
+
+
+class _StopRequestedError(Exception):
+    """Somebody wants it to end."""
+
+
+def play(
+    file: Annotated[Path, argument("FILE", "Targets: CSV, JSON lines, a ROS 1 bag, or the folder of a ROS 2 bag.")],
+    speed: Annotated[float, option("FACTOR", "Seconds of the file a second.", WHAT)] = 1.0,
+    approach: Annotated[
+        float | None,
+        option(
+            "T",
+            "How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
+            WHAT,
+        ),
+    ] = None,
+    loop: Annotated[bool, flag("--loop", "Begin again at the end, until Ctrl-C.", WHAT)] = False,
+    topic: Annotated[
+        str | None,
+        option("TOPIC", "Of a bag: take this topic's joint states as targets; all commands in it when left out.", WHAT),
+    ] = None,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    robot: Robot = None,
+    node: Node = NODE,
+    as_json: Annotated[bool, flag("--json", "Print what was played as JSON.", RESULT)] = False,
+) -> None:
+    """Play a file of targets: move slowly to the first of them, then say each in its time.
+
+    A CSV file begins with the line `time,JOINT,JOINT`; times are in seconds, positions in rad or m, and an empty field
+    says nothing about its joint. A line of JSON is `{"time": 0.0, "positions": {"JOINT": 0.1}}`. In both,
+    `gripper_right` and `gripper_left` are how far a gripper is closed, 0 to 1. Of a bag its io_teleop commands are
+    played, each on its own topic.
+
+        cellwright operate record motion.csv --duration 10
+        cellwright operate play motion.csv --speed 0.5
+
+        # a recording of somebody else's: what was measured becomes the target
+        cellwright operate play session.bag --topic /io_teleop/joint_states
+
+    Exit status: 0 played, or stopped by Ctrl-C; 1 the robot did not come to the first targets, refused a command, or is
+    gone; 2 bad input, and nothing was moved.
+    """
+    options.in_range("--speed", speed, options.ABOVE_0, options.FINITE, "a factor above 0")
+    options.in_range("--approach", approach, 0.0, options.LATEST, "a time from 0 s on")
+    targets = _read_any_targets(file, topic)
+    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    console = Console(stderr=as_json, highlight=False)
+    failure, rounds = "", 0
+    with link.robot() as there:
+        limits = link.limits(there)
+        playback.check(there, targets, limits)
+        warn_of_unknown(limits)
+        wish = StopCondition()
+        with stopped_by_signals(wish.request):
+            try:
+                while loop or rounds == 0:
+                    _play_once(there, targets, speed, approach, console, wish)
+                    rounds += 1
+            except (CellwrightError, RunEndedError) as error:
+                failure = str(error)
+            except _StopRequestedError:
+                pass
+    status = NOT_DONE if failure else DONE
+    outcome = "failed" if failure else "stopped" if wish.is_requested else "done"
+    if failure:
+        typer.echo(f"error: {failure}", err=True)
+    if as_json:
+        document = {
+            "file": str(file),
+            "moments": len(targets.moments),
+            "duration": targets.duration,
+            "outcome": outcome,
+            "rounds": rounds,
+            "messages": there.sent,
+            "error": failure,
+            "exit_status": status,
+        }
+        typer.echo(json.dumps(document, indent=2))
+    elif not failure:
+        times = f"{rounds} times, " if loop else ""
+        say(console, f"{outcome}: {times}{there.sent} messages sent")
+    raise typer.Exit(status)
+
+
+def _read_any_targets(file: Path, topic: str | None) -> Targets:
+    from cellwright.clients.operators.bags import is_bag, read_bag  # readers of bags take a while to load
+
+    if is_bag(file):
+        return read_bag(file, topic)
+    if topic is not None:
+        options.refuse("--topic: only a bag has topics")
+    return read_targets(file)
+
+
+def _play_once(
+    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: StopCondition
+) -> None:
+    """Play once."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("to the first targets", total=None)
+
+        def beat(time: float) -> None:
+            if wish.is_requested:
+                raise _StopRequestedError
+            progress.update(task, completed=time)
+
+        playback.approach(robot, targets.first, slowly, on_beat=beat)
+        progress.update(task, description=str(targets.path), total=targets.duration)
+        playback.play(robot, targets, speed=speed, on_beat=beat)
+
+
+app = typer.Typer(
+    name="operate",
+    help="""Drive a robot's controller node without a headset.
+
+    An operator is a client as any other: it comes over the node's socket or over ROS 1, and speaks on the io_teleop
+    topics. Start the node first, in another terminal:
+
+        cellwright teleop qinglong             # the robot
+        cellwright operate keyboard            # move it by keys
+        cellwright operate signal J_head_yaw   # does the joint follow as it should?
+        cellwright operate record motion.csv   # write down what the robot does
+        cellwright operate play motion.csv     # and have it do so again
+        cellwright operate call home           # one word, for scripts""",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+)
+app.command()(keyboard)
+app.command()(signal)
+app.command()(record)
+app.command()(play)
+app.command()(call)

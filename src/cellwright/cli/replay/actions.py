@@ -1,0 +1,321 @@
+"""What is done with a recording: it is told of, run again, played, and filmed."""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.cli import output
+from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, note, progress_bar, say, table
+from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.summary import RunProgress
+from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
+from cellwright.engine.rate_control import RateControl
+from cellwright.recording.format.format import COMMAND, FRAME, PANEL, STATE_HASH
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay import verify
+from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.recording.replay.rebuild import rebuild
+from cellwright.recording.replay.verify import Answer, Moment, Verdict
+from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.picture import LAMP
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.engine import EngineScene
+from cellwright.rendering.scene.scene import decode_scene
+from cellwright.rendering.video import Made, Video
+from cellwright.rendering.video_options import VideoOptions, period_of
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
+from cellwright.running.run import PageOptions, ServerOptions, Session, versions
+from cellwright.running.run.playback import PlaybackTarget
+from cellwright.util.errors import MessageError, UsageError
+
+_WIDEST = 1000  # columns
+_MOST_FACTS = 200  # characters of a value of the header in the table
+
+
+def contents_document(recording: Recording) -> dict[str, Any]:
+    """What is in it, as JSON values; times in s, rates in Hz of simulation time."""
+    length = seconds(recording.end_time - recording.begin)
+    counts = recording.counts
+    return {
+        "file": str(recording.path),
+        "bytes": recording.path.stat().st_size,
+        "kind": recording.header.kind,
+        "name": recording.header.name,
+        "complete": recording.is_complete,
+        "begin": seconds(recording.begin),
+        "end": seconds(recording.end_time),
+        "duration": length,
+        "commands": counts[COMMAND],
+        "state_hashes": counts[STATE_HASH],
+        "result": recording.end,
+        "header": dict(recording.header.facts),
+        "attachments": recording.attachments,
+        "topics": [
+            {
+                "name": topic.name,
+                "type": topic.type,
+                "direction": topic.direction,
+                "own": topic.is_own,
+                "latch": topic.latch,
+                "rate": topic.rate,
+                "messages": counts[topic.name],
+                "measured": counts[topic.name] / length if length > 0.0 else None,
+            }
+            for topic in sorted(recording.topics.values(), key=lambda each: each.name)
+        ],
+    }
+
+
+def show_contents(console: Console, told: dict[str, Any]) -> None:
+    """Print what `document` tells."""
+    say(console, f"{told['kind']} {told['name']}, recorded in {told['file']}")
+    console.print()
+    whole = _topics(told)
+    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    if not console.is_terminal:
+        console.width = max(console.width, needed)  # nothing is folded in a file or through a pipe
+    console.print(_topics(told, is_narrow=needed > console.width))
+    console.print()
+    for name, text in _notes(told):
+        if text:
+            note(console, name, " ".join(text.split()))
+
+
+def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
+    """A row for each topic on which something was said; a narrow table leaves out the packages of types."""
+    rows: list[list[str | Text]] = []
+    for topic in told["topics"]:
+        if topic["own"] or not topic["messages"]:
+            continue
+        often = topic["measured"] if topic["rate"] not in ("", "on event") else None
+        figures = [str(topic["messages"]), "" if often is None else f"{often:.3g}"]
+        kind = topic["type"].rpartition("/")[2] if is_narrow else topic["type"]
+        rows.append([Text(topic["name"]), topic["direction"], *figures, Text(kind)])
+    columns = {"topic": FOLD, "": WHOLE, "messages": RIGHT, "Hz": RIGHT, "type": FOLD}
+    return table(columns, rows, padding=(0, 1, 0, 0), collapse_padding=True)
+
+
+def _notes(told: dict[str, Any]) -> list[tuple[str, str]]:
+    header, result = told["header"], told["result"] or {}
+    known = _versions(header)
+    silent = sum(not topic["messages"] and not topic["own"] for topic in told["topics"])
+    return [
+        ("silent", f"{silent} topics" if silent else ""),
+        ("time", f"{told['begin']:.3f} to {told['end']:.3f} s: {told['duration']:.1f} s"),
+        ("ended", _ended(told)),
+        ("score", _score(result)),
+        ("commands", f"{told['commands']} came from outside"),
+        ("verify", f"{told['state_hashes']} state hashes to compare with" if told["state_hashes"] else "no state hash"),
+        *((name, _fact(header[name])) for name in ("agent", "seed", "servo") if name in header),
+        ("versions", ", ".join(f"{name} {each}" for name, each in known.items())),
+        ("size", f"{told['bytes'] / 1e6:.1f} MB"),
+    ]
+
+
+def _ended(told: dict[str, Any]) -> str:
+    outcome = (told["result"] or {}).get("outcome")
+    if told["complete"]:
+        return f"as it should: {outcome}" if outcome else "as it should"
+    return "cut short: it holds all that was written until then"
+
+
+def _score(result: dict[str, Any]) -> str:
+    score = result.get("score")
+    total = score.get("total") if isinstance(score, dict) else score
+    return f"{total:g} points" if isinstance(total, int | float) else ""
+
+
+def _fact(value: Any) -> str:
+    text = value if isinstance(value, str) else json.dumps(value)
+    return text[:_MOST_FACTS]
+
+
+_STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
+
+
+def verify_recording(recording: Recording, console: Console, *, as_json: bool) -> int:
+    """Run it again, and print what came of it; the exit status."""
+    recording.check_bytes()
+    with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as tell:
+
+        def progress(time: int) -> None:
+            if tell is not None:
+                tell(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
+
+        verdict = verify.verify(rebuilt, verify.recorded_steps(recording), progress)
+    others = verify.versions_that_differ(_versions(recording.header.facts), versions())
+    if as_json:
+        typer.echo(json.dumps(verdict_document(verdict, others) | {"complete": recording.is_complete}, indent=2))
+    else:
+        show_verdict(console, verdict, others)
+    return _STATUS[verdict.answer]
+
+
+def verdict_document(verdict: Verdict, others: list[str]) -> dict[str, Any]:
+    """The verdict as JSON values; times in s."""
+    return {
+        "answer": verdict.answer.value,
+        "state_hashes": verdict.hashes,
+        "frames": verdict.frames,
+        "commands": verdict.commands,
+        "equal_until": _moment(verdict.equal_until),
+        "different_at": _moment(verdict.first_difference),
+        "bodies": list(verdict.bodies),
+        "error": verdict.fault,
+        "begun": _moment(verdict.begun),
+        "reached": _moment(verdict.reached),
+        "wall": verdict.wall,
+        "versions": others,
+    }
+
+
+def show_verdict(console: Console, verdict: Verdict, others: list[str]) -> None:
+    """Print the verdict."""
+    for name, text in _lines(verdict):
+        note(console, name, text)
+    for line in others:
+        note(console, "version", line)
+
+
+def _lines(verdict: Verdict) -> list[tuple[str, str]]:
+    hashes = f"{verdict.hashes} state hash{'' if verdict.hashes == 1 else 'es'}"
+    compared = f"{hashes} and {verdict.frames} frames equal, {verdict.commands} commands"
+    lines = [("compared", compared)]
+    match verdict.answer:
+        case Answer.EQUAL:
+            lines.append(("equal", f"up to {verdict.equal_until}"))
+        case Answer.UNKNOWN:
+            lines.append(("unknown", "it was cut before its first state hash: there is nothing to compare"))
+        case Answer.DIFFERENT:
+            until = "" if verdict.equal_until is None else f"; equal up to {verdict.equal_until}"
+            first = verdict.first_difference or verdict.reached
+            lines.append(("different", f"at {first}{until}"))
+            if verdict.bodies:
+                lines.append(("elsewhere", ", ".join(verdict.bodies)))
+            if verdict.fault:
+                lines.append(("error", verdict.fault))
+    length = seconds(verdict.reached.time - verdict.begun.time)
+    lines.append(("ran", f"{length:.1f} s in {verdict.wall:.1f} s: {verdict.factor:.1f} x real time"))
+    return lines
+
+
+def _moment(moment: Moment | None) -> dict[str, Any] | None:
+    return None if moment is None else {"tick": moment.tick, "time": seconds(moment.time)}
+
+
+def _versions(facts: Mapping[str, Any]) -> dict[str, str]:
+    found = facts.get("versions")
+    return {str(name): str(each) for name, each in found.items()} if isinstance(found, dict) else {}
+
+
+def play_recording(
+    target: PlaybackTarget,
+    console: Console,
+    *,
+    rate: RateControl,
+    serve: ServerOptions,
+    view: PageOptions | None = None,
+    ros1: bool = False,
+) -> None:
+    """Play a recording until it is over, or a signal comes."""
+
+    def status(session: Session) -> str:
+        now, last = session.node.simulation.time, seconds(target.playing.last)
+        return f"{now:.1f} of {last:.1f} s{', paused' if rate.is_paused else ''}"
+
+    session = Session(
+        target,
+        rate=rate,
+        serve=serve,
+        view=view or False,
+        ros1=ros1,
+        observers=[RunProgress(console, status=status)],
+        on_ready=output.say_ready,
+        **output.words_for(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
+    )
+    with stopped_by_signals(session.stop.request), session:
+        session.run()
+    if session.node.unreadable:
+        output.note(console, "unreadable", f"{session.node.unreadable} messages")
+
+
+def film_recording(
+    recording: Recording,
+    wish: VideoOptions,
+    *,
+    start: float | None,
+    until: float | None,
+    warn: Callable[[str], None],
+    tell: Callable[[float], None] | None,
+) -> Made:
+    """Make a video of a recording between two times [s]; `tell` is told how far it is, 0..1."""
+    begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
+    end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
+    scene = _scene(recording)
+    sight = Sight(recording)
+    sight.seek(begin)
+    coming = recording.messages((FRAME, PANEL), start=begin + 1, until=end + 1)
+    newest = next(coming, None)
+    while sight.frame() is None and newest is not None:
+        sight.take(newest)
+        newest = next(coming, None)
+    frame = sight.frame()
+    if frame is None or begin > end:
+        raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
+    camera = wish.camera or _camera(recording, scene, frame, wish)
+    lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
+    video = Video(wish, scene, lamp=lamp, warn=warn)
+    period, number = period_of(wish.speed) * NANOSECONDS, 0
+    try:
+        while (time := begin + round(number * period)) <= end and not video.error:
+            while newest is not None and newest.time <= time:
+                sight.take(newest)
+                newest = next(coming, None)
+            frame = sight.frame() or frame
+            video.take(frame, camera, _caption(time, sight.panel()))
+            number += 1
+            if tell is not None:
+                tell(min(1.0, (time - begin) / max(1, end - begin)))
+    finally:
+        video.close()
+    return video.made
+
+
+def _scene(recording: Recording) -> Scene:
+    data = recording.scene
+    try:
+        if data is not None:
+            return decode_scene(data)
+    except MessageError as error:
+        raise UsageError(f"{recording.path}: what is to be seen in it cannot be read: {error}") from None
+    raise UsageError(f"{recording.path}: holds nothing that is to be seen")
+
+
+def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoOptions) -> Camera:
+    """The overview of a cell; for a robot a camera that has it whole."""
+    if recording.header.kind == "cell":
+        return VIEWS["overview"]
+    shown = EngineScene(scene)
+    shown.show(frame)
+    return camera_on(shown.model, shown.data, TURN, TILT, wish.width, wish.height)
+
+
+def _caption(time: int, panel: dict[str, Any]) -> str:
+    """Time, and what the panel of a cell tells; it may come from anywhere."""
+    words = [f"{float(Fraction(time, NANOSECONDS)):.1f} s"]
+    score, intention = panel.get("score"), panel.get("intention")
+    points = score.get("total") if isinstance(score, dict) else None
+    if isinstance(points, int | float) and math.isfinite(points):
+        words.append(f"{points:g} {'point' if points == 1 else 'points'}")
+    if isinstance(intention, dict):
+        words.append(str(intention.get("text", ""))[:300])
+    return "   ".join(word for word in words if word)

@@ -1,0 +1,67 @@
+"""A child process: what it says, and how it ends."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from io import BytesIO
+from typing import IO
+
+import pytest
+
+from cellwright.util.process import ChildProcess
+from tests.waiting import TIMEOUT, wait_until
+
+ECHO = """
+import sys
+line = sys.stdin.readline()
+print('ready', line.strip(), flush=True)
+print('something', 'the last', '', sep='\\n', file=sys.stderr, flush=True)
+sys.stdin.read()
+"""
+DEAF = "import sys, time; print('ready', flush=True); time.sleep(600)"
+
+
+def test_it_is_told_and_says_that_it_is_ready_and_ends_with_its_stdin() -> None:
+    child = ChildProcess([sys.executable, "-c", ECHO], stderr=tempfile.TemporaryFile())  # noqa: SIM115
+    child.send("for you")
+    assert child.ready_line(TIMEOUT) == "ready for you"
+    assert child.is_running
+    wait_until(lambda: child.last_words() == "the last", "what it wrote to its stderr")
+    child.end(TIMEOUT)
+    assert child._process.returncode == 0
+    assert child.last_words() == "", "its file is closed"
+
+
+def test_what_is_said_to_one_that_has_ended_is_lost() -> None:
+    child = ChildProcess([sys.executable, "-c", ""])
+    child._process.wait(TIMEOUT)
+    child.send("something")
+    assert child.ready_line() == ""
+    child.end(0.0)
+
+
+def test_one_that_does_not_heed_the_end_of_its_stdin_is_killed() -> None:
+    child = ChildProcess([sys.executable, "-c", DEAF])
+    assert child.ready_line() == "ready"
+    assert child.ready_line(0.0) == "", "nothing more comes"
+    child.end(0.0)
+    assert not child.is_running
+
+
+def test_what_it_says_is_read_to_the_end() -> None:
+    heard = BytesIO()
+
+    def read(output: IO[bytes]) -> None:
+        heard.write(output.read())
+
+    child = ChildProcess([sys.executable, "-c", "print('one'); print('two')"], read=read)
+    child.end(TIMEOUT)
+    assert heard.getvalue().split() == [b"one", b"two"]
+
+
+def test_a_program_that_is_not_there() -> None:
+    log = tempfile.TemporaryFile()  # noqa: SIM115
+    with pytest.raises(OSError, match="no-such-program"):
+        ChildProcess(["/no-such-program"], stderr=log)
+    assert log.closed
