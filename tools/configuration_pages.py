@@ -82,7 +82,7 @@ def _trial_bounds() -> str:
             "part types of your own; pieces of furniture": f"{MOST_TYPES}; {MOST_FURNITURE}",
             "shapes of one model; its meshes, each and those of a trial together": f"{MOST_SHAPES}; "
             f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",
-            "errors, and warnings, that are told; the others are counted": f"{MOST_TOLD}",
+            "errors, and warnings, that are printed; the others are counted": f"{MOST_TOLD}",
             "a coordinate": f"±{FARTHEST:,.0f} m".replace(",", " "),
             "an expression": f"{MAX_LENGTH} characters, whole numbers up to {MAX_BITS} bits on the way",
             "a name": f"{LONGEST_NAME} characters",
