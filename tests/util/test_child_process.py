@@ -1,4 +1,4 @@
-"""A child process: what it says, and how it ends."""
+"""Child processes: their output, and their end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ sys.stdin.read()
 DEAF = "import sys, time; print('ready', flush=True); time.sleep(600)"
 
 
-def test_it_is_told_and_says_that_it_is_ready_and_ends_with_its_stdin() -> None:
+def test_it_gets_lines_reports_that_it_is_ready_and_ends_with_its_stdin() -> None:
     child = ChildProcess([sys.executable, "-c", ECHO], stderr=tempfile.TemporaryFile())  # noqa: SIM115
     child.send("for you")
     assert child.ready_line(TIMEOUT) == "ready for you"

@@ -1,4 +1,4 @@
-"""MUJOCO_GL keeps nothing from working."""
+"""MUJOCO_GL never breaks Cellwright, whatever its value."""
 
 from __future__ import annotations
 

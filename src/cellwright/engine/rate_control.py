@@ -60,7 +60,7 @@ class RateControl:
             self.changes += 1
 
     def step(self, ticks: int = 1) -> None:
-        """Let a number of ticks pass, in addition to those that remain, and pause then.
+        """Step a number of ticks, in addition to those that remain, and pause then.
 
         Raises:
             UsageError: a number below 1.

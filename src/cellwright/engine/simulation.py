@@ -45,7 +45,7 @@ class Device(PlainState):
     a while calls `set_stepping(False)`.
 
     `get_state` returns the state as plain JSON values, which are part of the state hash and of snapshots. `STATE` names
-    the plain attributes; for anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
+    the plain attributes. For anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
     message counters are not state: watching changes nothing.
     """
 
@@ -142,7 +142,7 @@ class Simulation:
     """Simulation: time, the engine's model and data, and the devices.
 
     The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
-    due events (including the referee's), watches. `drive` runs in the middle of the engine's step.
+    due events, watches. The events include the referee's. `drive` runs in the middle of the engine's step.
 
     Args:
         model: a compiled model. `opt.timestep` is set from `timestep`.

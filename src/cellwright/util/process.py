@@ -27,7 +27,7 @@ PATIENCE = 2.0
 
 @contextmanager
 def interrupts_end_the_process() -> Iterator[None]:
-    """Let Ctrl-C end the process silently, as it does for most programs; restore the handler afterwards.
+    """End the process silently at Ctrl-C, as most programs do; restore the handler afterwards.
 
     Loading takes half a second, in which Python would answer Ctrl-C with a traceback through its imports. A handler
     that the caller has set, or an ignored Ctrl-C, stays. So does the handler outside of the main thread, where none can

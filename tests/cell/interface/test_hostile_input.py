@@ -1,4 +1,4 @@
-"""Input from those who mean the cell no good: refused whole and counted, or taken; the cell goes on."""
+"""Hostile input: refused as a whole and counted, or accepted; the cell goes on."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ AHEAD = tuple(value + 0.1 for value in INITIAL)
 
 @pytest.mark.parametrize("far", [1e6, -1e12, 1e100, -1e306])
 def test_huge_numbers_leave_the_cell_whole(far: float) -> None:
-    """Numbers that can be computed with are accepted, as in the original; the effort limits hold the arm together."""
+    """Numbers that can be computed with are accepted, as in the original; the effort limits protect the arm."""
     cell = Cell(WHOLE)
     gear = cell.parts.pose(cell.parts.part("bin8|gear_part_1"))
     publish(cell, "arm/command", joint_trajectory(JOINTS, [trajectory_point((far,) * 7, time_from_start=NANOSECONDS)]))
@@ -176,7 +176,7 @@ def test_a_flood_of_commands_leaves_the_last_one_standing() -> None:
 
 
 def test_strangers_cannot_eat_the_memory() -> None:
-    """Names come from outside: so many sources are told apart, the others share one."""
+    """Names come from outside: a limited number of sources is counted separately, the others together."""
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     for number in range(1000):

@@ -1,4 +1,4 @@
-"""The table against figures written down by hand, not against itself."""
+"""The table, compared with independent figures."""
 
 from fractions import Fraction
 

@@ -1,7 +1,7 @@
 """ROS parameters of the kit-building cell, with its robot description in URDF.
 
 `robot_state_publisher` makes /tf and /tf_static from it, and kinematics libraries read the chain from it. The figures
-are those of the simulated arm. The description is always valid for an XML reader: a frame has one parent, and of two
+are those of the simulated arm. The description is always valid for an XML reader. A frame has one parent, and of two
 frames with one name the later one counts, as in the frame tree itself.
 """
 

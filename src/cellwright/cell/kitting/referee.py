@@ -158,7 +158,7 @@ class Referee:
         return self._finish(EndReason.COMMAND, now)
 
     def tray_changed(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
-        """Take over a tray's report. Report empty trays at the start, so that they are known."""
+        """Record a tray's report. Report empty trays at the start, so that they are known."""
         self.trays[tray_id] = tuple(contents)
         self._plan()
 

@@ -181,8 +181,8 @@ class Scorer:
     def withdraw(self, order_id: str, now: int) -> OrderScore:
         """Withdraw an order. Its points stay; once it is complete, its kits are scored no more.
 
-        The clock of an incomplete order keeps running from its announcement, and a kit that is submitted later is
-        scored in full, as in the original.
+        The clock of an incomplete order keeps running from its announcement. A kit that is submitted later is scored in
+        full, as in the original.
         """
         if order_id in self._announced:
             self._announced[order_id].is_withdrawn = True
