@@ -26,7 +26,15 @@ def seconds(time: int) -> float:
 
 
 class Cadence:
-    """Due times of periodic samples: sample n is due at `round(n * 10^9 * period)` [ns]."""
+    """Due times of periodic samples: sample n is due at `round(n * 10^9 * period)` [ns].
+
+    Args:
+        period: time between two samples [s], above 0.
+        kind: name of the period in errors.
+
+    Raises:
+        UsageError: the period is not above 0.
+    """
 
     def __init__(self, period: Fraction, kind: str = "period") -> None:
         if period <= 0:
@@ -49,7 +57,11 @@ class Cadence:
 
 
 class Clock:
-    """Clock that counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns]."""
+    """Clock that counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns].
+
+    Args:
+        timestep: length of a tick [s].
+    """
 
     def __init__(self, timestep: Fraction) -> None:
         self.timestep = timestep
@@ -130,7 +142,7 @@ class EventQueue:
         """Time of the earliest event [ns], or `NEVER`; an attribute, because every tick reads it."""
 
     def schedule(self, time: int, device: str, kind: str, arguments: tuple[Any, ...], priority: int) -> None:
-        """Add an event."""
+        """Add an event at `time` [ns]; see `Event`."""
         heapq.heappush(self._heap, Event(time, priority, self._serial, device, kind, arguments))
         self._serial += 1
         self._refresh()
@@ -203,7 +215,18 @@ class Watches:
         self.next_due = NEVER
 
     def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
-        """Call `action` each `period` [s], from the first due time after `now` [ns] on; None: each tick."""
+        """Add a periodic callback.
+
+        Args:
+            name: name of the watch.
+            period: time between two calls [s]; None: each tick.
+            action: called with the sample number.
+            now: present time [ns]; the first call comes at the first due time after it.
+            rank: order among watches that are due at the same time, the lower first.
+
+        Returns:
+            The watch, to cancel it.
+        """
         if period is None:
             watch = Watch(name, None, action, rank)
             each_tick = sorted([*self._early, *self._late, watch], key=lambda each: each.rank)
@@ -244,7 +267,7 @@ class Watches:
             self._late = [watch for watch in self._late if watch.active]
         self._refresh()
 
-    def retime(self, now: int) -> None:
+    def reschedule(self, now: int) -> None:
         """Reschedule all watches after a jump of time (reset or restore)."""
         watches = [entry[4] for entry in sorted(self._heap, key=lambda entry: entry[2])]
         self._heap = []

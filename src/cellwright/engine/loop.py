@@ -172,7 +172,7 @@ class Loop:
         if not self._wait_for_the_rate() or not self._wait_for_clients():
             return False
         self.pacer.step()
-        self._look_around()
+        self._serve_and_poll()
         return True
 
     def _wait_for_clients(self) -> bool:
@@ -183,7 +183,7 @@ class Loop:
         begun = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():
             self._serve(_NAP, until_asked=False)
-            self._look_around()
+            self._serve_and_poll()
         self.pacer.stand(time.perf_counter() - begun)
         return not self.stop.is_requested
 
@@ -191,7 +191,7 @@ class Loop:
         """Serve clients while time stands; return False if the run must stop."""
         while not (self.stop.is_requested or self.rate.take()):
             self._serve(_NAP, until_asked=False)
-            self._look_around()
+            self._serve_and_poll()
         return not self.stop.is_requested
 
     def _pass_on_request(self, service: ClientService) -> None:
@@ -208,7 +208,7 @@ class Loop:
                 service.answer(asked, RunEndedError(stop.reason))
             else:
                 self._grant(service, asked)
-            self._look_around()
+            self._serve_and_poll()
 
     def _grant(self, service: ClientService, asked: Any) -> None:
         """Advance time as a client requested; stop early if the client is gone."""
@@ -221,10 +221,10 @@ class Loop:
             self.pacer.step()
             if asked.each_tick or asked.guest.has_news:
                 break
-            self._look_around()
+            self._serve_and_poll()
         service.answer(asked)
 
-    def _look_around(self) -> None:
+    def _serve_and_poll(self) -> None:
         """Serve and poll if their last turn is long enough ago."""
         now = time.perf_counter()
         if now - self._served > _SERVE_AFTER:

@@ -15,6 +15,13 @@ class RateControl:
     The loop calls `take` before each tick. The rate is not part of a run's state: the same ticks follow each other,
     only later or sooner.
 
+    Example:
+        >>> rate = RateControl(2.0)
+        >>> rate.pause()
+        >>> rate.step(3)
+        >>> rate.speed, rate.is_paused, rate.ticks_left
+        (2.0, True, 3)
+
     Args:
         speed: simulated seconds a wall second, above 0; None: as fast as possible.
         paused: True if time stands until `resume` or `step`.

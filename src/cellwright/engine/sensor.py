@@ -106,7 +106,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._chance: SampleNoise | None = None
         self._rank = _FIRST_RANK
         self._listeners: list[_Listener[R]] = []
-        self._under_way: deque[R] = deque()
+        self._pending_readings: deque[R] = deque()
         self._watches: list[Watch] = []
 
     @property
@@ -153,7 +153,11 @@ class Sensor(Device, ABC, Generic[R]):
         return self.noise * self._chance.normal(index, size)
 
     def describe(self) -> dict[str, Any]:
-        """Return what viewers draw as JSON values: `name`, `position`, `quaternion`, `form`, and its figures."""
+        """Return the data that viewers draw, as JSON values.
+
+        Returns:
+            `name`, `position` [m], `quaternion` (w, x, y, z), `form`, and figures of the kind of sensor.
+        """
         pose = self.world_T_sensor
         return {"name": self.name, "position": pose.position, "quaternion": pose.quaternion, "form": "other"}
 
@@ -203,18 +207,18 @@ class Sensor(Device, ABC, Generic[R]):
             self.simulation.refresh()
         reading = self.measure(index)
         if self._latency_ns:
-            self._under_way.append(reading)
+            self._pending_readings.append(reading)
         else:
             self._deliver(reading)
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns
-        while self._under_way and self._under_way[0].time_ns <= latest:
-            self._deliver(self._under_way.popleft())
+        while self._pending_readings and self._pending_readings[0].time_ns <= latest:
+            self._deliver(self._pending_readings.popleft())
 
     def _lose_under_way(self) -> None:
         """Drop readings that were measured and not delivered yet."""
-        self._under_way.clear()
+        self._pending_readings.clear()
 
     def _deliver(self, reading: R) -> None:
         for listener in tuple(self._listeners):
@@ -232,7 +236,7 @@ class Sensor(Device, ABC, Generic[R]):
     def reset(self) -> None:
         """Start a run with the initial switch; listeners stay."""
         self.enabled = self._enabled_at_start
-        self._forget_time()
+        self._after_time_jump()
 
     def get_state(self) -> State:
         """Return the state of the switch."""
@@ -241,7 +245,7 @@ class Sensor(Device, ABC, Generic[R]):
     def set_state(self, state: State) -> None:
         """Restore the switch; pending readings are lost, listeners stay."""
         self.enabled = state["enabled"]
-        self._forget_time()
+        self._after_time_jump()
 
     def close(self) -> None:
         """Remove all listeners."""
@@ -250,7 +254,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._listeners.clear()
         self._disarm()
 
-    def _forget_time(self) -> None:
+    def _after_time_jump(self) -> None:
         """Drop pending readings after a jump of time, and deliver all later readings to all listeners."""
         self._lose_under_way()
         for listener in self._listeners:

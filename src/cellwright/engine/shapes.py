@@ -161,10 +161,18 @@ def add_looks(body: Any) -> Any:
 def add_shape(
     body: Any, shape: Shape, role: Role, touch: Touch = Touch.FIXED, *, name: str = "", mass: float = 0.0
 ) -> Any:
-    """Add a shape to a body (`MjsBody`) of a model specification, and return the `MjsGeom`.
+    """Add a shape to a body of a model specification. A shape that is not solid touches nothing.
 
-    A shape that is not solid touches nothing. `mass` is that of the whole body [kg], of which the shape carries its
-    share.
+    Args:
+        body: the body (`MjsBody`).
+        shape: the shape, in the frame of the body.
+        role: purpose of the shape.
+        touch: contact class of a solid shape.
+        name: name of the geom; empty for none.
+        mass: mass of the whole body [kg], of which the shape carries its share.
+
+    Returns:
+        The geom (`MjsGeom`).
     """
     contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
     geom = body.add_geom(
@@ -274,7 +282,15 @@ def gasket_outline(angle: float) -> float:
 
 
 def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False, weighs: bool = False) -> None:
-    """Add a mesh asset to a model specification; with `weighs` it has the inertia of its convex hull."""
+    """Add a mesh asset to a model specification.
+
+    Args:
+        spec: the model specification (`MjSpec`).
+        name: name of the asset.
+        form: vertices and triangles.
+        smooth: True for smooth shading.
+        weighs: True if it has the inertia of its convex hull, else that of a shell.
+    """
     vertices, triangles = form
     kinds = mujoco.mjtMeshInertia  # the shell has no requirements on the mesh
     spec.add_mesh(

@@ -112,7 +112,7 @@ class Device(PlainState):
         """Switch the calls of the step hooks on or off, from the next tick on."""
         if stepping != self.stepping:
             self.stepping = stepping
-            self.simulation.rehook()
+            self.simulation.collect_hooks()
 
 
 _log = logging.getLogger("cellwright.engine")
@@ -193,7 +193,7 @@ class Simulation:
             raise UsageError(f"there are two devices named {device.name!r}")
         self.devices[device.name] = device
         device.attach(self)
-        self.rehook()
+        self.collect_hooks()
 
     def device(self, name: str) -> Device:
         """Return a device by name.
@@ -210,7 +210,7 @@ class Simulation:
         """Return a new generator from the child of the root seed with this name."""
         return random_streams.generator(self.seed, name)
 
-    def rehook(self) -> None:
+    def collect_hooks(self) -> None:
         """Collect the step hooks of the stepping devices."""
         base = Device
         stepping = [device for device in self.devices.values() if device.stepping]
@@ -249,9 +249,9 @@ class Simulation:
         try:
             mujoco.mj_forward(self.model, self.data)
         except mujoco.FatalError as error:
-            raise self._given_up(error) from None
-        self.rehook()
-        self.watches.retime(0)
+            raise self._engine_error(error) from None
+        self.collect_hooks()
+        self.watches.reschedule(0)
 
     def step(self) -> None:
         """Step one tick.
@@ -273,7 +273,7 @@ class Simulation:
             else:
                 mujoco.mj_step(self.model, self.data)
         except mujoco.FatalError as error:
-            raise self._given_up(error) from None
+            raise self._engine_error(error) from None
         now = self.clock.advance()
         if unstable:
             reason = unstable[0]
@@ -289,7 +289,7 @@ class Simulation:
         if self.watches.next_due <= now:
             self.watches.run_due(now, self.clock.tick)
 
-    def _given_up(self, error: Exception) -> SimulationError:
+    def _engine_error(self, error: Exception) -> SimulationError:
         """Return the error for a failure of the engine, usually because it has no room for all contacts."""
         reason = str(error).partition("\n")[0]
         return SimulationError(f"at {self.time:.3f} s: the engine gave up: {reason}")
@@ -314,10 +314,18 @@ class Simulation:
         at: int | None = None,
         priority: int = 0,
     ) -> None:
-        """Schedule a call of `device.handle(kind, arguments)` after `delay` [s], or at time `at` [ns].
+        """Schedule a call of `device.handle(kind, arguments)`.
 
-        The call happens at the first tick at or after that time. That is the current tick only if its events are still
-        to come.
+        The call happens at the first tick at or after the given time. That is the current tick only if its events are
+        still to come.
+
+        Args:
+            device: the device to call.
+            kind: kind of the event.
+            arguments: JSON values.
+            delay: time from now [s].
+            at: time [ns], in place of `delay`.
+            priority: order among events at the same time, the lower first.
         """
         time = self.now + nanoseconds(delay) if at is None else at
         self.events.schedule(time, device.name, kind, arguments, priority)
@@ -327,7 +335,17 @@ class Simulation:
         self.events.cancel(device.name, kind)
 
     def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
-        """Call `action(sample number)` each `period` [s] (None: each tick). It must not change the simulation."""
+        """Call `action` periodically; it must not change the simulation.
+
+        Args:
+            name: name of the watch.
+            period: time between two calls [s]; None: each tick.
+            action: called with the sample number.
+            rank: order among watches that are due at the same time, the lower first.
+
+        Returns:
+            The watch, to cancel it.
+        """
         return self.watches.add(name, period, action, self.now, rank)
 
     def refresh(self) -> None:
@@ -382,9 +400,9 @@ class Simulation:
             device = self.device(name)
             device.stepping = remembered["stepping"]
             device.set_state({key: value for key, value in remembered.items() if key != "stepping"})
-        self.rehook()
+        self.collect_hooks()
         self.touch()
-        self.watches.retime(self.now)
+        self.watches.reschedule(self.now)
 
     def get_record(self) -> dict[str, Any]:
         """Return the devices' observations outside of their states, as JSON values; not part of the state hash."""

@@ -133,7 +133,7 @@ class LineFile:
         how = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
         self._file: int | None = os.open(path, how | _BYTES_AS_THEY_ARE, 0o666)
         if append and _is_cut_short(path):
-            self._pass_on(b"\n")
+            self._write_all(b"\n")
 
     @property
     def is_writing(self) -> bool:
@@ -144,9 +144,9 @@ class LineFile:
         """Add a line, or several that belong together; the last line end is added."""
         if self._file is None:
             return
-        self._pass_on(f"{text}\n".encode())
+        self._write_all(f"{text}\n".encode())
 
-    def _pass_on(self, data: bytes) -> None:
+    def _write_all(self, data: bytes) -> None:
         rest = memoryview(data)
         try:
             while rest and self._file is not None:

@@ -69,7 +69,13 @@ def load_as(kind: Kind, name: str, expected: type[T]) -> T:
 
 
 def plugin_error(kind: Kind, name: str, problem: str) -> PluginError:
-    """Return the error for a problem with a plugin, in one line that names its package."""
+    """Return the error for a problem with a plugin, in one line that names its package.
+
+    Args:
+        kind: kind of the plugin.
+        name: name of the plugin.
+        problem: end of the line, such as "cannot be imported: …".
+    """
     source = _package(_found(kind, name))
     return PluginError(f"{kind.removesuffix('s')} {name!r} of the package {source} {' '.join(problem.split())}")
 
@@ -113,7 +119,17 @@ class PluginFailedError(SimulationError):
 
 
 def guard_plugin(thing: T, kind: Kind, name: str, methods: Iterable[str]) -> T:
-    """Wrap methods of an object so that their errors become PluginFailedError; return the object."""
+    """Wrap methods of a plugin's object so that their errors become PluginFailedError.
+
+    Args:
+        thing: the object; its methods are replaced in place.
+        kind: kind of the plugin.
+        name: name of the plugin.
+        methods: names of the methods.
+
+    Returns:
+        The same object.
+    """
     for method in methods:
         setattr(thing, method, partial(call_plugin, kind, name, getattr(thing, method)))
     return thing
@@ -161,7 +177,13 @@ def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
 
 
 def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> Callable[..., T]:
-    """Return a factory for objects of a foreign class; any error that it raises becomes `error`, with its name."""
+    """Return a factory for objects of a foreign class.
+
+    Args:
+        name: name of the class in errors.
+        found: the class, or a function that makes the object.
+        error: class of the error that replaces any error of `found`.
+    """
 
     def make(*arguments: Any) -> T:
         try:

@@ -19,7 +19,14 @@ IDENTITY_QUATERNION: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A rigid transform: position [m] and unit quaternion (w, x, y, z)."""
+    """A rigid transform: position [m] and unit quaternion (w, x, y, z).
+
+    Example:
+        >>> world_T_tray = Pose((1.0, 0.0, 0.5))
+        >>> tray_T_part = Pose((0.1, 0.0, 0.0))
+        >>> (world_T_tray @ tray_T_part).position
+        (1.1, 0.0, 0.5)
+    """
 
     position: Vector3 = (0.0, 0.0, 0.0)
     quaternion: Quaternion = IDENTITY_QUATERNION

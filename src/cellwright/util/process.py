@@ -137,7 +137,14 @@ class StandardStreams:
         self._keep("stderr")
 
     def status(self, status: int) -> int:
-        """Flush the streams; return the exit status, which is `NOT_SAID` in place of 0 if output to stdout was lost."""
+        """Flush the streams and return the exit status.
+
+        Args:
+            status: exit status of the command so far.
+
+        Returns:
+            `NOT_SAID` in place of 0 if output to stdout was lost, else `status`.
+        """
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         failure = None if self._stdout is None else self._stdout.failure

@@ -71,9 +71,18 @@ def add_link(
 
 
 def add_joint(parent: Element, kind: str, name: str, before: str, behind: str, pose: Pose) -> Element:
-    """Add a joint from the link `before` to the link `behind`.
+    """Add a joint between two links.
 
-    `pose` is that of `behind` in the frame of `before`, at joint value 0.
+    Args:
+        parent: element to add the joint to.
+        kind: type of the joint in URDF.
+        name: name of the joint.
+        before: parent link.
+        behind: child link.
+        pose: pose of the child link in the frame of the parent link, at joint value 0.
+
+    Returns:
+        The element of the joint.
     """
     joint = SubElement(parent, "joint", name=name, type=kind)
     SubElement(joint, "parent", link=before)

@@ -167,7 +167,7 @@ class HandlingRecord:
 
     def take(self, name: str, now: int) -> None:
         """Record that the gripper took hold of a part at `now` [ns]."""
-        history = self._of(name)
+        history = self._history_of(name)
         history.taken, history.tray, history.is_forced, history.removed = now, "", False, None
 
     def let_go(self, name: str, position: Vector3, now: int, *, is_forced: bool) -> None:
@@ -179,19 +179,19 @@ class HandlingRecord:
             now: simulation time [ns].
             is_forced: True if one of the trial's drop regions took the part away.
         """
-        history = self._of(name)
+        history = self._history_of(name)
         history.held = 0 if history.taken is None else now - history.taken
         history.taken, history.let_go, history.position, history.is_forced = None, now, position, is_forced
 
     def report(self, tray_id: str, names: Iterable[str]) -> None:
         """Record the parts that a tray reported; a part still held by the gripper does not count."""
         for name in names:
-            if (history := self._of(name)).taken is None:
+            if (history := self._history_of(name)).taken is None:
                 history.tray = tray_id
 
     def remove(self, name: str, by: Removal) -> None:
         """Record that a part left the cell."""
-        self._of(name).removed = by
+        self._history_of(name).removed = by
 
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
@@ -249,7 +249,7 @@ class HandlingRecord:
         self._parts = msgspec.convert(record.get("parts", {}), dict[str, _History])
         self._fates = msgspec.convert(record.get("fates", {}), dict[str, tuple[Fate | None, ...]])
 
-    def _of(self, name: str) -> _History:
+    def _history_of(self, name: str) -> _History:
         return self._parts.setdefault(name, _History())
 
 

@@ -328,11 +328,16 @@ def system_cost(sensors: Iterable[Sensor]) -> float:
 
 
 def trial_score(sensors: Iterable[Sensor], orders: Sequence[OrderScore], averages: Averages) -> TrialScore:
-    """Score a trial, with the scores of its orders in the order of announcement.
+    """Score a trial by the formula of the 2017 finals.
+
+    Args:
+        sensors: the trial's sensors.
+        orders: scores of at most two orders, in the order of announcement.
+        averages: averages over all teams.
 
     Raises:
-        UsageError: the formula has no value: no sensors, more than two orders, no average for an order, averages that
-            are not positive numbers, or points earned in no time.
+        UsageError: the formula has no value. Causes are: no sensors, more than two orders, no average for an order,
+            averages that are not positive numbers, or points earned in no time.
     """
     cost = system_cost(sensors)
     if cost == 0.0:
