@@ -119,7 +119,7 @@ def test_a_slow_answer_delays_no_other_client() -> None:
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
 
 
-def test_who_leaves_before_the_answer_does_no_harm() -> None:
+def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
     talk = moving()
     with served(talk.node) as hall:
         gone, other = hall.guest("/gone"), hall.guest("/other")
@@ -135,7 +135,7 @@ def test_who_leaves_before_the_answer_does_no_harm() -> None:
     assert talk.node.simulation.now >= begun + 2 * SECOND
 
 
-def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> None:
+def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> None:
     talk = moving()
     begun = talk.node.simulation.now
     with served(talk.node, lockstep=True) as hall:
@@ -209,7 +209,7 @@ def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
     assert talk.node.simulation.clock.tick == 3
 
 
-def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
+def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
         client, tempo, polls = hall.guest(), RateControl(None, paused=True), 0

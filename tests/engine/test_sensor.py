@@ -124,7 +124,7 @@ def test_latency_delays_the_delivery_and_not_the_measurement(latency: float, tim
 
 
 @pytest.mark.parametrize("latency", [Fraction(0), Fraction(7, 100)])
-def test_what_a_listener_gets_does_not_depend_on_who_else_listens(latency: Fraction) -> None:
+def test_readings_do_not_depend_on_other_listeners(latency: Fraction) -> None:
     def late_listener(*, with_others: bool) -> list[Place]:
         sensor = ruler(latency=latency)
         simulation = glide(sensor)
@@ -212,7 +212,7 @@ def test_the_switch_is_state_and_listening_is_not() -> None:
     assert simulation.state_hash() != quiet
 
 
-def test_reset_sets_the_switch_back_and_keeps_who_listens() -> None:
+def test_reset_restores_the_switch_and_keeps_listeners() -> None:
     sensor = ruler(latency=Fraction(3, 100))
     simulation = glide(sensor)
     simulation.step_until(10**9)

@@ -58,7 +58,7 @@ def test_bounds_of_several_shapes_are_those_of_all() -> None:
     assert bounds(shapes) == ((-0.5, -1.0, -1.0), (2.0, 3.5, 1.0))
 
 
-def test_a_moved_shape_stands_where_its_frame_puts_it() -> None:
+def test_a_moved_shape_has_the_pose_of_its_frame() -> None:
     frame = Pose.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
     moved = capsule(0.1, 1.0, Pose((1.0, 0.0, 0.0)), GREY).moved(frame)
     assert moved.pose.position == pytest.approx((1.0, 3.0, 3.0))

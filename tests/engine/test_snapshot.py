@@ -34,7 +34,7 @@ def make_run(until: int, *, seed: int = 3) -> Simulation:
 
 
 @pytest.mark.parametrize("moment", [20_000_000, 400_000_000, 1_500_000_000])
-def test_a_snapshot_disturbs_nothing_and_goes_on_alike(moment: int) -> None:
+def test_a_run_is_unchanged_by_a_snapshot_and_the_same_from_it(moment: int) -> None:
     undisturbed = make_run(3 * 10**9)
     simulation = make_run(moment)
     taken = take_snapshot(simulation)
@@ -81,7 +81,7 @@ print(simulation.state_hash())
 
 @pytest.mark.slow
 @pytest.mark.parametrize("moment", [20_000_000, 1_500_000_000])
-def test_a_checkpoint_goes_on_alike_in_another_process(tmp_path: Path, moment: int) -> None:
+def test_a_checkpoint_continues_identically_in_another_process(tmp_path: Path, moment: int) -> None:
     simulation = make_run(moment)
     path = tmp_path / "run.npz"
     write_checkpoint(simulation, path)

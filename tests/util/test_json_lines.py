@@ -53,7 +53,7 @@ def test_a_file_cut_anywhere_holds_its_whole_lines(size: int, tmp_path_factory: 
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
-def test_a_full_disk_is_said_once() -> None:
+def test_a_full_disk_is_reported_once() -> None:
     reported: list[str] = []
     with JsonLines(FULL, append=True, report=reported.append) as lines:
         lines.write_value({"n": 1})

@@ -48,7 +48,7 @@ def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
-def test_a_full_disk_is_said_once() -> None:
+def test_a_full_disk_is_reported_once() -> None:
     reported: list[str] = []
     file = LineFile(FULL, append=True, report=reported.append)
     file.write("one")

@@ -230,7 +230,7 @@ class Sensor(Device, ABC, Generic[R]):
         """Join a simulation; its seed is the root of the noise."""
         super().attach(simulation)
         self._chance = SampleNoise(simulation.seed, self.name)
-        # sensors due at the same time act in the order of the devices, independent of their listeners
+        # sensors due at the same time act in the order of the devices, not of their first listeners
         self._rank = _FIRST_RANK + len(simulation.devices)
 
     def reset(self) -> None:

@@ -271,7 +271,7 @@ def hashes_of(cells: Iterable[Cell]) -> set[str]:
     return {cell.state_hash() for cell in cells}
 
 
-def test_a_restored_run_goes_on_with_its_goal() -> None:
+def test_a_restored_run_continues_its_goal() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "", given=NANOSECONDS)
     run(cell, 0.5)

@@ -116,7 +116,7 @@ def test_a_name_that_clashes_with_another_topic_is_refused() -> None:
         Cell(load_trial(text=f"{beam}\ncellwright: {{{own}}}").trial)
 
 
-def test_a_part_is_where_the_matrix_says(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_a_part_is_at_the_pixels_of_the_camera_matrix(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     cell, messages = shown
     picture, info = messages["/ariac/over/image_raw"][-1], messages["/ariac/over/camera_info"][-1]
     assert (picture.encoding, picture.step, info.distortion_model) == ("rgb8", 3 * WIDTH, "plumb_bob")
@@ -133,7 +133,7 @@ def test_a_part_is_where_the_matrix_says(shown: tuple[Cell, dict[str, list[Any]]
         assert found.max() == pytest.approx(expected.max(), abs=1.6)
 
 
-def test_depth_is_what_the_geometry_says(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_depth_agrees_with_the_geometry(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     _, messages = shown
     message = messages["/ariac/over/depth/image_raw"][-1]
     assert (message.encoding, message.step) == ("32FC1", 4 * WIDTH)
@@ -142,7 +142,7 @@ def test_depth_is_what_the_geometry_says(shown: tuple[Cell, dict[str, list[Any]]
     assert floor == pytest.approx(1.4 - BIN_SURFACE, abs=0.001)
 
 
-def test_points_lie_on_what_stands_there(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+def test_points_lie_on_surfaces(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
     _, messages = shown
     points = cloud(messages["/ariac/slanted/depth/points"][-1], 3).reshape(-1, 3)
     world = in_world(points[np.isfinite(points[:, 2])], world_T_optical(messages, "slanted"))

@@ -66,7 +66,7 @@ def test_positions_alone_are_joined_by_straight_lines_from_where_the_arm_should_
     assert wanted(cell) == pytest.approx([value + 0.025 for value in INITIAL])
 
 
-def test_a_stamp_says_when_to_start() -> None:
+def test_a_trajectory_starts_at_its_stamp() -> None:
     cell = Cell(ARM_ONLY)
     message = way(AHEAD)
     message.header.stamp = stamp(NANOSECONDS)
@@ -193,7 +193,7 @@ def test_where_material_is() -> None:
     assert units("unheard_of") == units("") == []
 
 
-def test_the_gripper_always_says_yes() -> None:
+def test_gripper_control_always_succeeds() -> None:
     cell = Cell(ARM_ONLY)
     for enable in (True, True, False, False):
         assert call(cell, "gripper/control", VacuumGripperControlRequest(enable)).success
@@ -262,7 +262,7 @@ def test_an_agv_answers_at_once_whatever_the_kit() -> None:
     assert {agv.state for agv in cell.agvs.values()} == {"delivering"}
 
 
-def test_nothing_is_known_of_what_the_cell_has_not() -> None:
+def test_topics_of_missing_devices_are_unknown() -> None:
     cell = Cell(ARM_ONLY)
     with pytest.raises(UnknownNameError, match="unknown service '/ariac/agv1'"):
         call(cell, "agv1", AGVControlRequest("order_0_kit_0"))

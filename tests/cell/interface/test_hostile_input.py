@@ -123,7 +123,7 @@ INPUTS = (
 @pytest.mark.slow
 @given(st.sampled_from(INPUTS).flatmap(lambda pair: st.tuples(st.just(pair[0]), messages(pair[1]))))
 @settings(max_examples=150)
-def test_whatever_is_sent_the_cell_goes_on(sent: tuple[str, Message]) -> None:
+def test_the_cell_survives_any_message(sent: tuple[str, Message]) -> None:
     topic, message = sent
     before = SHARED.simulation.clock.tick
     try:
@@ -142,7 +142,7 @@ def test_whatever_is_sent_the_cell_goes_on(sent: tuple[str, Message]) -> None:
     st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=150)
-def test_whatever_numbers_a_trajectory_has_the_cell_goes_on(
+def test_the_cell_survives_any_numbers_in_a_trajectory(
     positions: list[float], velocities: list[float], seconds: int, nanoseconds: int
 ) -> None:
     point = trajectory_point(positions, velocities)

@@ -61,7 +61,7 @@ def test_the_joint_states() -> None:
     ]
 
 
-def test_what_the_file_says_holds() -> None:
+def test_settings_of_the_file_are_parameters() -> None:
     arm = of_arm(
         ArmSettings(
             gains={"elbow_joint": JointGains(1, 2, 3, 4)},

@@ -264,7 +264,7 @@ def test_time_is_published_in_whole_nanoseconds() -> None:
     assert times == [round(Fraction(n * 10**9, 240)) for n in range(1, 241)]
 
 
-def test_what_was_latched_in_one_run_is_not_heard_in_the_next() -> None:
+def test_latched_messages_do_not_outlive_a_run() -> None:
     cell = at_rest()
     latched = ("break_beam_1", "logical_camera_1", "quality_control_sensor_1", "orders")
     kept = [Ear(cell, name) for name in latched]

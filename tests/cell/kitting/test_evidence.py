@@ -57,7 +57,7 @@ def of_one(found: TrayObject, x: float = 0.0) -> str:
     return sentence
 
 
-def test_each_verdict_says_by_how_much() -> None:
+def test_each_verdict_is_given_with_its_figures() -> None:
     assert of_one(thing(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
     assert of_one(thing(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
     assert of_one(thing(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
@@ -97,7 +97,7 @@ def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
     assert [each.is_announced for each in found.orders] == [True, False]
 
 
-def test_the_bonus_says_why_not() -> None:
+def test_a_missing_bonus_is_given_with_its_reason() -> None:
     first = order(0, start_time=0.0)
     short, besides = judged(first=first), judged(thing(), thing("disk_part"), first=first)
     assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is not there, so there is no bonus"]
@@ -164,7 +164,7 @@ def test_the_score_of_the_trial_is_given_term_by_term() -> None:
     assert (share["efficiency"], share["efficiency_points"], share["time_taken"]) == (2.0, 6.0, 10.0)
 
 
-def test_of_the_lesson_it_says_what_can_be_had_before_anything_has_happened() -> None:
+def test_evidence_of_the_lesson_has_attainable_points_from_the_start() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     document = evidence_to_json(evidence(trial, Scorer(trial.orders).game_score(0)))
     assert (document["total"], document["reachable"], document["best"]) == (0.0, 8.0, 12.0)

@@ -50,7 +50,7 @@ def test_tolerances(there: Pose, verdict: Verdict) -> None:
     assert verdict_of(fit_of(ordered(), lying(there))) is verdict
 
 
-def test_the_fit_says_how_it_lies() -> None:
+def test_the_fit_has_distance_and_angles() -> None:
     fit = fit_of(ordered(x=0.1, y=0.2, yaw=math.pi - 0.02), lying(pose(0.13, 0.24, 0.03 - math.pi, z=0.7)))
     assert fit.object_name == "bin5|gear_part_1"
     assert fit.distance == pytest.approx(0.05)

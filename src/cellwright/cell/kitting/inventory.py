@@ -16,7 +16,7 @@ from cellwright.util.pose import Pose, Vector3
 # A number or a clone mark is cut off only if at least two characters are left before it. This is the competition's own
 # rule: `a_2` is a type of its own.
 _NUMBER = re.compile(r"(?<=..)_[0-9]+\Z", re.DOTALL)
-_SHORTEST_TYPE = 2
+_MIN_TYPE_LENGTH = 2
 
 
 def trimmed_name(model_name: str) -> str:
@@ -32,7 +32,7 @@ def part_type(model_name: str) -> str:
     """
     name = _NUMBER.sub("", trimmed_name(model_name))
     clone = name.rfind("_clone")
-    return name[:clone] if clone >= _SHORTEST_TYPE else name
+    return name[:clone] if clone >= _MIN_TYPE_LENGTH else name
 
 
 class DropZones:

@@ -27,8 +27,8 @@ class PartReach:
     """Attainable points of one ordered part.
 
     Attributes:
-        off_plate: distance of its place from the edge of the tray's plate [m]; 0 on the plate.
-        nearest: smallest distance from its place to the origin of a part that touches the plate [m]; may be 0.
+        off_plate: distance of its place from the tray's plate [m]; 0 on it.
+        nearest: smallest distance from its place to the origin of a part that touches the plate [m].
         is_supplied: True if the cell has a good part for it.
     """
 
@@ -199,7 +199,7 @@ def good_parts(trial: Trial) -> Counter[str]:
 
 
 def off_plate(tray_T_goal: Pose) -> float:
-    """Return the distance of a place from the edge of the tray's plate [m]; 0 on the plate."""
+    """Return the distance of a place from the tray's plate [m]; 0 on it."""
     beside = (max(abs(at) - edge / 2, 0.0) for at, edge in zip(tray_T_goal.position, TRAY_PLATE, strict=False))
     return math.hypot(*beside)
 
