@@ -27,7 +27,7 @@ def make_simulation(timestep: Fraction = Fraction(1, 500), seed: int = 0) -> Sim
 
 
 class Shaker(Device):
-    """Pushes the hinge with chance and habit: it has a generator, an event and a memory."""
+    """Device that pushes the hinge at random and periodically: it has a generator, an event and a state."""
 
     def __init__(self, name: str = "shaker") -> None:
         super().__init__(name)

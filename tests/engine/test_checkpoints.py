@@ -52,7 +52,7 @@ def test_events_of_the_same_tick_are_not_lost(tmp_path: Path) -> None:
     assert continued.state_hash() == simulation.state_hash()
 
 
-def test_a_file_that_cannot_be_written_is_said_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_reported_and_the_run_goes_on(tmp_path: Path) -> None:
     report: list[str] = []
     simulation = make_run(tmp_path / "no such folder" / "moment.npz", report=report)
     simulation.step_until(END)

@@ -1,4 +1,4 @@
-"""What devices have in common: plain state, and events by the names of their methods."""
+"""Common behaviour of devices: plain state, and event handlers by the names of methods."""
 
 from __future__ import annotations
 

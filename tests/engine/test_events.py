@@ -36,7 +36,7 @@ def test_only_what_is_due_comes(waiting: list[tuple[int, int, str]], now: int) -
 
 
 @given(entries, st.integers(0, 20))
-def test_a_saved_queue_goes_on_alike(waiting: list[tuple[int, int, str]], now: int) -> None:
+def test_a_restored_queue_continues_identically(waiting: list[tuple[int, int, str]], now: int) -> None:
     queue = fill(waiting)
     drain(queue, now)
     other = EventQueue()

@@ -1,4 +1,4 @@
-"""The loop: by the wall clock, in lockstep, and while somebody waits for an answer."""
+"""The loop: by the wall clock, in lockstep, and while a client waits for an answer."""
 
 from __future__ import annotations
 
@@ -31,28 +31,28 @@ def run_until(loop: Loop, deadline: int) -> None:
 
 
 def moving() -> Talk:
-    """A node whose robot is away from home."""
+    """Return a node whose robot is away from home."""
     talk = Talk()
     talk.joints({"waist": 0.9})
     talk.seconds(0.6)
     return talk
 
 
-def answer(guest: Talker, number: int) -> Frame | None:
-    """What a guest has been answered by now."""
-    guest.listen()
-    return next((frame for frame in guest.heard if frame.number == number and frame.kind is not Kind.MESSAGE), None)
+def answer(client: Talker, number: int) -> Frame | None:
+    """Return the answer to a client's request so far, or None."""
+    client.listen()
+    return next((frame for frame in client.heard if frame.number == number and frame.kind is not Kind.MESSAGE), None)
 
 
-def answered(guest: Talker, number: int) -> Frame:
-    """The answer to a guest that was sent already."""
-    found = wait_until(lambda: answer(guest, number), f"answer {number}", seen=lambda: guest.heard)
+def answered(client: Talker, number: int) -> Frame:
+    """Wait for an answer to a client that was sent already."""
+    found = wait_until(lambda: answer(client, number), f"answer {number}", seen=lambda: client.heard)
     assert found is not None
     return found
 
 
 class Wall:
-    """A clock that moves while the server waits, and not for what the machine does."""
+    """Clock that moves only while the server waits, independent of the machine's speed."""
 
     def __init__(self, hall: Hall) -> None:
         self.time = 0.0
@@ -62,7 +62,7 @@ class Wall:
         return self.time
 
     def wait(self, seconds: float, *, until_asked: bool = True) -> None:
-        """Stands for the server's own `wait`."""
+        """Replacement of the server's `wait`."""
         self._wait(0.0, until_asked=until_asked)
         self.time += seconds
 
@@ -70,9 +70,9 @@ class Wall:
 def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
     talk, polls = Talk(), list[float]()
     with served(talk.node) as hall:
-        guest = hall.guest()
+        client = hall.guest()
         wall = Wall(hall)
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         monkeypatch.setattr(hall.server, "wait", wall.wait)
         monkeypatch.setattr(loops, "time", wall)
         loop = Loop(talk.node.simulation, hall.server, on_poll=lambda: polls.append(wall.time))
@@ -80,7 +80,7 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
         run_until(loop, SECOND // 2)
         assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
         assert loop.pacer.factor == pytest.approx(1.0)
-        guest.wait_until(lambda: len(guest.messages(5)) >= 45)
+        client.wait_until(lambda: len(client.messages(5)) >= 45)
     assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "ten times a second"
 
 
@@ -101,7 +101,7 @@ def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
     assert talk.node.simulation.clock.tick == 10
 
 
-def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
+def test_a_slow_answer_delays_no_other_client() -> None:
     talk = moving()
     with served(talk.node) as hall:
         waiting, other = hall.guest("/waiting"), hall.guest("/other")
@@ -119,7 +119,7 @@ def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
 
 
-def test_who_leaves_before_the_answer_does_no_harm() -> None:
+def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
     talk = moving()
     with served(talk.node) as hall:
         gone, other = hall.guest("/gone"), hall.guest("/other")
@@ -135,62 +135,62 @@ def test_who_leaves_before_the_answer_does_no_harm() -> None:
     assert talk.node.simulation.now >= begun + 2 * SECOND
 
 
-def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> None:
+def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> None:
     talk = moving()
     begun = talk.node.simulation.now
     with served(talk.node, lockstep=True) as hall:
-        guest = hall.guest()
-        guest.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
+        client = hall.guest()
+        client.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
         loop = Loop(talk.node.simulation, hall.server, rate=None, patience=0.05)
         run_until(loop, begun + SECOND // 10)
-        told = answered(guest, 8)
-        assert read_time(told) == begun + SECOND // 10
-        promise = answered(guest, 7)
-        assert promise.kind is Kind.DONE
-        guest.heard.remove(promise)
-        assert answer(guest, 7) is None
-        guest.say(advance(9, begun + 3 * SECOND, each_tick=False))
+        granted = answered(client, 8)
+        assert read_time(granted) == begun + SECOND // 10
+        pending = answered(client, 7)
+        assert pending.kind is Kind.DONE
+        client.heard.remove(pending)
+        assert answer(client, 7) is None
+        client.say(advance(9, begun + 3 * SECOND, each_tick=False))
         run_until(loop, begun + 2 * SECOND)
-        found = answered(guest, 7)
+        found = answered(client, 7)
         assert from_cdr(found.payload, TriggerResponse).success
 
 
-def test_in_lockstep_who_is_told_something_has_its_turn_in_that_tick() -> None:
+def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        guest = hall.guest()
-        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
+        client = hall.guest()
+        client.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
         loop = Loop(talk.node.simulation, hall.server, rate=None, on_poll=lambda: stop_after_the_answer())
 
         def stop_after_the_answer() -> None:
-            if answer(guest, 8) is not None:
-                loop.stop.request()  # and not before, though the machine be slow
+            if answer(client, 8) is not None:
+                loop.stop.request()  # not earlier, even on a slow machine
 
         run_until(loop, SECOND)
-        told = answered(guest, 8)
-        assert read_time(told) == 12_500_000
-        guest.wait_until(lambda: len(guest.messages(5)) == 1)
+        granted = answered(client, 8)
+        assert read_time(granted) == 12_500_000
+        client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
 def test_a_node_that_ends_answers_first() -> None:
     talk = moving()
     with served(talk.node) as hall:
-        guest = hall.guest()
-        guest.say(CALL)
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))  # once this is answered the call has been taken
+        client = hall.guest()
+        client.say(CALL)
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))  # its answer shows that the call has arrived
         talk.node.close()
         hall.server.close("the node has stopped")
-        wait_until(lambda: guest.is_over, "end of the connection", seen=lambda: guest.heard, between=guest.listen)
-        found, ended = guest.heard
+        wait_until(lambda: client.is_over, "end of the connection", seen=lambda: client.heard, between=client.listen)
+        found, ended = client.heard
         assert from_cdr(found.payload, TriggerResponse).message == "the node has stopped"
         assert ended.kind is Kind.ENDED
 
 
-def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
+def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        guest = hall.guest()
-        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        client = hall.guest()
+        client.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         tempo, ticks, polls = RateControl(None, paused=True), list[int](), 0
 
         def poll() -> None:
@@ -204,28 +204,28 @@ def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
 
         loop = Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll)
         run_until(loop, SECOND)
-        answered(guest, 5)
+        answered(client, 5)
     assert ticks[:2] == [0, 0]
     assert talk.node.simulation.clock.tick == 3
 
 
-def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
+def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        guest, tempo, polls = hall.guest(), RateControl(None, paused=True), 0
+        client, tempo, polls = hall.guest(), RateControl(None, paused=True), 0
 
         def poll() -> None:
             nonlocal polls
             polls += 1
             if polls == 2:
-                assert answer(guest, 8) is None
+                assert answer(client, 8) is None
                 tempo.resume()
 
-        guest.say(advance(8, SECOND // 10, each_tick=False))
+        client.say(advance(8, SECOND // 10, each_tick=False))
         loop = Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, patience=0.05)
         run_until(loop, SECOND // 10)
-        told = answered(guest, 8)
-        assert read_time(told) == SECOND // 10
+        granted = answered(client, 8)
+        assert read_time(granted) == SECOND // 10
     assert polls >= 2
 
 

@@ -1,4 +1,4 @@
-"""Meshes made in code: closed, turned outward, of the right measure."""
+"""Meshes made in code: closed, facing outward, with the right dimensions."""
 
 import math
 from collections import Counter
@@ -18,7 +18,7 @@ MESHES = {
 
 
 def volume(mesh: Mesh) -> float:
-    """By the divergence theorem: positive when the triangles look outward."""
+    """Return the volume by the divergence theorem: positive when the triangles face outward."""
     corners = mesh[0][mesh[1]]
     return float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6)
 

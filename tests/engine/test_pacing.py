@@ -6,7 +6,7 @@ from tests.engine.scene import make_simulation
 
 
 class WallClock:
-    """A wall clock that moves when somebody sleeps or works."""
+    """Wall clock that moves during sleep and work."""
 
     def __init__(self, work: float) -> None:
         self.time = 0.0
@@ -64,14 +64,14 @@ def test_a_speed_is_above_zero(speed: float) -> None:
         RealTimePacer(make_simulation(), speed)
 
 
-def test_the_factor_is_told_up_to_the_newest_tick() -> None:
+def test_the_factor_counts_up_to_the_newest_tick() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.0)
     simulation.reset()
     pacer = RealTimePacer(simulation, 2.0, clock=wall.read, sleep=wall.sleep)
     assert pacer.factor == 0.0
     for _ in range(50):
         pacer.step()
-    wall.time += 10.0  # what is done after the run does not count
+    wall.time += 10.0  # work after the run does not count
     assert pacer.factor == pytest.approx(2.0)
 
 

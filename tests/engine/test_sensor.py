@@ -1,4 +1,4 @@
-"""What all sensors have in common, shown on a sensor that tells the position of a gliding part."""
+"""Common behaviour of sensors, shown on a sensor that reports the position of a gliding part."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_rate_holds_in_simulation_time(timestep: Fraction, rate: int) -> None:
     simulation.step_until(2 * 10**9)
     if timestep * rate <= 1:
         assert [reading.sample for reading in got] == list(range(1, 2 * rate + 1))
-    else:  # one sample a tick is all there can be
+    else:  # at most one sample a tick
         assert len(got) == 2 / timestep
     for reading in got:
         due = reading.sample * 10**9 // rate
@@ -81,7 +81,7 @@ def test_a_reading_shows_the_tick_it_was_measured_in_and_not_the_one_before() ->
         assert reading.x == pytest.approx(SPEED * reading.time_ns / 1e9, abs=1e-12)
 
 
-def test_nothing_is_measured_for_nobody() -> None:
+def test_nothing_is_measured_without_a_listener() -> None:
     sensor = ruler(latency=Fraction(1, 100))
     simulation = glide(sensor)
     simulation.step_until(10**9)
@@ -124,7 +124,7 @@ def test_latency_delays_the_delivery_and_not_the_measurement(latency: float, tim
 
 
 @pytest.mark.parametrize("latency", [Fraction(0), Fraction(7, 100)])
-def test_what_a_listener_gets_does_not_depend_on_who_else_listens(latency: Fraction) -> None:
+def test_readings_do_not_depend_on_other_listeners(latency: Fraction) -> None:
     def late_listener(*, with_others: bool) -> list[Place]:
         sensor = ruler(latency=latency)
         simulation = glide(sensor)
@@ -212,7 +212,7 @@ def test_the_switch_is_state_and_listening_is_not() -> None:
     assert simulation.state_hash() != quiet
 
 
-def test_reset_sets_the_switch_back_and_keeps_who_listens() -> None:
+def test_reset_restores_the_switch_and_keeps_listeners() -> None:
     sensor = ruler(latency=Fraction(3, 100))
     simulation = glide(sensor)
     simulation.step_until(10**9)
@@ -253,7 +253,7 @@ def test_a_restored_run_gives_the_same_readings() -> None:
     got.clear()
     simulation.step_until(10**9)
     assert got == first
-    assert first[0].sample == 11  # what was under way at the snapshot is lost
+    assert first[0].sample == 11  # samples pending at the snapshot are lost
     assert first[-1].sample == 19
 
 

@@ -1,4 +1,4 @@
-"""Shapes: their bounding boxes, and what touches what."""
+"""Shapes: their bounding boxes, and their contacts."""
 
 import itertools
 import math
@@ -23,7 +23,7 @@ Points = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def surface_points(shape: Shape) -> Points:
-    """Many points of a shape's surface, in its own frame, its extreme ones among them."""
+    """Return many points of a shape's surface, in its own frame, including the extreme ones."""
     x, y, z = shape.size
     if shape.kind == "box":
         return np.array(list(itertools.product((-x, x), (-y, y), (-z, z))))
@@ -36,7 +36,7 @@ def surface_points(shape: Shape) -> Points:
 
 
 def placed(points: Points, pose: Pose) -> Points:
-    """Points given in the frame of a pose, in the frame that it is given in: there are too many to turn one by one."""
+    """Transform points from the frame of a pose to its parent frame, all at once."""
     axes = np.array([pose.rotate((1.0, 0.0, 0.0)), pose.rotate((0.0, 1.0, 0.0)), pose.rotate((0.0, 0.0, 1.0))])
     moved: Points = points @ axes + np.array(pose.position)
     return moved
@@ -58,7 +58,7 @@ def test_bounds_of_several_shapes_are_those_of_all() -> None:
     assert bounds(shapes) == ((-0.5, -1.0, -1.0), (2.0, 3.5, 1.0))
 
 
-def test_a_moved_shape_stands_where_its_frame_puts_it() -> None:
+def test_a_moved_shape_has_the_pose_of_its_frame() -> None:
     frame = Pose.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
     moved = capsule(0.1, 1.0, Pose((1.0, 0.0, 0.0)), GREY).moved(frame)
     assert moved.pose.position == pytest.approx((1.0, 3.0, 3.0))
@@ -66,7 +66,7 @@ def test_a_moved_shape_stands_where_its_frame_puts_it() -> None:
 
 
 def touches(first: Touch, second: Touch) -> bool:
-    """Whether two overlapping boxes of these classes make a contact in the engine."""
+    """Return True if two overlapping boxes of these classes make a contact in the engine."""
     spec = mujoco.MjSpec()
     for number, touch in enumerate((first, second)):
         body = spec.worldbody.add_body(name=f"b{number}")

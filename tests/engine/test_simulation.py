@@ -66,7 +66,7 @@ def test_events_happen_at_the_first_tick_at_or_after_they_are_due() -> None:
     assert simulation.now == 10**9
 
 
-def test_names_are_unique_and_unknown_ones_are_said() -> None:
+def test_names_are_unique_and_unknown_ones_are_reported() -> None:
     simulation = make_simulation()
     simulation.add(Device("belt"))
     with pytest.raises(UsageError, match="two devices named 'belt'"):

@@ -1,4 +1,4 @@
-"""The engine's traps with sleeping bodies, each with the mend that devices use (`wake`, `keep_awake`)."""
+"""Traps of the engine with sleeping bodies, each with the remedy that devices use (`wake`, `keep_awake`)."""
 
 from fractions import Fraction
 

@@ -34,7 +34,7 @@ def make_run(until: int, *, seed: int = 3) -> Simulation:
 
 
 @pytest.mark.parametrize("moment", [20_000_000, 400_000_000, 1_500_000_000])
-def test_a_snapshot_disturbs_nothing_and_goes_on_alike(moment: int) -> None:
+def test_a_run_is_unchanged_by_a_snapshot_and_the_same_from_it(moment: int) -> None:
     undisturbed = make_run(3 * 10**9)
     simulation = make_run(moment)
     taken = take_snapshot(simulation)
@@ -81,7 +81,7 @@ print(simulation.state_hash())
 
 @pytest.mark.slow
 @pytest.mark.parametrize("moment", [20_000_000, 1_500_000_000])
-def test_a_checkpoint_goes_on_alike_in_another_process(tmp_path: Path, moment: int) -> None:
+def test_a_checkpoint_continues_identically_in_another_process(tmp_path: Path, moment: int) -> None:
     simulation = make_run(moment)
     path = tmp_path / "run.npz"
     write_checkpoint(simulation, path)
@@ -112,7 +112,7 @@ def test_what_is_no_checkpoint_of_this_cell_is_refused(tmp_path: Path) -> None:
 
 
 def rewritten(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
-    """The checkpoint with its contents changed by hand."""
+    """Write the checkpoint again with changed contents."""
     with np.load(path) as file:
         contents: dict[str, Any] = dict(file)
     contents["header"] = json.loads(contents["header"].tobytes())
@@ -122,7 +122,7 @@ def rewritten(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "what"),
+    ("change", "problem"),
     [
         (lambda contents: contents["header"]["state"].update(tick=-5), "was changed since it was written"),
         (lambda contents: contents["header"].pop("state"), "was changed since it was written"),
@@ -136,14 +136,14 @@ def rewritten(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
     ],
 )
 def test_what_was_changed_is_refused_and_the_run_stays_as_it_was(
-    tmp_path: Path, change: Callable[[dict[str, Any]], object], what: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, change: Callable[[dict[str, Any]], object], problem: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(snapshot, "_LARGEST", 1 << 20)
+    monkeypatch.setattr(snapshot, "_MAX_SIZE", 1 << 20)
     simulation, path = make_run(0), tmp_path / "c.npz"
     write_checkpoint(simulation, path)
     rewritten(path, change)
     before = simulation.state_hash()
-    with pytest.raises(CheckpointError, match=what):
+    with pytest.raises(CheckpointError, match=problem):
         read_checkpoint(simulation, path)
     assert simulation.state_hash() == before
 

@@ -1,4 +1,4 @@
-"""A tempo: what it lets pass, and who may change it."""
+"""Rate control: the ticks that it allows, and changes from other threads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.engine.scene import make_simulation
 from tests.engine.test_pacing import WallClock
 
 
-def test_time_passes_until_somebody_pauses_it() -> None:
+def test_time_passes_until_a_pause() -> None:
     tempo = RateControl()
     assert tempo.take()
     tempo.pause()
@@ -28,14 +28,14 @@ def test_a_tempo_may_begin_with_a_pause() -> None:
 
 
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=4))
-def test_so_many_ticks_pass_as_were_asked_for(asked: list[int]) -> None:
+def test_as_many_ticks_pass_as_were_requested(requested: list[int]) -> None:
     tempo = RateControl(paused=True)
-    for ticks in asked:
+    for ticks in requested:
         tempo.step(ticks)
     taken = 0
     while tempo.take():
         taken += 1
-    assert taken == sum(asked)
+    assert taken == sum(requested)
     assert tempo.is_paused
 
 

@@ -92,7 +92,7 @@ def test_after_a_jump_in_time_watches_go_on_from_there() -> None:
     watches.add("a", Fraction(1, 10), got.append, now=0)
     run(watches, clock, 10**9)
     clock.set_tick(0)
-    watches.retime(0)
+    watches.reschedule(0)
     run(watches, clock, 3 * 10**8)
     assert got == [*range(1, 11), 1, 2, 3]
 

@@ -17,7 +17,7 @@ from cellwright.util.files import atomic_file, in_its_place, open_to_read, write
 
 
 class DiskFullError(Exception):
-    """Stands for whatever ends a program half-way."""
+    """Stands for any error that ends a program half-way."""
 
 
 @given(st.text() | st.binary(), st.binary())
@@ -111,7 +111,7 @@ class TestOnPosix:
         openers = Path.open
 
         def open_or_not(path: Path, mode: str = "r", *more: object, **others: object) -> object:
-            if path == file and mode != "r":  # as where the file's rights say so, and the folder's do not
+            if path == file and mode != "r":  # as with a file and a folder without write permission
                 raise PermissionError(errno.EACCES, "Permission denied", str(path))
             return openers(path, mode, *more, **others)  # type: ignore[call-overload]
 

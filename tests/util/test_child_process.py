@@ -1,4 +1,4 @@
-"""A child process: what it says, and how it ends."""
+"""Child processes: their output, and their end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ sys.stdin.read()
 DEAF = "import sys, time; print('ready', flush=True); time.sleep(600)"
 
 
-def test_it_is_told_and_says_that_it_is_ready_and_ends_with_its_stdin() -> None:
+def test_it_gets_lines_reports_that_it_is_ready_and_ends_with_its_stdin() -> None:
     child = ChildProcess([sys.executable, "-c", ECHO], stderr=tempfile.TemporaryFile())  # noqa: SIM115
     child.send("for you")
     assert child.ready_line(TIMEOUT) == "ready for you"
@@ -33,7 +33,7 @@ def test_it_is_told_and_says_that_it_is_ready_and_ends_with_its_stdin() -> None:
     assert child.last_words() == "", "its file is closed"
 
 
-def test_what_is_said_to_one_that_has_ended_is_lost() -> None:
+def test_lines_sent_to_an_ended_process_are_lost() -> None:
     child = ChildProcess([sys.executable, "-c", ""])
     child._process.wait(TIMEOUT)
     child.send("something")
@@ -49,7 +49,7 @@ def test_one_that_does_not_heed_the_end_of_its_stdin_is_killed() -> None:
     assert not child.is_running
 
 
-def test_what_it_says_is_read_to_the_end() -> None:
+def test_its_output_is_read_to_the_end() -> None:
     heard = BytesIO()
 
     def read(output: IO[bytes]) -> None:

@@ -1,4 +1,4 @@
-"""What is told of errors."""
+"""Texts of errors."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,11 +9,11 @@ ANYTHING = st.text(st.characters(exclude_categories=()))
 
 
 @given(ANYTHING, st.integers(10, 50))
-def test_what_is_showable_can_be_printed_written_and_is_short(text: str, most: int) -> None:
-    shown = showable(text, most)
+def test_what_is_showable_can_be_printed_written_and_is_short(text: str, max_length: int) -> None:
+    shown = showable(text, max_length)
     shown.encode()
     assert all(sign.isprintable() or sign in "\n\t" for sign in shown)
-    assert len(shown) <= 10 * (most + 3)  # a sign that cannot be shown takes up to ten
+    assert len(shown) <= 10 * (max_length + 3)  # a character that cannot be printed takes up to ten
 
 
 @given(st.text(st.characters(categories=["L", "N", "P"]), max_size=100))

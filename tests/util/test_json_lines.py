@@ -1,4 +1,4 @@
-"""Lines of JSON on disk: whole or not at all, and a full disk is said once."""
+"""JSON lines on disk: whole or not at all, and a full disk is reported once."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def test_every_line_is_in_the_file_at_once(tmp_path: Path) -> None:
             lines.write_value({"n": number, "text": "ä\nb"})
             assert read_json_lines(path) == [{"n": n, "text": "ä\nb"} for n in range(number + 1)]
     assert not lines.is_writing
-    lines.write_value({"n": 9})  # nothing is written behind the end
+    lines.write_value({"n": 9})  # closed: nothing is written
     assert len(read_json_lines(path)) == 3
 
 
-def test_a_file_is_begun_anew_or_gone_on_with(tmp_path: Path) -> None:
+def test_a_file_is_replaced_or_appended_to(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     for append, expected in ((False, [1]), (True, [1, 2]), (False, [3])):
         with JsonLines(path, append=append) as lines:
@@ -53,13 +53,13 @@ def test_a_file_cut_anywhere_holds_its_whole_lines(size: int, tmp_path_factory: 
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
-def test_a_full_disk_is_said_once() -> None:
-    said: list[str] = []
-    with JsonLines(FULL, append=True, report=said.append) as lines:
+def test_a_full_disk_is_reported_once() -> None:
+    reported: list[str] = []
+    with JsonLines(FULL, append=True, report=reported.append) as lines:
         lines.write_value({"n": 1})
         assert not lines.is_writing
         lines.write_value({"n": 2})
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert reported == ["/dev/full: can be written no more: No space left on device"]
 
 
 def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:

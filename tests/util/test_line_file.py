@@ -1,4 +1,4 @@
-"""A file that grows line by line and keeps what was written."""
+"""File that grows line by line and keeps the written lines."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
-def test_a_full_disk_is_said_once() -> None:
-    said: list[str] = []
-    file = LineFile(FULL, append=True, report=said.append)
+def test_a_full_disk_is_reported_once() -> None:
+    reported: list[str] = []
+    file = LineFile(FULL, append=True, report=reported.append)
     file.write("one")
     file.write("two")
     assert not file.is_writing
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert reported == ["/dev/full: can be written no more: No space left on device"]
 
 
 def test_a_file_that_cannot_be_opened_is_for_the_caller_to_tell(tmp_path: Path) -> None:

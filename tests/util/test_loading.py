@@ -29,7 +29,7 @@ def test_also_where_loading_fails() -> None:
 
 
 @pytest.mark.parametrize("own", [signal.SIG_IGN, signal.SIG_DFL, lambda _number, _frame: None])
-def test_a_handler_of_the_caller_stands(own: signal.Handlers) -> None:
+def test_a_handler_of_the_caller_stays(own: signal.Handlers) -> None:
     signal.signal(signal.SIGINT, own)
     with interrupts_end_the_process():
         assert signal.getsignal(signal.SIGINT) is own

@@ -1,4 +1,4 @@
-"""MUJOCO_GL keeps nothing from working."""
+"""MUJOCO_GL never breaks Cellwright, whatever its value."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_a_way_of_drawing_that_there_is_not_keeps_nothing_from_working(value: st
     ("value", "found", "settled"),
     [("EGL", "libEGL.so.1", "EGL"), ("egl", None, "disable"), ("glfw", None, "glfw"), ("cgl", None, "disable")],
 )
-def test_a_value_stands_where_its_library_is_there(
+def test_a_value_stays_if_its_library_exists(
     monkeypatch: pytest.MonkeyPatch, value: str, found: str | None, settled: str
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", value)

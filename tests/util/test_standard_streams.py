@@ -18,7 +18,7 @@ ON_POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such shell the
 
 
 class Disk(io.RawIOBase):
-    """Takes so many bytes, a few at a time, and then no more."""
+    """File that accepts a number of bytes, a few at a time, and then no more."""
 
     def __init__(self, size: int, number: int = errno.ENOSPC) -> None:
         self.content, self._size, self._number = b"", size, number
@@ -74,10 +74,12 @@ def test_characters_that_there_are_not_are_written_as_their_numbers(monkeypatch:
 
 
 @pytest.mark.parametrize(
-    ("number", "status", "told"),
+    ("number", "status", "message"),
     [(errno.ENOSPC, NOT_SAID, "error: stdout: cannot be written: No space left on device\n"), (errno.EPIPE, 0, "")],
 )
-def test_what_takes_no_more_ends_nothing(number: int, status: int, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_takes_no_more_ends_nothing(
+    number: int, status: int, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     disk, errors = Disk(14, number), Disk(1000)
     monkeypatch.setattr(sys, "stdout", standard(disk))
     monkeypatch.setattr(sys, "stderr", standard(errors))
@@ -88,7 +90,7 @@ def test_what_takes_no_more_ends_nothing(number: int, status: int, told: str, mo
     assert streams.status(0) == status
     assert streams.status(2) == 2
     assert disk.content == b"a line\n" * 2
-    assert errors.content.decode().startswith(told)
+    assert errors.content.decode().startswith(message)
 
 
 def test_stderr_that_takes_no_more_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -98,7 +100,7 @@ def test_stderr_that_takes_no_more_ends_nothing(monkeypatch: pytest.MonkeyPatch)
     sys.stderr.flush()
 
 
-def test_what_somebody_has_put_there_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_replaced_stream_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     mine = io.StringIO()
     monkeypatch.setattr(sys, "stdout", mine)
     assert StandardStreams().status(0) == 0

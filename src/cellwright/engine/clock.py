@@ -1,7 +1,7 @@
 """Simulation time: the clock, the inbox of commands, the event queue and periodic callbacks.
 
-Time is whole ticks, read as whole nanoseconds, never accumulated. A watch is not an event: it belongs to whoever
-listens, is neither in the state hash nor in a snapshot, and exists only while somebody wants it.
+Time is a whole number of ticks, read as whole nanoseconds and never accumulated. A watch is not an event: it belongs to
+a listener and exists only as long as that needs it. It is neither in the state hash nor in a snapshot.
 """
 
 import heapq
@@ -16,17 +16,25 @@ NANOSECONDS = 1_000_000_000
 
 
 def nanoseconds(seconds: float | Fraction) -> int:
-    """Seconds as whole nanoseconds, rounded to nearest."""
+    """Convert seconds to whole nanoseconds, rounded to nearest."""
     return round(Fraction(seconds) * NANOSECONDS)
 
 
 def seconds(time: int) -> float:
-    """Whole nanoseconds as seconds."""
+    """Convert whole nanoseconds to seconds."""
     return time / NANOSECONDS
 
 
 class Cadence:
-    """The due times of something periodic: sample n is due at `round(n * 10^9 * period)` [ns]."""
+    """Due times of periodic samples: sample n is due at `round(n * 10^9 * period)` [ns].
+
+    Args:
+        period: time between two samples [s], above 0.
+        kind: name of the period in errors.
+
+    Raises:
+        UsageError: the period is not above 0.
+    """
 
     def __init__(self, period: Fraction, kind: str = "period") -> None:
         if period <= 0:
@@ -37,11 +45,11 @@ class Cadence:
         self._half = self._denominator // 2
 
     def due(self, index: int) -> int:
-        """When sample `index` is due [ns]."""
+        """Return the due time of sample `index` [ns]."""
         return (index * self._numerator + self._half) // self._denominator
 
     def first_at(self, time: int) -> int:
-        """Number of the first sample due at or after `time` [ns]."""
+        """Return the number of the first sample due at or after `time` [ns]."""
         index = max(0, time * self._denominator // self._numerator - 1)
         while self.due(index) < time:
             index += 1
@@ -49,7 +57,11 @@ class Cadence:
 
 
 class Clock:
-    """Counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns]."""
+    """Clock that counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns].
+
+    Args:
+        timestep: length of a tick [s].
+    """
 
     def __init__(self, timestep: Fraction) -> None:
         self.timestep = timestep
@@ -62,24 +74,24 @@ class Clock:
         self.now = 0
 
     def read(self) -> int:
-        """The time [ns]: `now`, for those who take a function."""
+        """Return `now` [ns], for callers that take a function."""
         return self.now
 
     def advance(self) -> int:
-        """One tick on; the new time [ns]."""
+        """Advance by one tick; return the new time [ns]."""
         self.set_tick(self.tick + 1)
         return self.now
 
     def set_tick(self, tick: int) -> None:
-        """Stand at a given tick, as after a restore."""
+        """Set the tick, as after a restore."""
         self.tick = tick
         self.now = self.time_of(tick)
 
 
 class Inbox:
-    """Commands put in from any thread, carried out in order by the thread that steps the simulation.
+    """Queue of commands from any thread, executed in order by the thread that steps the simulation.
 
-    A command from any transport so lands at one well-defined tick: before the step that follows.
+    A command from any transport thus takes effect at one well-defined tick: before the next step.
     """
 
     def __init__(self) -> None:
@@ -89,22 +101,23 @@ class Inbox:
         return len(self._waiting)
 
     def put(self, command: Callable[[], None]) -> None:
-        """Leave a command, from any thread."""
+        """Add a command, from any thread."""
         self._waiting.append(command)
 
     def empty(self) -> None:
-        """Carry out what was waiting when the call began.
+        """Execute the commands that were waiting at the start of the call.
 
-        What arrives meanwhile waits for the next border, so that a flood cannot stop time.
+        Later ones wait for the next tick, so that a flood of commands cannot stop time.
         """
         for _ in range(len(self._waiting)):
             self._waiting.popleft()()
 
 
 class Event(NamedTuple):
-    """Something a device wants to be told at a time [ns]: it happens at the first tick at or after that.
+    """A device's scheduled event: it happens at the first tick at or after `time` [ns].
 
-    Events of one time go by priority, the lower first, then in the order of scheduling. The arguments are JSON values.
+    Events at the same time happen by priority, the lower first, then in the order of scheduling. The arguments are JSON
+    values.
     """
 
     time: int
@@ -120,22 +133,22 @@ NEVER = 1 << 62
 
 
 class EventQueue:
-    """Events by (time, priority, serial)."""
+    """Queue of events, sorted by (time, priority, serial)."""
 
     def __init__(self) -> None:
         self._heap: list[Event] = []
         self._serial = 0
         self.next_due = NEVER
-        """Time of the earliest event [ns], or `NEVER`: an attribute, because every tick looks at it."""
+        """Time of the earliest event [ns], or `NEVER`; an attribute, because every tick reads it."""
 
     def schedule(self, time: int, device: str, kind: str, arguments: tuple[Any, ...], priority: int) -> None:
-        """Put an event into the queue."""
+        """Add an event at `time` [ns]; see `Event`."""
         heapq.heappush(self._heap, Event(time, priority, self._serial, device, kind, arguments))
         self._serial += 1
         self._refresh()
 
     def pop_due(self, now: int) -> Event | None:
-        """Take the first event due at or before `now` [ns], if there is one."""
+        """Remove and return the first event due at or before `now` [ns], or None."""
         if self.next_due > now or not self._heap:
             return None
         event = heapq.heappop(self._heap)
@@ -143,23 +156,23 @@ class EventQueue:
         return event
 
     def cancel(self, device: str, kind: str) -> None:
-        """Take out every event of one kind that a device is waiting for."""
+        """Remove all events of one kind that a device has scheduled."""
         self._put([event for event in self._heap if (event.device, event.kind) != (device, kind)])
 
     def clear(self) -> None:
-        """Forget everything, the serial number too."""
+        """Remove all events and reset the serial number."""
         self._serial = 0
         self._put([])
 
     def get_state(self) -> dict[str, Any]:
-        """The queue as JSON values, in order."""
+        """Return the queue as JSON values, in order."""
         return {
             "serial": self._serial,
             "events": [[*event[:-1], list(event.arguments)] for event in sorted(self._heap)],
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Take over what `get_state` returned."""
+        """Restore the state that `get_state` returned."""
         self._serial = state["serial"]
         self._put([Event._make([*event[:-1], tuple(event[-1])]) for event in state["events"]])
 
@@ -173,7 +186,7 @@ class EventQueue:
 
 
 class Watch:
-    """A periodic call. `action(index)` gets the sample number; sample n is due at n times the period."""
+    """Periodic callback `action(index)` with the sample number; sample n is due at n times the period."""
 
     def __init__(self, name: str, cadence: Cadence | None, action: Callable[[int], None], rank: int) -> None:
         self.name = name
@@ -183,14 +196,14 @@ class Watch:
         self.active = True
 
     def cancel(self) -> None:
-        """Stop for good."""
+        """Stop the calls for good."""
         self.active = False
 
 
 class Watches:
     """All watches of a simulation, in the order of (due time, rank, order of creation).
 
-    Those for each tick come after the periodic ones of that tick, or before them if their rank is below 0.
+    Watches of each tick run after the periodic ones of that tick, or before them if their rank is below 0.
     """
 
     def __init__(self) -> None:
@@ -202,7 +215,18 @@ class Watches:
         self.next_due = NEVER
 
     def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
-        """Begin to call `action` each `period` [s], from the first due time after `now` [ns]; None: each tick."""
+        """Add a periodic callback.
+
+        Args:
+            name: name of the watch.
+            period: time between two calls [s]; None: each tick.
+            action: called with the sample number.
+            now: present time [ns]; the first call comes at the first due time after it.
+            rank: order among watches that are due at the same time, the lower first.
+
+        Returns:
+            The watch, to cancel it.
+        """
         if period is None:
             watch = Watch(name, None, action, rank)
             each_tick = sorted([*self._early, *self._late, watch], key=lambda each: each.rank)
@@ -215,8 +239,8 @@ class Watches:
         return watch
 
     def run_due(self, now: int, tick: int) -> None:
-        """Call every watch due at or before `now`."""
-        late, some_left = self._late, False  # who comes in this tick has its turn in the next
+        """Call every watch due at or before `now` [ns]."""
+        late, some_left = self._late, False  # a watch added in this tick runs from the next one on
         for watch in self._early:
             if watch.active:
                 watch.action(tick)
@@ -243,8 +267,8 @@ class Watches:
             self._late = [watch for watch in self._late if watch.active]
         self._refresh()
 
-    def retime(self, now: int) -> None:
-        """Take up again after time has jumped (reset or restore)."""
+    def reschedule(self, now: int) -> None:
+        """Reschedule all watches after a jump of time (reset or restore)."""
         watches = [entry[4] for entry in sorted(self._heap, key=lambda entry: entry[2])]
         self._heap = []
         for watch in watches:

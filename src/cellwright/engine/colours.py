@@ -4,7 +4,7 @@ from cellwright.engine.shapes import Colour
 
 
 def _hex(code: int) -> Colour:
-    """A colour from 0xRRGGBB."""
+    """Return a colour from 0xRRGGBB."""
     return ((code >> 16) / 255, (code >> 8 & 255) / 255, (code & 255) / 255, 1.0)
 
 

@@ -1,4 +1,4 @@
-"""The loop that steps a simulation: by the wall clock, as fast as it goes, or in lockstep when a client asks."""
+"""Simulation loop: at a rate of the wall clock, as fast as possible, or in lockstep on request of clients."""
 
 import time
 from collections.abc import Callable
@@ -11,13 +11,13 @@ from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import RunEndedError
 
 _POLL = 0.1  # [s] of wall time
-_NAP = 0.01  # [s] of wall time: while time stands, a change of the rate is noticed this soon
+_NAP = 0.01  # [s] of wall time: while time stands, a change of the rate takes effect this soon
 _SERVE_AFTER = 0.001  # [s] of wall time: clients are served this often even when there is no time to wait
 _FOREVER = float("inf")
 
 
 class StopCondition:
-    """When a run stops: at a simulation time, or on request.
+    """Stop condition of a run: a simulation time, or a request.
 
     Example:
         >>> stop = StopCondition(5_000_000_000)
@@ -29,8 +29,8 @@ class StopCondition:
         (0, 'stopped on request')
 
     Args:
-        deadline: simulation time [ns] past which no time passes; None: there is none.
-        reason: the text of the error for a client that asks for more time then.
+        deadline: simulation time [ns] at which the run ends; None: no deadline.
+        reason: text of the error for a client that requests more time then.
     """
 
     def __init__(self, deadline: int | None = None, reason: str = "the run is over") -> None:
@@ -38,52 +38,52 @@ class StopCondition:
         self._limit = self._initial
         self.deadline, self.reason = self._initial  # plain attributes: read once a tick
         self.is_requested = False
-        """Whether the run is to stop before the next tick, whatever the time."""
+        """True if the run must stop before the next tick, at any time."""
 
     def request(self, reason: str = "stopped on request") -> None:
-        """Stop before the next tick; from any thread, a signal handler included."""
+        """Stop before the next tick. Safe to call from any thread, and from a signal handler."""
         self.is_requested = True
         self.deadline, self.reason = 0, reason
 
     def withdraw(self) -> None:
-        """Take back a request; limits hold."""
+        """Withdraw a request; limits stay."""
         self.is_requested = False
         self.deadline, self.reason = self._limit
 
     def limit(self, time: int, reason: str = "the run is over") -> None:
-        """Stop at a simulation time [ns] too; an earlier limit holds."""
+        """Stop at a simulation time [ns] too; an earlier limit stays."""
         if time < self._limit[0]:
             self._limit = time, reason
             if not self.is_requested:
                 self.deadline, self.reason = self._limit
 
     def reset(self) -> None:
-        """Go back to the limit of the start, for a run that begins again; a request holds."""
+        """Restore the initial limit, for a run that starts again; a request stays."""
         self._limit = self._initial
         if not self.is_requested:
             self.deadline, self.reason = self._limit
 
 
 class ClientService(Protocol):
-    """What the loop needs of a server of clients."""
+    """Service of a server that the loop needs."""
 
     @property
     def lockstep(self) -> bool:
-        """Whether time passes on request of clients, and not otherwise."""
+        """True if time advances only on request of clients."""
 
     @property
     def asked(self) -> Any:
-        """In lockstep: the request whose turn it is (`until` [ns], `each_tick`, `guest`); None where there is none."""
+        """In lockstep, the request that is served now (`until` [ns], `each_tick`, `guest`); None if there is none."""
 
     @property
     def is_anybody_behind(self) -> bool:
-        """Whether a client has to read first, if nothing is to be lost."""
+        """True if a client has to read first so that no message is lost."""
 
     def wait(self, seconds: float, *, until_asked: bool = True) -> None:
-        """Serve clients for so long [s] of wall time."""
+        """Serve clients for a duration [s] of wall time."""
 
     def hold_time(self) -> bool:
-        """Whether time stands for a client that is behind."""
+        """Return True if time stands for a client that is behind."""
 
     def answer(self, asked: Any, refused: BaseException | None = None) -> None:
         """Answer a request: with the time, or with an error."""
@@ -91,33 +91,32 @@ class ClientService(Protocol):
 
 @dataclass(frozen=True)
 class Pace:
-    """How time kept to the wall clock."""
+    """Pace of a run, compared with the wall clock."""
 
     factor: float
-    """Simulated seconds a wall second, on average."""
+    """Average real-time factor: simulated seconds in a second of wall time."""
     worst_lateness: float
-    """How late [s] of wall time the latest tick came."""
+    """Largest lateness of a tick [s] of wall time."""
     stood: float = 0.0
-    """So long [s] of wall time it stood for clients that were behind."""
+    """Total wall time [s] for which time stood for clients that were behind."""
 
 
 class Loop:
-    """Steps a simulation, and serves clients meanwhile, also while time stands.
+    """Loop that steps a simulation and serves clients, also while time stands.
 
-    In lockstep a client that asks is given time up to the moment that it names, or to the tick in which it is sent
-    something. Requests of several clients are met one after another, in the order in which they came. A request names a
-    moment, not a duration: two clients that wait for the same moment make time pass once.
+    In lockstep, time advances up to the time that a client requests, or to the tick in which a message is sent to it.
+    Requests of several clients are served one after another, in the order of arrival. A request names a time, not a
+    duration: if two clients wait for the same time, it passes once.
 
     Args:
-        simulation: what is stepped.
-        service: serves the clients; None where there are none.
-        rate: how time passes: a rate control, or a speed that stays, in simulated seconds a wall second; None: as fast
-            as it goes.
-        stop: when it ends; None: on request.
+        simulation: the simulation to step.
+        service: serves the clients; None without clients.
+        rate: a rate control, or a constant speed in simulated seconds a wall second; None: as fast as possible.
+        stop: stop condition; None: on request only.
         on_poll: called about ten times a second of wall time.
-        patience: in lockstep, how long [s] of wall time to go on serving past the deadline: a client that asks for
-            more time gets an error, and may still ask for other things.
-        can_stand: whether time may stand while a client is behind; not where a real robot moves on.
+        patience: in lockstep, time [s] of wall time to go on serving past the deadline. A client that requests more
+            time then gets an error, and may still make other requests.
+        can_stand: True if time may stand while a client is behind; False for a real robot, which moves on.
     """
 
     def __init__(
@@ -138,20 +137,20 @@ class Loop:
         self._can_stand = can_stand
         self._polled = self._served = 0.0
         self.stop = stop or StopCondition()
-        """When it ends."""
+        """Stop condition of the run."""
         self.rate = rate if isinstance(rate, RateControl) else RateControl(rate)
-        """How time passes."""
+        """Rate control of the run."""
         self.pacer = RealTimePacer(simulation, self.rate, sleep=self._serve)
 
     @property
     def pace(self) -> Pace | None:
-        """How time kept to the wall clock so far; None where it did not have to."""
+        """Pace so far; None if time does not follow the wall clock."""
         if self.rate.speed is None or (self._service is not None and self._service.lockstep):
             return None
         return Pace(self.pacer.factor, self.pacer.worst, self.pacer.stood)
 
     def run(self) -> None:
-        """Let time pass until it is to stop.
+        """Step the simulation until the stop condition holds.
 
         Raises:
             SimulationError: the state has become unstable.
@@ -165,7 +164,7 @@ class Loop:
             self.tick()
 
     def tick(self) -> bool:
-        """Let one tick pass when the rate control does, and serve clients until then; False when it is to stop instead.
+        """Serve clients until the rate control allows the next tick, and step; False if the run must stop instead.
 
         Raises:
             SimulationError: the state has become unstable.
@@ -173,26 +172,26 @@ class Loop:
         if not self._wait_for_the_rate() or not self._wait_for_clients():
             return False
         self.pacer.step()
-        self._look_around()
+        self._serve_and_poll()
         return True
 
     def _wait_for_clients(self) -> bool:
-        """Serve clients while time stands for one that is behind; False when it is to stop."""
+        """Serve clients while time stands for one that is behind; return False if the run must stop."""
         service = self._service
         if service is None or not self._can_stand or self.rate.speed is None or not service.hold_time():
             return True
         begun = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():
             self._serve(_NAP, until_asked=False)
-            self._look_around()
+            self._serve_and_poll()
         self.pacer.stand(time.perf_counter() - begun)
         return not self.stop.is_requested
 
     def _wait_for_the_rate(self) -> bool:
-        """Serve clients while time stands; False when it is to stop."""
+        """Serve clients while time stands; return False if the run must stop."""
         while not (self.stop.is_requested or self.rate.take()):
             self._serve(_NAP, until_asked=False)
-            self._look_around()
+            self._serve_and_poll()
         return not self.stop.is_requested
 
     def _pass_on_request(self, service: ClientService) -> None:
@@ -209,24 +208,24 @@ class Loop:
                 service.answer(asked, RunEndedError(stop.reason))
             else:
                 self._grant(service, asked)
-            self._look_around()
+            self._serve_and_poll()
 
     def _grant(self, service: ClientService, asked: Any) -> None:
-        """Let time pass as a client asked for; not at all if it is gone."""
+        """Advance time as a client requested; stop early if the client is gone."""
         clock, stop = self._simulation.clock, self.stop
         while clock.now < asked.until and clock.now < stop.deadline:
             while service.is_anybody_behind and not stop.is_requested:
-                self._serve(_POLL / 2)  # nothing is lost in lockstep: who is behind has to read first
+                self._serve(_POLL / 2)  # lockstep loses no message: a client that is behind has to read first
             if asked.guest.is_gone or not self._wait_for_the_rate() or asked.guest.is_gone:
                 return
             self.pacer.step()
             if asked.each_tick or asked.guest.has_news:
                 break
-            self._look_around()
+            self._serve_and_poll()
         service.answer(asked)
 
-    def _look_around(self) -> None:
-        """Serve and poll, where that was not done a moment ago."""
+    def _serve_and_poll(self) -> None:
+        """Serve and poll if their last turn is long enough ago."""
         now = time.perf_counter()
         if now - self._served > _SERVE_AFTER:
             self._serve(0.0)

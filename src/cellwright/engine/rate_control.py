@@ -10,17 +10,24 @@ from cellwright.util.errors import UsageError
 
 
 class RateControl:
-    """A tempo that may change while time passes, at any moment and from any thread.
+    """Rate control that may change while time passes, at any time and from any thread.
 
-    Who lets time pass asks it before each tick. It is no part of a run's state: the same ticks follow each other, only
-    later or sooner.
+    The loop calls `take` before each tick. The rate is not part of a run's state: the same ticks follow each other,
+    only later or sooner.
+
+    Example:
+        >>> rate = RateControl(2.0)
+        >>> rate.pause()
+        >>> rate.step(3)
+        >>> rate.speed, rate.is_paused, rate.ticks_left
+        (2.0, True, 3)
 
     Args:
-        speed: simulated seconds a wall second, above 0; None: as fast as it goes.
-        paused: whether time stands until somebody says otherwise.
+        speed: simulated seconds a wall second, above 0; None: as fast as possible.
+        paused: True if time stands until `resume` or `step`.
 
     Raises:
-        UsageError: a speed that is none.
+        UsageError: the speed is not a finite number above 0.
     """
 
     def __init__(self, speed: float | None = None, *, paused: bool = False) -> None:
@@ -29,29 +36,29 @@ class RateControl:
         self._is_paused = paused
         self._ticks = 0
         self.changes = 0
-        """How often it was changed: who has kept pace by the old one begins anew."""
+        """Number of changes; a pacer restarts its count after each one."""
 
     @property
     def speed(self) -> float | None:
-        """Simulated seconds a wall second; None: as fast as it goes."""
+        """Simulated seconds a wall second; None: as fast as possible."""
         return self._speed
 
     @property
     def is_paused(self) -> bool:
-        """Whether time stands, but for ticks that were asked for."""
+        """True if time stands, except for requested single steps."""
         return self._is_paused
 
     @property
     def ticks_left(self) -> int:
-        """So many ticks may pass while time stands."""
+        """Number of single steps that remain while time stands."""
         return self._ticks
 
     def pause(self) -> None:
-        """Let time stand, from the next tick on."""
+        """Pause from the next tick on."""
         self._set_paused(is_paused=True)
 
     def resume(self) -> None:
-        """Let time pass again."""
+        """Resume after a pause."""
         self._set_paused(is_paused=False)
 
     def _set_paused(self, *, is_paused: bool) -> None:
@@ -60,7 +67,7 @@ class RateControl:
             self.changes += 1
 
     def step(self, ticks: int = 1) -> None:
-        """Let so many ticks pass, beside those that are still to come, and time stand then.
+        """Step a number of ticks, in addition to those that remain, and pause then.
 
         Raises:
             UsageError: a number below 1.
@@ -73,10 +80,10 @@ class RateControl:
             self.changes += 1
 
     def set_speed(self, speed: float | None) -> None:
-        """Go at another speed; whether time stands is another matter.
+        """Set the speed; a pause stays.
 
         Raises:
-            UsageError: a speed that is none.
+            UsageError: the speed is not a finite number above 0.
         """
         speed = _checked(speed)
         with self._lock:
@@ -84,12 +91,12 @@ class RateControl:
             self.changes += 1
 
     def begin_anew(self) -> None:
-        """Have who keeps pace count from now, as after a reset: time has been set, and nothing is to be caught up."""
+        """Make pacers count from now, as after a reset: they do not make up for the jump of time."""
         with self._lock:
             self.changes += 1
 
     def take(self) -> bool:
-        """Ask for the next tick, as who lets time pass does before each: whether it may pass now."""
+        """Request the next tick, before each step; return True if it may pass now."""
         if not self._is_paused:
             return True
         with self._lock:
@@ -106,23 +113,24 @@ def _checked(speed: float | None) -> float | None:
 
 
 _PATIENCE = 0.5
-_LONGEST_WAIT = 0.05  # [s] at a time, so that a tempo that changes is heard soon
+_MAX_WAIT = 0.05  # [s] at a time, so that a change of the rate takes effect soon
 
 
 class RealTimePacer:
-    """Steps a simulation no faster than a tempo says.
+    """Pacer that steps a simulation no faster than its rate control allows.
 
-    A host too slow to keep up is not made to catch up by a rush: when more than half a second is missing, the pace is
-    taken up anew from there. So it is when the tempo changes: a speed holds from then on, and a pause is not made good.
+    After a delay of more than half a second, a slow host does not catch up: the pacer counts from there. The same holds
+    after a change of the rate: a speed counts from then on, and a pause is not made up for.
 
     Args:
-        simulation: what is stepped.
-        tempo: simulated seconds a wall second, above 0; or a `RateControl`, which may change. Whether it lets a tick
-            pass at all is for the caller to ask.
-        clock, sleep: wall time [s] and how to wait for it; to be replaced in tests.
+        simulation: the simulation to step.
+        tempo: simulated seconds a wall second, above 0; or a `RateControl`, which may change. The caller asks it
+            whether a tick may pass at all.
+        clock: returns wall time [s]; replaced in tests.
+        sleep: waits for a wall time [s]; replaced in tests.
 
     Raises:
-        UsageError: a speed that is none.
+        UsageError: the speed is not a finite number above 0.
     """
 
     def __init__(
@@ -135,7 +143,7 @@ class RealTimePacer:
     ) -> None:
         self._simulation = simulation
         self.tempo = tempo if isinstance(tempo, RateControl) else RateControl(tempo)
-        """How time is to pass."""
+        """The rate control."""
         self._changes = self.tempo.changes
         self._clock = clock
         self._sleep = sleep
@@ -143,18 +151,18 @@ class RealTimePacer:
         self._begun_at = self._simulated = self._newest = simulation.now
         self._rested = 0.0
         self.stood = 0.0
-        """So long [s] of wall time `stand` has added up."""
+        """Total wall time [s] that `stand` has reported."""
         self.worst = 0.0
-        """How late [s] of wall time the latest tick came."""
+        """Largest lateness of a tick [s] of wall time."""
 
     @property
     def factor(self) -> float:
-        """Simulated seconds a wall second, on average up to the newest tick, pauses left out; 0 before any time."""
+        """Average real-time factor up to the latest tick, without pauses; 0 before any time."""
         passed = self._stepped - self._begun - self._rested
         return (self._newest - self._begun_at) / 1e9 / passed if passed > 0.0 else 0.0
 
     def step(self) -> bool:
-        """One tick, then the wait until it is time for it; False when there was no time to wait."""
+        """Step one tick, then wait until it is due; return False if there was no time to wait."""
         if self.tempo.changes != self._changes:
             self.begin()
         simulation, speed = self._simulation, self.tempo.speed
@@ -174,22 +182,22 @@ class RealTimePacer:
         return False
 
     def stand(self, seconds: float) -> None:
-        """Take note that time stood for so long [s] of wall time: it is not made good, and counts for the factor."""
+        """Report that time stood for a wall time [s]; it is not made up for, and counts for the factor."""
         self._wall += seconds
         self.stood += seconds
 
     def _wait(self, seconds: float) -> None:
-        if seconds <= _LONGEST_WAIT:
+        if seconds <= _MAX_WAIT:
             self._sleep(seconds)
             return
         while (left := self._stepped - self._clock()) > 0.0 and self.tempo.changes == self._changes:
-            self._sleep(min(left, _LONGEST_WAIT))
+            self._sleep(min(left, _MAX_WAIT))
 
     def begin(self) -> None:
-        """Count from here, as at the start of a run: wall time since the last tick is a rest, and is not made good."""
+        """Count from here, as at the start of a run; wall time since the last tick counts as a pause."""
         self._changes = self.tempo.changes
         now = self._clock()
         self._rested += now - self._stepped
         self._wall = self._stepped = now
-        self._begun_at += self._simulation.now - self._newest  # 0, unless its time was set meanwhile
+        self._begun_at += self._simulation.now - self._newest  # 0, unless the time was set meanwhile
         self._simulated = self._newest = self._simulation.now

@@ -1,4 +1,4 @@
-"""What every sensor has in common: a period, a latency, noise, a switch, and listeners."""
+"""Base class of all sensors: period, latency, noise, a switch, and listeners."""
 
 import math
 from abc import ABC, abstractmethod
@@ -20,10 +20,10 @@ from cellwright.util.pose import Pose
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """What a sensor found in one sample.
+    """Reading of a sensor in one sample.
 
     Attributes:
-        time_ns: simulation time of the tick in which it was measured [ns].
+        time_ns: simulation time of the tick of the measurement [ns].
         sample: number of the sample; sample n is due at n times the period.
     """
 
@@ -35,7 +35,7 @@ R = TypeVar("R", bound=Reading)
 
 
 class SensorOptions(TypedDict, total=False):
-    """What every sensor takes by keyword; see `Sensor`."""
+    """Keyword arguments of every sensor; see `Sensor`."""
 
     period: Fraction | None
     latency: Fraction
@@ -48,7 +48,7 @@ _FIRST_RANK = 10_000  # after the topics that need no sensor
 
 @dataclass(slots=True, eq=False)
 class _Listener(Generic[R]):
-    """Somebody who gets readings measured after `since` [ns]."""
+    """Listener that gets readings measured after `since` [ns]."""
 
     callback: Callable[[R], None]
     since: int
@@ -56,26 +56,26 @@ class _Listener(Generic[R]):
 
 
 class Sensor(Device, ABC, Generic[R]):
-    """A device that looks at the cell and leaves it as it is.
+    """A device that observes the cell without changing it.
 
-    It measures only while somebody listens. A reading depends on the state of the cell and on its sample number, never
-    on who asked or since when: watching changes nothing.
+    It measures only while it has a listener. A reading depends on the state of the cell and on its sample number only,
+    not on the listeners: watching changes nothing.
 
     Args:
-        name: name of the device; its noise is drawn under this name.
-        world_T_sensor: where it is fixed.
-        period: time between two samples [s]; None takes the `default_period` of the kind.
+        name: name of the device, and of its noise's random stream.
+        world_T_sensor: pose of the sensor, which is fixed.
+        period: time between two samples [s]; None: the `default_period` of the class.
         latency: time from measuring a sample to its delivery [s]. It is delivered at the first tick at or after that.
-        noise: factor on the standard deviations of the kind of sensor: 1 as they are, 0 none at all.
-        enabled: whether it is switched on when a run begins.
+        noise: factor on the standard deviations of the kind of sensor: 1 as they are, 0 no noise.
+        enabled: True if it is switched on at the start of a run.
 
     Raises:
-        UsageError: a number that means nothing.
+        UsageError: a number out of range.
     """
 
     default_period: ClassVar[Fraction]
     needs_positions: ClassVar[bool] = True
-    """Whether `measure` reads positions of bodies and geoms, which are brought up to date before."""
+    """True if `measure` reads positions of bodies and geoms, which are refreshed before."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class Sensor(Device, ABC, Generic[R]):
             raise UsageError(f"sensor {name!r}: its pose is not finite: {world_T_sensor}")
         self.world_T_sensor = world_T_sensor
         self.frame = f"{name}_frame"
-        """Name of the frame that the readings are given in."""
+        """Name of the frame of the readings."""
         self.noise = noise
         self._cadence = Cadence(self.default_period if period is None else period)
         self._latency = latency
@@ -106,7 +106,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._chance: SampleNoise | None = None
         self._rank = _FIRST_RANK
         self._listeners: list[_Listener[R]] = []
-        self._under_way: deque[R] = deque()
+        self._pending_readings: deque[R] = deque()
         self._watches: list[Watch] = []
 
     @property
@@ -121,7 +121,7 @@ class Sensor(Device, ABC, Generic[R]):
 
     @property
     def enabled(self) -> bool:
-        """Whether it is switched on. Switched off it gives no readings, and those under way are lost."""
+        """True if it is switched on. While it is off there are no readings, and pending ones are lost."""
         return self._enabled
 
     @enabled.setter
@@ -132,10 +132,10 @@ class Sensor(Device, ABC, Generic[R]):
 
     @abstractmethod
     def measure(self, index: int) -> R:
-        """Sample number `index`, measured now. Positions in the engine's data are up to date."""
+        """Measure sample number `index` now. Positions in the engine's data are up to date."""
 
     def read(self) -> R:
-        """The reading that a listener without latency would have last got, were this tick its time.
+        """Return the latest reading of a listener without latency, as if measured in this tick.
 
         Raises:
             UsageError: the sensor is switched off.
@@ -147,28 +147,33 @@ class Sensor(Device, ABC, Generic[R]):
         return self.measure(self._cadence.first_at(simulation.now + 1) - 1)
 
     def normal(self, index: int, size: int) -> NDArray[np.float64]:
-        """Noise of sample `index` in units of standard deviations, shape (size,); zeros without noise."""
+        """Return the noise of sample `index` in units of standard deviations, shape (size,); zeros without noise."""
         if self._chance is None or self.noise == 0.0:
             return np.zeros(size)
         return self.noise * self._chance.normal(index, size)
 
     def describe(self) -> dict[str, Any]:
-        """What viewers draw of it, as JSON values: `name`, `position`, `quaternion`, `form`, and its figures."""
+        """Return the data that viewers draw, as JSON values.
+
+        Returns:
+            `name`, `position` [m], `quaternion` (w, x, y, z), `form`, and figures of the kind of sensor.
+        """
         pose = self.world_T_sensor
         return {"name": self.name, "position": pose.position, "quaternion": pose.quaternion, "form": "other"}
 
     def overlay(self) -> dict[str, Any] | None:
-        """What viewers draw of a reading now, as JSON values; None for a kind of sensor that must not be read for that.
+        """Return a present reading for viewers as JSON values; None for a kind of sensor that they must not read.
 
-        It has `sees`, whether there is something, and `ranges` [m] along its rays, null for one that meets nothing.
-        The sensor has to be switched on.
+        It has `sees`, true if something is detected, and `ranges` [m] along its rays, null for a ray without a hit. The
+        sensor must be switched on.
         """
         return None
 
     def listen(self, callback: Callable[[R], None]) -> Callable[[], None]:
-        """Have every reading measured from now on given to `callback`, in the thread that steps the simulation.
+        """Call `callback` with every reading measured from now on, in the thread that steps the simulation.
 
-        What is returned ends it; calling it again does nothing.
+        Returns:
+            A function that ends it; further calls do nothing.
         """
         listener = _Listener(callback, self.simulation.now)
         self._listeners.append(listener)
@@ -202,55 +207,55 @@ class Sensor(Device, ABC, Generic[R]):
             self.simulation.refresh()
         reading = self.measure(index)
         if self._latency_ns:
-            self._under_way.append(reading)
+            self._pending_readings.append(reading)
         else:
             self._deliver(reading)
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns
-        while self._under_way and self._under_way[0].time_ns <= latest:
-            self._deliver(self._under_way.popleft())
+        while self._pending_readings and self._pending_readings[0].time_ns <= latest:
+            self._deliver(self._pending_readings.popleft())
 
     def _lose_under_way(self) -> None:
-        """Forget what was measured and not delivered yet."""
-        self._under_way.clear()
+        """Drop readings that were measured and not delivered yet."""
+        self._pending_readings.clear()
 
     def _deliver(self, reading: R) -> None:
         for listener in tuple(self._listeners):
-            # who came after a reading was measured does not get it, whoever else was listening then
+            # a listener added after the measurement does not get the reading, even if others listened then
             if listener.active and reading.time_ns > listener.since:
                 listener.callback(reading)
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation; its seed is the root of the noise."""
+        """Join a simulation; its seed is the root of the noise."""
         super().attach(simulation)
         self._chance = SampleNoise(simulation.seed, self.name)
-        # those that are due together have their turn in the order of the devices, whoever began to listen first
+        # sensors due at the same time act in the order of the devices, not of their first listeners
         self._rank = _FIRST_RANK + len(simulation.devices)
 
     def reset(self) -> None:
-        """Begin a run, switched on or off as it was made; who listens goes on listening."""
+        """Start a run with the initial switch; listeners stay."""
         self.enabled = self._enabled_at_start
-        self._forget_time()
+        self._after_time_jump()
 
     def get_state(self) -> State:
-        """The switch."""
+        """Return the state of the switch."""
         return {"enabled": self._enabled}
 
     def set_state(self, state: State) -> None:
-        """Set the switch as it was; readings under way are lost, who listens goes on listening."""
+        """Restore the switch; pending readings are lost, listeners stay."""
         self.enabled = state["enabled"]
-        self._forget_time()
+        self._after_time_jump()
 
     def close(self) -> None:
-        """Send all listeners away."""
+        """Remove all listeners."""
         for listener in self._listeners:
             listener.active = False
         self._listeners.clear()
         self._disarm()
 
-    def _forget_time(self) -> None:
-        """Time has jumped: drop what was measured in the other time, and give all that follows to all."""
+    def _after_time_jump(self) -> None:
+        """Drop pending readings after a jump of time, and deliver all later readings to all listeners."""
         self._lose_under_way()
         for listener in self._listeners:
             listener.since = -1

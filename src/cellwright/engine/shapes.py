@@ -1,7 +1,7 @@
 """Shapes of the engine's model, and meshes made in code: rings, lofted bodies and cups.
 
-A shape is solid (touched, and seen by rays), seen (drawn only), or both; the engine's geom groups say which, so that a
-ray sensor or a picture maker chooses by group. Parts, the robot and everything else form three classes of contact.
+A shape is solid (touched, and seen by rays), seen (drawn only), or both. The engine's geom groups carry this, so that
+ray sensors and renderers select by group. Parts, the robot and everything else form three classes of contact.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ GEOM_TYPES = {
 
 
 class Role(IntEnum):
-    """What a shape is for; the value is its geom group."""
+    """Purpose of a shape; the value is its geom group."""
 
     BOTH = 1
     """Touched and drawn."""
@@ -42,14 +42,14 @@ class Role(IntEnum):
     SOLID = 3
     """Touched only, and seen by ray sensors."""
     UNSEEN = 4
-    """Neither touched nor seen: devices measure distances to it."""
+    """Neither touched nor drawn; devices measure distances to it."""
 
 
 class Touch(Enum):
-    """What a solid shape may touch: (contype, conaffinity) of the engine.
+    """Contact class of a solid shape: (contype, conaffinity) of the engine.
 
-    The robot does not touch itself, nor its own rail: the original's robot has no self-collision. Fixed things do not
-    touch each other, and an AGV counts as one of them.
+    The robot does not touch itself or its own rail: the original's robot has no self-collision. Fixed things do not
+    touch each other; an AGV counts as one of them.
     """
 
     FIXED = (1, 0)
@@ -64,11 +64,11 @@ class Shape:
 
     Attributes:
         kind: box, cylinder, capsule (both along z), sphere or mesh.
-        size: half extents [m] of a box, and of a mesh that is touched, whose vertices are centred; radius and half
-            length [m] of a cylinder or a capsule (the half length of the capsule's straight piece); radius of a sphere.
+        size: dimensions [m]. Box, and mesh with contacts, whose vertices are centred: half extents. Cylinder and
+            capsule: radius and half length (of the capsule's straight piece). Sphere: radius.
         pose: of the shape's centre in the frame of the body.
         colour: red, green, blue, opacity in 0..1.
-        share: share of the body's mass that this shape carries; 0 for what is only seen.
+        share: the shape's share of the body's mass; 0 for a shape that is only seen.
         mesh: name of the mesh, for a mesh.
     """
 
@@ -80,7 +80,7 @@ class Shape:
     mesh: str = ""
 
     def moved(self, frame: Pose) -> Shape:
-        """The shape in the frame that `frame` is given in, when its own pose is given in `frame`."""
+        """Return the shape in the parent frame of `frame`, for a pose given in `frame`."""
         return replace(self, pose=frame @ self.pose)
 
     @property
@@ -95,32 +95,32 @@ class Shape:
 
 
 def box(x: float, y: float, z: float, pose: Pose, colour: Colour, share: float = 0.0) -> Shape:
-    """A box with the edge lengths x, y, z [m] centred at `pose`."""
+    """Return a box with the edge lengths x, y, z [m] centred at `pose`."""
     return Shape("box", (x / 2, y / 2, z / 2), pose, colour, share)
 
 
 def cylinder(radius: float, length: float, pose: Pose, colour: Colour, share: float = 0.0) -> Shape:
-    """A cylinder [m] along the z axis of `pose`, centred there."""
+    """Return a cylinder [m] along the z axis of `pose`, centred there."""
     return Shape("cylinder", (radius, length / 2, 0.0), pose, colour, share)
 
 
 def capsule(radius: float, length: float, pose: Pose, colour: Colour) -> Shape:
-    """A capsule along the z axis of `pose`, centred there; `length` [m] is that of its straight piece."""
+    """Return a capsule along the z axis of `pose`, centred there; `length` [m] is that of its straight piece."""
     return Shape("capsule", (radius, length / 2, 0.0), pose, colour)
 
 
 def mesh(name: str, colour: Colour, pose: Pose = HERE) -> Shape:
-    """A mesh of the model's assets, drawn only."""
+    """Return a mesh of the model's assets, drawn only."""
     return Shape("mesh", (0.0, 0.0, 0.0), pose, colour, mesh=name)
 
 
 def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Pose:
-    """A pose that only shifts [m]."""
+    """Return a pose with a shift [m] and no rotation."""
     return Pose((x, y, z))
 
 
 def bounds(shapes: tuple[Shape, ...]) -> tuple[Vector3, Vector3]:
-    """Lower and upper corner [m] of the axis-aligned box around shapes, in the frame that they are given in."""
+    """Return the lower and upper corner [m] of the axis-aligned box around shapes, in their common frame."""
     lower, upper = [float("inf")] * 3, [float("-inf")] * 3
     for shape in shapes:
         reach = _reach(shape)
@@ -131,7 +131,7 @@ def bounds(shapes: tuple[Shape, ...]) -> tuple[Vector3, Vector3]:
 
 
 def _reach(shape: Shape) -> Vector3:
-    """How far [m] a shape reaches from its centre along each axis of the body's frame."""
+    """Return the half extents [m] of a shape along the axes of the body's frame."""
     columns = [shape.pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
     half = shape.half_extents
     if shape.kind == "sphere":
@@ -149,11 +149,11 @@ def _reach(shape: Shape) -> Vector3:
 
 
 def add_looks(body: Any) -> Any:
-    """A body fixed to `body` for shapes that are only seen, `<name> looks`.
+    """Add a body `<name> looks`, fixed to `body`, for shapes that are only seen.
 
-    In each step the engine takes the measure of every shape of a body that can be touched, seen-only ones included; not
-    of those of other bodies, nor of the world's own. So a moving thing with many of them has them on a body apart, and
-    a fixed thing has them on the world.
+    In each step the engine computes the bounds of every shape of a body that can be touched, including those only seen.
+    It skips shapes of other bodies, and of the world. A moving thing with many shapes that are only seen thus has them
+    on a separate body, and a fixed thing on the world.
     """
     return body.add_body(name=f"{body.name} looks")
 
@@ -161,10 +161,18 @@ def add_looks(body: Any) -> Any:
 def add_shape(
     body: Any, shape: Shape, role: Role, touch: Touch = Touch.FIXED, *, name: str = "", mass: float = 0.0
 ) -> Any:
-    """Put a shape on a body (`MjsBody`) of a model specification; the `MjsGeom`.
+    """Add a shape to a body of a model specification. A shape that is not solid touches nothing.
 
-    One that is only seen, or not even that, touches nothing. `mass` is that of the whole body [kg], of which the shape
-    carries its share.
+    Args:
+        body: the body (`MjsBody`).
+        shape: the shape, in the frame of the body.
+        role: purpose of the shape.
+        touch: contact class of a solid shape.
+        name: name of the geom; empty for none.
+        mass: mass of the whole body [kg], of which the shape carries its share.
+
+    Returns:
+        The geom (`MjsGeom`).
     """
     contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
     geom = body.add_geom(
@@ -196,9 +204,14 @@ CUP = "cup"
 
 
 def ring(outer: Callable[[float], float], inner: float, bottom: float, top: float, corners: int) -> Mesh:
-    """A flat ring between two heights with a round hole [m], and so many corners of either outline.
+    """Make a flat ring between two heights with a round hole [m].
 
-    The outer radius is a function of the angle [rad], above `inner` everywhere.
+    Args:
+        outer: outer radius [m] as a function of the angle [rad], above `inner` everywhere.
+        inner: radius of the hole [m].
+        bottom: lower height [m].
+        top: upper height [m].
+        corners: number of corners of either outline.
     """
     angles = [2 * math.pi * k / corners for k in range(corners)]
     vertices = [
@@ -213,7 +226,7 @@ def ring(outer: Callable[[float], float], inner: float, bottom: float, top: floa
 
 
 def _strip(lower: range, upper: range) -> Iterator[tuple[int, int, int]]:
-    """Triangles between two closed outlines of as many vertices each."""
+    """Yield the triangles between two closed outlines with equal numbers of vertices."""
     for k in range(len(lower)):
         following = (k + 1) % len(lower)
         yield lower[k], lower[following], upper[following]
@@ -231,7 +244,7 @@ class Circle:
 
 
 def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
-    """A closed body over circles with so many corners, from the lowest upward, both ends closed by a flat face."""
+    """Make a closed body over circles, from the lowest upward, with flat ends; each circle has `corners` corners."""
     angles = [2 * math.pi * k / corners for k in range(corners)]
     vertices = [
         (each.radius * math.cos(a), each.shift + across, each.height + each.lean * across)
@@ -249,14 +262,14 @@ def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
 
 
 def gear_outline(angle: float, teeth: int = 18, tip: float = 0.0392, root: float = 0.0345) -> float:
-    """Radius [m] of a toothed wheel at an angle [rad]: trapezoidal teeth."""
+    """Return the radius [m] of a gear with trapezoidal teeth at an angle [rad]."""
     phase = (angle * teeth / (2 * math.pi)) % 1.0
     slope = min(1.0, max(0.0, 4.0 * (0.375 - abs(phase - 0.5)) + 0.5))
     return root + (tip - root) * slope
 
 
 def gasket_outline(angle: float) -> float:
-    """Radius [m] of the gasket's outline: a ring with an ear at either end, slightly skewed."""
+    """Return the radius [m] of the gasket's outline: a ring with an ear at either end, slightly skewed."""
     ear = 0.0
     for side in (1.0, -1.0):  # far intersection of the ray with the end's circle, radius 27 mm at x = +-67 mm
         along = 0.067 * side * math.cos(angle)
@@ -269,9 +282,17 @@ def gasket_outline(angle: float) -> float:
 
 
 def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False, weighs: bool = False) -> None:
-    """Give a model specification a mesh asset; one that weighs something does so as its convex hull."""
+    """Add a mesh asset to a model specification.
+
+    Args:
+        spec: the model specification (`MjSpec`).
+        name: name of the asset.
+        form: vertices and triangles.
+        smooth: True for smooth shading.
+        weighs: True if it has the inertia of its convex hull, else that of a shell.
+    """
     vertices, triangles = form
-    kinds = mujoco.mjtMeshInertia  # the shell asks nothing of the form
+    kinds = mujoco.mjtMeshInertia  # the shell has no requirements on the mesh
     spec.add_mesh(
         name=name,
         uservert=vertices.ravel(),

@@ -21,32 +21,32 @@ State: TypeAlias = Mapping[str, Any]
 
 
 class PlainState:
-    """State that is a number of attributes, each of which is a JSON value that is replaced and never changed."""
+    """State that consists of attributes, each a JSON value that is replaced and never modified in place."""
 
     STATE: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes. A leading underscore is no part of the key."""
+    """Names of the attributes. The key has no leading underscore."""
 
     def get_state(self) -> State:
-        """All that is remembered, as JSON values."""
+        """Return the whole state as JSON values."""
         return {name.lstrip("_"): getattr(self, name) for name in self.STATE}
 
     def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned before."""
+        """Restore the state that `get_state` returned."""
         for name in self.STATE:
             setattr(self, name, state[name.lstrip("_")])
 
 
 class Device(PlainState):
-    """A thing on the floor.
+    """Base class of everything that acts in the simulation.
 
-    Its life: `attach` (once, by `Simulation.add`), `reset` (at the start of every run), then in each tick
+    Lifecycle: `attach` (once, by `Simulation.add`), then `reset` at the start of every run. In each tick come
     `before_step`, `drive` and `after_step`, and `handle` for the events that it scheduled; `close` at the end. Only
-    hooks that a subclass overrides are called, and only while the device is `stepping`; a device that has nothing to do
-    for a while calls `set_stepping(False)`.
+    hooks that a subclass overrides are called, and only while the device is `stepping`. A device with nothing to do for
+    a while calls `set_stepping(False)`.
 
-    What a device remembers is returned by `get_state` as plain JSON values: it is part of the state hash and of
-    snapshots. `STATE` names what is a plain attribute; for anything else a subclass overrides `get_state` and
-    `set_state`. Listeners, caches and counters of messages do not belong there: watching changes nothing.
+    `get_state` returns the state as plain JSON values, which are part of the state hash and of snapshots. `STATE` names
+    the plain attributes. For anything else a subclass overrides `get_state` and `set_state`. Listeners, caches and
+    message counters are not state: watching changes nothing.
     """
 
     def __init__(self, name: str) -> None:
@@ -56,36 +56,36 @@ class Device(PlainState):
 
     @property
     def simulation(self) -> Simulation:
-        """The simulation that this device lives in.
+        """The simulation of this device.
 
         Raises:
-            UsageError: it lives in none yet.
+            UsageError: it has none yet.
         """
         if self._simulation is None:
             raise UsageError(f"device {self.name!r} has not been added to a simulation")
         return self._simulation
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation. A subclass looks up its model addresses here."""
+        """Join a simulation. A subclass looks up its model addresses here."""
         self._simulation = simulation
 
     def reset(self) -> None:
-        """Begin a run: the simulation stands at time 0 and its model in its first pose."""
+        """Start a run: the simulation is at time 0 and its model in its first pose."""
 
     def before_step(self) -> None:
-        """Write what the step from now to now + timestep is to be driven with."""
+        """Write the inputs of the step from now to now + timestep."""
 
     def drive(self) -> None:
-        """Change the constraints of the step that is under way: the engine has set them up and not solved them yet.
+        """Change the constraints of the current step: the engine has set them up and not solved them yet.
 
-        With it a step costs a little more; nearly every device can do with `before_step`.
+        This makes a step slightly slower; nearly every device can use `before_step`.
         """
 
     def after_step(self) -> None:
-        """Look at what the step did. Positions of bodies are up to date only after `simulation.refresh()`."""
+        """Evaluate the step. Positions of bodies are up to date only after `simulation.refresh()`."""
 
     def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
-        """Carry out an event that this device scheduled with `simulation.schedule`, by its method `handle_<kind>`.
+        """Handle an event that this device scheduled with `simulation.schedule`, by its method `handle_<kind>`.
 
         Raises:
             UsageError: it has no such method.
@@ -96,29 +96,29 @@ class Device(PlainState):
         method(*arguments)
 
     def get_record(self) -> State:
-        """What this device has observed besides its state, as JSON values; empty for nothing.
+        """Return this device's observations outside of its state, as JSON values; empty if there are none.
 
-        Snapshots and checkpoints carry it, and the state hash leaves it out: nothing that happens depends on it.
+        Snapshots and checkpoints carry them, and the state hash leaves them out: the run never depends on them.
         """
         return {}
 
     def set_record(self, record: State) -> None:
-        """Take over what `get_record` returned before; empty for nothing."""
+        """Restore the observations that `get_record` returned; empty for none."""
 
     def close(self) -> None:
-        """End of life: let go of files, threads and the like."""
+        """Close files, threads and the like at the end of the device's life."""
 
     def set_stepping(self, stepping: bool) -> None:  # noqa: FBT001
-        """Have the step hooks called, or not, from the next tick on."""
+        """Switch the calls of the step hooks on or off, from the next tick on."""
         if stepping != self.stepping:
             self.stepping = stepping
-            self.simulation.rehook()
+            self.simulation.collect_hooks()
 
 
 _log = logging.getLogger("cellwright.engine")
 
 unstable: list[str] = []
-"""Complaints that a state has become no number or huge: whatever follows in that run is worthless."""
+"""The engine's warnings about a state with NaN or huge numbers; the rest of such a run is worthless."""
 
 
 def _take_warning(text: str) -> None:
@@ -135,21 +135,20 @@ ASLEEP_AFTER = -11
 
 
 CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
-"""Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
+"""Fields of the model that devices write at run time. They are state, though the engine keeps them in the model."""
 
 
 class Simulation:
-    """Time, the engine's model and data, and the devices on it.
+    """Simulation: time, the engine's model and data, and the devices.
 
     The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
-    events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's
-    step.
+    due events, watches. The events include the referee's. `drive` runs in the middle of the engine's step.
 
     Args:
         model: a compiled model. `opt.timestep` is set from `timestep`.
         timestep: length of a tick [s], rational.
-        seed: the root of all chance.
-        first_pose: writes the positions and setpoints that a run begins with, where they differ from the model's own.
+        seed: the root seed of all random streams.
+        first_pose: writes the initial positions and setpoints that differ from the model's own.
     """
 
     def __init__(
@@ -161,7 +160,7 @@ class Simulation:
         first_pose: Callable[[mujoco.MjData], None] = lambda _data: None,
     ) -> None:
         model.opt.timestep = float(timestep)
-        # left to itself the engine would begin a run anew that has become unstable, and say nothing
+        # without this the engine would silently restart a run that has become unstable
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.model = model
         self.data = mujoco.MjData(model)
@@ -172,11 +171,11 @@ class Simulation:
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
         self.is_paced = False
-        """Whether time goes by the wall clock, and waits for nobody; who lets it pass says so."""
+        """True if time follows the wall clock and waits for no client; the loop sets it."""
         self.on_reset: list[Callable[[], None]] = []
-        """Called when time is about to begin anew, with all still as it was."""
+        """Callbacks before a reset, while the old state is still there."""
         self.runs = 0
-        """How many runs have begun, for those who look on: at another number time is another. It is no state."""
+        """Number of runs so far. A change tells viewers that time starts again; it is not part of the state."""
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
         self._drive: list[Callable[[], None]] = []
@@ -185,22 +184,22 @@ class Simulation:
         self._pristine = {name: getattr(model, name).copy() for name in CHANGING_FIELDS}
 
     def add(self, device: Device) -> None:
-        """Give a device its place. Devices act in the order in which they were added.
+        """Add a device. Devices act in the order in which they were added.
 
         Raises:
-            UsageError: there is one of this name.
+            UsageError: a device of this name exists.
         """
         if device.name in self.devices:
             raise UsageError(f"there are two devices named {device.name!r}")
         self.devices[device.name] = device
         device.attach(self)
-        self.rehook()
+        self.collect_hooks()
 
     def device(self, name: str) -> Device:
-        """A device by name.
+        """Return a device by name.
 
         Raises:
-            UnknownNameError: there is none of this name.
+            UnknownNameError: there is no device of this name.
         """
         try:
             return self.devices[name]
@@ -208,11 +207,11 @@ class Simulation:
             raise UnknownNameError("device", name, self.devices) from None
 
     def generator(self, name: str) -> np.random.Generator:
-        """A fresh generator from the child of the root seed with this name."""
+        """Return a new generator from the child of the root seed with this name."""
         return random_streams.generator(self.seed, name)
 
-    def rehook(self) -> None:
-        """Gather anew the step hooks that are to be called."""
+    def collect_hooks(self) -> None:
+        """Collect the step hooks of the stepping devices."""
         base = Device
         stepping = [device for device in self.devices.values() if device.stepping]
         self._before = [d.before_step for d in stepping if type(d).before_step is not base.before_step]
@@ -230,13 +229,13 @@ class Simulation:
         return self.clock.now / 1e9
 
     def reset(self) -> None:
-        """Begin a run: time 0, the model's first pose, every device reset in order.
+        """Start a run: time 0, the model's first pose, every device reset in order.
 
         Raises:
-            SimulationError: the engine cannot reckon with the model.
+            SimulationError: the engine cannot compute with the model.
         """
-        for tell in self.on_reset:
-            tell()
+        for callback in self.on_reset:
+            callback()
         self.runs += 1
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
@@ -250,16 +249,16 @@ class Simulation:
         try:
             mujoco.mj_forward(self.model, self.data)
         except mujoco.FatalError as error:
-            raise self._given_up(error) from None
-        self.rehook()
-        self.watches.retime(0)
+            raise self._engine_error(error) from None
+        self.collect_hooks()
+        self.watches.reschedule(0)
 
     def step(self) -> None:
-        """One tick.
+        """Step one tick.
 
         Raises:
-            SimulationError: the state has become unstable, or the engine has no room for all contacts; the run is
-                worth nothing from here on.
+            SimulationError: the state has become unstable, or the engine has no room for all contacts; the rest of the
+                run is worthless.
         """
         if self.inbox:
             self.inbox.empty()
@@ -274,7 +273,7 @@ class Simulation:
             else:
                 mujoco.mj_step(self.model, self.data)
         except mujoco.FatalError as error:
-            raise self._given_up(error) from None
+            raise self._engine_error(error) from None
         now = self.clock.advance()
         if unstable:
             reason = unstable[0]
@@ -290,8 +289,8 @@ class Simulation:
         if self.watches.next_due <= now:
             self.watches.run_due(now, self.clock.tick)
 
-    def _given_up(self, error: Exception) -> SimulationError:
-        """What is to be said when the engine stops: mostly, that contacts need more room than it has."""
+    def _engine_error(self, error: Exception) -> SimulationError:
+        """Return the error for a failure of the engine, usually because it has no room for all contacts."""
         reason = str(error).partition("\n")[0]
         return SimulationError(f"at {self.time:.3f} s: the engine gave up: {reason}")
 
@@ -302,7 +301,7 @@ class Simulation:
             step()
 
     def settle_inbox(self) -> None:
-        """Carry out waiting commands now, at the border where time stands."""
+        """Execute waiting commands now, between two ticks."""
         while self.inbox:
             self.inbox.empty()
 
@@ -315,39 +314,57 @@ class Simulation:
         at: int | None = None,
         priority: int = 0,
     ) -> None:
-        """Have `device.handle(kind, arguments)` called after `delay` [s], or at time `at` [ns].
+        """Schedule a call of `device.handle(kind, arguments)`.
 
-        It happens at the first tick at or after that time, never within the tick that is under way unless that tick's
-        events are still to come.
+        The call happens at the first tick at or after the given time. That is the current tick only if its events are
+        still to come.
+
+        Args:
+            device: the device to call.
+            kind: kind of the event.
+            arguments: JSON values.
+            delay: time from now [s].
+            at: time [ns], in place of `delay`.
+            priority: order among events at the same time, the lower first.
         """
         time = self.now + nanoseconds(delay) if at is None else at
         self.events.schedule(time, device.name, kind, arguments, priority)
 
     def cancel(self, device: Device, kind: str) -> None:
-        """Take back what a device scheduled under a kind."""
+        """Cancel a device's scheduled events of one kind."""
         self.events.cancel(device.name, kind)
 
     def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
-        """Call `action(sample number)` each `period` [s] (None: each tick). It must leave the simulation as it is."""
+        """Call `action` periodically; it must not change the simulation.
+
+        Args:
+            name: name of the watch.
+            period: time between two calls [s]; None: each tick.
+            action: called with the sample number.
+            rank: order among watches that are due at the same time, the lower first.
+
+        Returns:
+            The watch, to cancel it.
+        """
         return self.watches.add(name, period, action, self.now, rank)
 
     def refresh(self) -> None:
-        """Bring positions of bodies and geoms up to date with this tick; done at most once a tick.
+        """Update positions of bodies and geoms to this tick; done at most once a tick.
 
-        After a step the engine's `xpos` and `xquat` are one step behind `qpos`. Refreshing leaves the run as it is.
+        After a step the engine's `xpos` and `xquat` are one step behind `qpos`. Refreshing does not change the run.
         """
         if self._refreshed_at != self.clock.tick:
             mujoco.mj_kinematics(self.model, self.data)
             self._refreshed_at = self.clock.tick
 
     def touch(self) -> None:
-        """Say that positions were written by hand in this tick, so that `refresh` computes them anew."""
+        """Mark positions as written directly in this tick, so that `refresh` computes them again."""
         self._refreshed_at = -1
 
     def wake(self, body: int) -> None:
-        """Wake the tree of a body, without changing its state: what bears it or pulls at it has changed.
+        """Wake the tree of a body, without changing its state, after a change of its support or load.
 
-        A changed surface velocity or a moved support does not wake sleepers; a velocity written as -0.0 does, because
+        A changed surface velocity or a moved support does not wake sleepers. A velocity written as -0.0 does, because
         the engine compares bytes.
         """
         tree = int(self.model.body_treeid[body])
@@ -358,7 +375,7 @@ class Simulation:
             self.data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
 
     def keep_awake(self, body: int) -> None:
-        """Wake a tree and start its count to sleep anew: what is let go in mid-air could else freeze there for ever."""
+        """Wake a tree and restart its count to sleep; else a body released in mid-air could freeze there for ever."""
         tree = int(self.model.body_treeid[body])
         if tree >= 0 and self.data.tree_asleep[tree] < 0:
             self.data.tree_asleep[tree] = ASLEEP_AFTER
@@ -366,7 +383,7 @@ class Simulation:
             self.wake(body)
 
     def get_state(self) -> dict[str, Any]:
-        """All that is not the engine's: tick, events and what each device remembers, as JSON values."""
+        """Return the state outside of the engine as JSON values: tick, events and the state of each device."""
         return {
             "tick": self.clock.tick,
             "events": self.events.get_state(),
@@ -376,39 +393,39 @@ class Simulation:
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Take over what `get_state` returned; the engine's part is set by who calls this (`snapshot.py`)."""
+        """Restore the state that `get_state` returned; the caller sets the engine's part (`snapshot.py`)."""
         self.clock.set_tick(state["tick"])
         self.events.set_state(state["events"])
         for name, remembered in state["devices"].items():
             device = self.device(name)
             device.stepping = remembered["stepping"]
             device.set_state({key: value for key, value in remembered.items() if key != "stepping"})
-        self.rehook()
+        self.collect_hooks()
         self.touch()
-        self.watches.retime(self.now)
+        self.watches.reschedule(self.now)
 
     def get_record(self) -> dict[str, Any]:
-        """What the devices have observed besides their states, as JSON values; no part of the state hash."""
+        """Return the devices' observations outside of their states, as JSON values; not part of the state hash."""
         return {name: dict(record) for name, device in self.devices.items() if (record := device.get_record())}
 
     def set_record(self, record: Mapping[str, Any]) -> None:
-        """Take over what `get_record` returned."""
+        """Restore the observations that `get_record` returned."""
         for name, device in self.devices.items():
             device.set_record(record.get(name, {}))
 
     def state_hash(self, *more: Any) -> str:
-        """SHA-256 over the engine's state, the events, the devices and `more` (JSON values), in hexadecimal."""
+        """Return the SHA-256 of the engine's state, the events, the devices and `more` (JSON values), as hex digits."""
         digest = hashlib.sha256()
         data = self.data
         fields = (getattr(self.model, name) for name in CHANGING_FIELDS)
         for array in (data.qpos, data.qvel, data.act, data.ctrl, data.eq_active, *fields):
-            # 0.0 and -0.0 are the same state: waking writes the one for the other
+            # 0.0 and -0.0 are the same state: waking replaces one by the other
             digest.update((np.ascontiguousarray(array) + 0).tobytes())
         text = json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True)
         digest.update(text.encode())
         return digest.hexdigest()
 
     def close(self) -> None:
-        """End: every device is closed, in reverse order."""
+        """Close every device, in reverse order."""
         for device in reversed(self.devices.values()):
             device.close()

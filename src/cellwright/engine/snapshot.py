@@ -1,9 +1,11 @@
 """Snapshots in memory and checkpoints on disk, taken at declared times.
 
-A snapshot in memory copies the engine's data whole and disturbs nothing. A checkpoint on disk can only carry what the
-engine lets one save, which leaves out who sleeps; so taking one resets and restores the *live* run too, and both go on
-bit for bit alike. Because that touches the run, checkpoints are taken at declared times only, which are part of its
-state: a run with the same checkpoints has the same state hash, whether its files were kept, lost or never written.
+A snapshot in memory copies the engine's data whole and disturbs nothing. A checkpoint on disk carries only what the
+engine can save, which leaves out the sleep states. So taking one resets and restores the *live* run too, and both
+continue bit-identically.
+
+Because a checkpoint changes the run, its time is declared before and part of the state. Runs with the same checkpoints
+have the same state hash, whether their files were kept, lost or never written.
 """
 
 import copy
@@ -25,7 +27,7 @@ from cellwright.util.files import atomic_file
 
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 _FORMAT = 3
-_LARGEST = 256 << 20  # of a file's contents [bytes]; a cell's are some hundred times smaller
+_MAX_SIZE = 256 << 20  # of a file's contents [bytes]; a cell's are a few hundred times smaller
 
 
 class CheckpointError(CellwrightError):
@@ -34,7 +36,7 @@ class CheckpointError(CellwrightError):
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A moment of a simulation, in memory."""
+    """State of a simulation at one time, in memory."""
 
     data: mujoco.MjData
     fields: dict[str, NDArray[np.float64]]
@@ -43,7 +45,7 @@ class Snapshot:
 
 
 def take_snapshot(simulation: Simulation) -> Snapshot:
-    """Remember this moment. The run goes on as if nothing had been asked."""
+    """Take a snapshot of the simulation, without any effect on the run."""
     return Snapshot(
         data=copy.copy(simulation.data),
         fields={name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS},
@@ -53,7 +55,7 @@ def take_snapshot(simulation: Simulation) -> Snapshot:
 
 
 def restore_snapshot(simulation: Simulation, snapshot: Snapshot) -> None:
-    """Go back to a moment of the same simulation, or of one built from the same description."""
+    """Restore a snapshot of the same simulation, or of one built from the same description."""
     mujoco.mj_copyData(simulation.data, simulation.model, snapshot.data)
     for name, values in snapshot.fields.items():
         getattr(simulation.model, name)[:] = values
@@ -62,7 +64,7 @@ def restore_snapshot(simulation: Simulation, snapshot: Snapshot) -> None:
 
 
 def write_checkpoint(simulation: Simulation, path: Path) -> None:
-    """Save this moment to a file (.npz), and go on from the saved state.
+    """Write a checkpoint to a file (.npz), and continue from the saved state.
 
     Every sleeping part is awake afterwards, here as in the restored run, and falls asleep again within 0.1 s.
     """
@@ -80,20 +82,20 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
 
 
 def renew_engine(simulation: Simulation) -> None:
-    """Do to the run what saving it does, without writing anything."""
+    """Change the run as a checkpoint does, without writing a file."""
     _set_engine(simulation, _get_engine(simulation))
 
 
 def read_checkpoint(simulation: Simulation, path: Path) -> None:
-    """Continue from a saved moment, in a simulation built from the same description.
+    """Continue from a checkpoint, in a simulation built from the same description.
 
     Raises:
         CheckpointError: the file is no checkpoint, is damaged, or is one of another cell or version; the simulation is
-            as it was.
+            unchanged.
     """
     try:
         header, engine, fields = _read(path)
-    except Exception as error:  # a file that is damaged fails anywhere in the library
+    except Exception as error:  # a damaged file can fail anywhere in the library
         reason = "".join(c if c.isprintable() else " " for c in str(error))[:200] or type(error).__name__
         raise CheckpointError(f"{path}: not a checkpoint that can be read ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
@@ -110,13 +112,13 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, NDArray[np.float64]]]:
-    """The header, the engine's state and the fields of the model that a file holds, whatever they are."""
+    """Read the header, the engine's state and the model's fields from a file, without checking them."""
     if path.exists() and not path.is_file():
-        raise ValueError("no plain file")  # of some there is no end
+        raise ValueError("no plain file")  # a device or pipe may have no end
     with path.open("rb") as stream:
         with zipfile.ZipFile(stream) as archive:
-            if sum(member.file_size for member in archive.infolist()) > _LARGEST:
-                raise ValueError(f"more than {_LARGEST >> 20} MiB in it")
+            if sum(member.file_size for member in archive.infolist()) > _MAX_SIZE:
+                raise ValueError(f"more than {_MAX_SIZE >> 20} MiB in it")
         stream.seek(0)
         with np.load(stream, allow_pickle=False) as file:
             header = json.loads(file["header"].tobytes())
@@ -126,7 +128,7 @@ def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, ND
 
 
 def _digest(engine: NDArray[np.float64], fields: dict[str, NDArray[np.float64]], state: object) -> str:
-    """Tells whether a file still says what was written; it keeps out slips, not somebody who means it."""
+    """Return a digest that shows whether a file was changed; it detects accidents, not intent."""
     digest = hashlib.sha256(_as_bytes(state))
     for name, array in (("engine", engine), *sorted(fields.items())):
         digest.update(f"{name} {array.dtype} {array.shape}".encode())
@@ -135,12 +137,12 @@ def _digest(engine: NDArray[np.float64], fields: dict[str, NDArray[np.float64]],
 
 
 def _as_bytes(values: object) -> bytes:
-    """JSON values as the bytes that a digest is taken of."""
+    """Return JSON values as bytes for a digest."""
     return json.dumps(values, sort_keys=True).encode()
 
 
 def model_signature(model: mujoco.MjModel) -> str:
-    """A digest of what a model is made of: engine version, sizes, names and masses."""
+    """Return a digest of a model's content: engine version, sizes, names and masses."""
     digest = hashlib.sha256(mujoco.__version__.encode())
     digest.update(np.array([model.nq, model.nv, model.nu, model.na, model.ngeom, model.neq], dtype=np.int64).tobytes())
     digest.update(model.names)
@@ -161,13 +163,14 @@ def _set_engine(simulation: Simulation, engine: NDArray[np.float64]) -> None:
 
 
 _LAST = 1_000_000
-"""Priority among a tick's events: everything else has happened."""
+"""Priority within a tick: after all other events."""
 
 
 class Checkpoints(Device):
-    """Saves the simulation at the times that were declared before the run.
+    """Device that writes checkpoints at the times declared before the run.
 
-    `report` takes a line about a file that could not be written; the run goes on.
+    Args:
+        report: takes a line about a file that could not be written; the run goes on.
     """
 
     STATE = ("_times",)
@@ -176,26 +179,26 @@ class Checkpoints(Device):
         super().__init__("checkpoints")
         self._report = report
         self.missed: list[Path] = []
-        """The files that could not be written, in all runs so far."""
+        """Files that could not be written, in all runs so far."""
         self._paths: dict[int, Path | None] = {}
         self._times: list[int] = []
 
     def declare(self, time: int, path: Path | None) -> None:
-        """Save at `time` [ns] to `path` in every run that begins from now on; None does all but write."""
+        """Declare a checkpoint at `time` [ns] for all later runs, written to `path`; None does all but write."""
         self._paths[time] = path
 
     def withdraw(self, time: int) -> None:
-        """Save at `time` [ns] no more, in runs that begin from now on."""
+        """Remove the checkpoint at `time` [ns] from all later runs."""
         self._paths.pop(time, None)
 
     def reset(self) -> None:
-        """Wait for the declared times."""
+        """Schedule the declared times."""
         self._times = sorted(self._paths)
         for time in self._times:
             self.simulation.schedule(self, "save", time, at=time, priority=_LAST)
 
     def handle_save(self, time: int) -> None:
-        """Save."""
+        """Write the checkpoint of this time."""
         path = self._paths.get(time)
         if path is None:
             renew_engine(self.simulation)

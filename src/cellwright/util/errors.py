@@ -1,7 +1,7 @@
-"""Every error that Cellwright raises on purpose.
+"""Errors that Cellwright raises on purpose.
 
-One tree, so that a caller can catch `CellwrightError` and know that what is left is a defect. Input from outside
-never reaches an `assert`.
+They form one tree: a caller can catch `CellwrightError`, and everything else is a defect. Input from outside never
+reaches an `assert`.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ class CellwrightError(Exception):
 
 
 class UsageError(CellwrightError):
-    """A call that cannot be carried out as it was made (wrong state, wrong argument)."""
+    """A call that is not possible as made (wrong state, wrong argument)."""
 
 
 class UnknownNameError(CellwrightError, KeyError):
     """A name that is not among the valid ones.
 
     Args:
-        kind: what the name stands for, in the singular ("joint", "topic").
-        name: the name that was given.
-        valid: every name that would have been accepted.
+        kind: kind of the named thing, in the singular ("joint", "topic").
+        name: the unknown name.
+        valid: all valid names.
     """
 
     def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
@@ -44,15 +44,15 @@ class UnknownNameError(CellwrightError, KeyError):
 
 
 class ExpressionError(CellwrightError, ValueError):
-    """A text that should have been arithmetic with a finite value and is not."""
+    """A text that should be arithmetic with a finite value and is not."""
 
 
 class DescriptionError(CellwrightError):
-    """Files that describe no cell; `problems` lists everything that was found wrong.
+    """Files that describe no cell; `problems` has everything that is wrong.
 
     Args:
-        problems: what is wrong, each of which reads `path:line: key: what is wrong` as text.
-        warnings: what was found besides, in the same form.
+        problems: each as text in the form `path:line: key: what is wrong`.
+        warnings: further findings, in the same form.
     """
 
     def __init__(self, problems: Iterable[object], warnings: Iterable[object] = ()) -> None:
@@ -62,43 +62,43 @@ class DescriptionError(CellwrightError):
 
 
 class RecordingError(UsageError):
-    """A recording of a run that cannot be read, or holds something else than it should."""
+    """A recording of a run that cannot be read, or has unexpected contents."""
 
 
 class RejectedCommandError(CellwrightError):
-    """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
+    """A command from outside that was refused as a whole; it has no effect on the cell."""
 
 
 class UnreachableError(CellwrightError):
-    """A pose that the arm cannot bring its tool to, or a way that it cannot follow; the text says why."""
+    """A pose that the arm cannot reach, or a path that it cannot follow; the text has the reason."""
 
 
 class SimulationError(CellwrightError):
-    """The engine could not go on; nothing that it says from then on is worth anything."""
+    """The engine could not go on; all its later values are worthless."""
 
 
 class RenderingError(CellwrightError):
-    """No picture can be drawn; the text says why."""
+    """No picture can be drawn; the text has the reason."""
 
 
 class RunEndedError(BaseException):
     """The run is over: no more time will pass for a client.
 
-    It is no fault of the program that it ends, and like SystemExit it stands outside of `Exception`: robot programs
-    often catch every exception in their loop, and would never stop.
+    The end is no fault of the program. Like SystemExit, this class is outside of `Exception`: robot programs often
+    catch every exception in their loop, and would never stop.
     """
 
 
 class MessageError(RejectedCommandError):
-    """Bytes or values that are not a message of the type that they should be."""
+    """Bytes or values that are no message of the expected type."""
 
 
 class ServiceFailedError(CellwrightError):
-    """A service took a request and gave no answer: the call itself failed, as its contract says it may."""
+    """A service took a request and gave no answer: the call itself failed, as its interface allows."""
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
-    """The tail "; did you mean X" when one of the valid names is close, else an empty string."""
+    """Return "; did you mean X" if a valid name is similar, else an empty string."""
     names = list(valid)
     close = [each for each in names if _without_zeros(each) == _without_zeros(name)]  # final1: final01, not final15
     close = close or get_close_matches(name, names, n=1, cutoff=0.6)
@@ -106,32 +106,32 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
 
 
 def suggestion(name: str, valid: Iterable[str]) -> str:
-    """The tail "; did you mean X" when one of the valid names is close, else " (known: …)" with all of them."""
+    """Return "; did you mean X" if a valid name is similar, else " (known: …)" with all of them."""
     names = list(valid)
     return did_you_mean(name, names) or f" (known: {', '.join(names) or 'none'})"
 
 
 def _without_zeros(name: str) -> str:
-    """A name in lower case, without the zeros before its numbers."""
+    """Return a name in lower case, without the leading zeros of its numbers."""
     return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())
 
 
-def showable(text: str, most: int = 20_000) -> str:
-    """A text that any terminal and any file can hold: line breaks and tabs stay, what cannot be shown is written out.
+def showable(text: str, max_length: int = 20_000) -> str:
+    """Make a text printable in any terminal and file: line breaks and tabs stay, unprintable characters are escaped.
 
     Args:
-        text: from somebody else's code, so it may hold anything.
-        most: so many characters are kept of a longer one, half of them from its end.
+        text: any text, for example from a plugin.
+        max_length: a longer text is cut to this many characters, half of them from its end.
     """
-    if len(text) > most:
-        text = f"{text[: most // 2]} … {text[-(most // 2) :]}"
+    if len(text) > max_length:
+        text = f"{text[: max_length // 2]} … {text[-(max_length // 2) :]}"
     return "".join(sign if sign.isprintable() or sign in "\n\t" else repr(sign)[1:-1] for sign in text)
 
 
-def in_a_line(error: BaseException, most: int = 1000) -> str:
-    """Type and reason of an error that somebody else's code has raised: one line, showable, of about `most` signs."""
+def in_a_line(error: BaseException, max_length: int = 1000) -> str:
+    """Return type and reason of an error of foreign code: one printable line of about `max_length` characters."""
     try:
         text = str(error.msg or "") if isinstance(error, SyntaxError) else str(error)
-    except Exception:  # its own way of saying itself fails
+    except Exception:  # its __str__ fails
         text = "it does not say why"
-    return f"{type(error).__name__}: {' '.join(showable(text, most).split())}".rstrip(": ")
+    return f"{type(error).__name__}: {' '.join(showable(text, max_length).split())}".rstrip(": ")

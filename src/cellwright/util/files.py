@@ -1,6 +1,6 @@
-"""Files that are written whole or not at all, and files of lines that keep what was written whatever happens.
+"""Files that are written whole or not at all, and line files that keep all written lines.
 
-Every line is handed to the operating system at once: SIGKILL takes away at most the end of the one being written.
+Every line goes to the operating system immediately: SIGKILL loses at most the end of the current line.
 """
 
 import errno
@@ -19,13 +19,13 @@ _numbers = count()
 
 
 def open_to_read(path: Path) -> BinaryIO:
-    """Open a file to read it. A named pipe is refused, since opening one waits for somebody who writes into it.
+    """Open a file to read it; a named pipe is refused, because opening one waits for a writer.
 
-    What a shell passes on as `/dev/stdin` or `<(command)` is a pipe without a name, and read.
+    A shell passes `/dev/stdin` or `<(command)` as a pipe without a name, which is accepted.
 
     Raises:
         OSError: it cannot be read, or is a named pipe.
-        ValueError: it has a name that no file can have.
+        ValueError: no file can have this name.
     """
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
@@ -42,13 +42,13 @@ def open_to_read(path: Path) -> BinaryIO:
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[BinaryIO]:
-    """A file to write to, which takes the place of `path` once all is written.
+    """Open a file to write to, which replaces `path` once all is written.
 
-    Nothing else can take the place of a device or a pipe, nor of a file in a folder where none can be made: such a one
-    is written to as it stands. A link stays, and what it leads to is written.
+    A device or a pipe cannot be replaced, nor a file in a folder that does not accept new files: these are written to
+    directly. A link stays, and its target is written.
 
     Raises:
-        OSError: it cannot be written; what was there before is there still.
+        OSError: it cannot be written; the previous contents are unchanged.
     """
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".{os.getpid()}-{next(_numbers)}.part")
@@ -58,12 +58,12 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
             yield file
         return
     if is_there:
-        path.open("ab").close()  # one that must not be written is not replaced either
+        path.open("ab").close()  # a file without write permission is not replaced either
     try:
         file = temporary.open("xb")
     except OSError:
         if not is_there:
-            path.open("xb").close()  # it fails for the name that somebody gave, and not for another
+            path.open("xb").close()  # the error then names the given path, not the temporary one
             path.unlink()
             raise
         with path.open("wb") as file:
@@ -73,7 +73,7 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
         with file:
             yield file
         if is_there:
-            with suppress(OSError):  # some file systems know no rights
+            with suppress(OSError):  # some file systems have no permissions
                 temporary.chmod(target.stat().st_mode)
         temporary.replace(target)
     except BaseException:
@@ -83,10 +83,10 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def in_its_place(path: Path) -> Iterator[Path]:
-    """A path for a writer that opens its file itself; what it has written takes the place of `path` in the end.
+    """Yield a path for a writer that opens its file itself; in the end that file replaces `path`.
 
     Raises:
-        OSError: it cannot be put there; what was there before is there still.
+        OSError: the file cannot be moved there; the previous contents are unchanged.
     """
     unfinished = path.with_name(f".{os.getpid()}-{next(_numbers)}-{path.name}.part")
     try:
@@ -98,7 +98,7 @@ def in_its_place(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file, whole or not at all; see `atomic_file`. Text is written as UTF-8, its line ends as they are.
+    """Write a file, whole or not at all; see `atomic_file`. Text is written as UTF-8, with its line ends unchanged.
 
     Raises:
         OSError: it cannot be written.
@@ -111,15 +111,15 @@ _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would
 
 
 class LineFile:
-    """Writes lines to a file.
+    """File of lines.
 
-    A disk that fails is no reason to lose what is going on: the first line that cannot be written is reported, and
-    nothing is written from then on, so that what is in the file has no gap.
+    A failing disk does not stop the program. The first line that cannot be written is reported, and nothing is written
+    from then on, so that the file has no gap.
 
     Args:
         path: the file.
-        append: go on behind what the file holds, behind a last line that was cut short too; else begin it anew.
-        report: takes a line about a file that can be written no more.
+        append: append to the file, also after a last line that was cut short; else replace it.
+        report: takes a line about a file that can no longer be written.
 
     Raises:
         OSError: the file cannot be opened.
@@ -128,25 +128,25 @@ class LineFile:
     def __init__(self, path: Path, *, append: bool = False, report: Callable[[str], None] = lambda _line: None) -> None:
         self.path = path
         self.is_whole = True
-        """Whether all lines have gone to the file so far."""
+        """True if all lines so far have gone to the file."""
         self._report = report
         how = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
         self._file: int | None = os.open(path, how | _BYTES_AS_THEY_ARE, 0o666)
         if append and _is_cut_short(path):
-            self._pass_on(b"\n")
+            self._write_all(b"\n")
 
     @property
     def is_writing(self) -> bool:
-        """Whether lines still go to the file."""
+        """True if lines still go to the file."""
         return self._file is not None
 
     def write(self, text: str) -> None:
         """Add a line, or several that belong together; the last line end is added."""
         if self._file is None:
             return
-        self._pass_on(f"{text}\n".encode())
+        self._write_all(f"{text}\n".encode())
 
-    def _pass_on(self, data: bytes) -> None:
+    def _write_all(self, data: bytes) -> None:
         rest = memoryview(data)
         try:
             while rest and self._file is not None:
@@ -157,18 +157,18 @@ class LineFile:
             self.close()
 
     def close(self) -> None:
-        """Write no more."""
+        """Close the file; later lines are dropped."""
         if self._file is not None:
             file, self._file = self._file, None
             try:
                 os.close(file)
-            except OSError as error:  # some file systems tell only now that the disk is full
+            except OSError as error:  # some file systems report a full disk only now
                 self.is_whole = False
                 self._report(f"{self.path}: may be incomplete: {error.strerror or error}")
 
 
 def _is_cut_short(path: Path) -> bool:
-    """Whether the last line of a file has no end."""
+    """Return True if the last line of a file has no end."""
     if not path.is_file():
         return False
     with open_to_read(path) as file:
@@ -178,7 +178,7 @@ def _is_cut_short(path: Path) -> bool:
 
 
 class JsonLines(LineFile):
-    """Writes a file of JSON lines.
+    """File of JSON lines.
 
     Raises:
         UsageError: the file cannot be opened.
@@ -194,7 +194,7 @@ class JsonLines(LineFile):
         """Add a line.
 
         Raises:
-            ValueError: the value holds a number that JSON has not, or something that is no JSON value.
+            ValueError: the value has a number outside of JSON, or something that is no JSON value.
         """
         if self.is_writing:
             self.write(json.dumps(value, allow_nan=False))
@@ -207,7 +207,7 @@ class JsonLines(LineFile):
 
 
 def read_json_lines(path: Path) -> list[dict[str, Any]]:
-    """The values in a file of JSON lines; lines that were cut short are left out.
+    """Return the values in a file of JSON lines, without lines that were cut short.
 
     Raises:
         UsageError: the file cannot be read.

@@ -1,4 +1,4 @@
-"""The variable MUJOCO_GL, which says how MuJoCo draws. Cellwright never has it draw, and needs no such library."""
+"""The variable MUJOCO_GL, which selects MuJoCo's OpenGL library. Cellwright never lets MuJoCo draw, and needs none."""
 
 import os
 import sys
@@ -6,17 +6,17 @@ from ctypes.util import find_library
 
 VARIABLE = "MUJOCO_GL"
 
-_OWN = {"linux": "glx", "darwin": "cgl", "win32": "wgl"}  # each system's own way
+_OWN = {"linux": "glx", "darwin": "cgl", "win32": "wgl"}  # the backend of each system
 _KNOWN = frozenset({"", "glfw", "enable", "enabled", "on", "true", "1", _OWN.get(sys.platform, "")})
 _LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"} if sys.platform == "linux" else {}
 _NONE = "disable"
 
 
 def settle() -> None:
-    """Set the variable to `disable` where its value would make the import of MuJoCo fail.
+    """Set the variable to `disable` if its value would make the import of MuJoCo fail.
 
-    MuJoCo fails on a value that it does not know, and on one whose library this machine lacks. It is then `disable` for
-    processes that are started from here as well.
+    MuJoCo fails on an unknown value, and on one whose library this machine lacks. The change also holds for processes
+    that this one starts.
     """
     value = os.environ.get(VARIABLE, "").lower().strip()
     library = _LIBRARIES.get(value)

@@ -1,6 +1,6 @@
-"""Plugins of other packages by entry point, guarded while they work, and classes by the file or module they stand in.
+"""Plugins of other packages by entry point, with guarded calls, and classes by their file or module.
 
-Nothing is imported before it is asked for by its name, so a package that is broken costs only who names it.
+A package is imported only when its name is requested, so a broken package affects only its users.
 """
 
 import importlib
@@ -22,29 +22,29 @@ T = TypeVar("T")
 
 
 class PluginError(CellwrightError):
-    """Something of another package that cannot be used."""
+    """A plugin of another package that cannot be used."""
 
 
 def names(kind: Kind) -> list[str]:
-    """The names under which packages bring something of a kind along, sorted."""
+    """Return the names of all plugins of a kind, sorted."""
     return sorted({each.name for each in _entry_points(kind)})
 
 
 def package(kind: Kind, name: str) -> str:
-    """The package that brings it along, as it is installed under.
+    """Return the installed name of the package that provides a plugin.
 
     Raises:
-        UnknownNameError: none does.
+        UnknownNameError: no package provides it.
     """
     return _package(_found(kind, name))
 
 
 def load(kind: Kind, name: str) -> object:
-    """What a package brings along under a name.
+    """Return the object of a plugin's entry point.
 
     Raises:
-        UnknownNameError: there is nothing of that name.
-        PluginError: two packages have something of that name, or it cannot be imported.
+        UnknownNameError: no plugin has this name.
+        PluginError: two packages have a plugin of this name, or it cannot be imported.
     """
     entry = _found(kind, name)
     try:
@@ -55,27 +55,33 @@ def load(kind: Kind, name: str) -> object:
         raise plugin_error(kind, name, f"cannot be imported: {in_a_line(error)}") from error
 
 
-def load_as(kind: Kind, name: str, wanted: type[T]) -> T:
-    """As `load`, of a class.
+def load_as(kind: Kind, name: str, expected: type[T]) -> T:
+    """Load a plugin that must be an instance of `expected`; see `load`.
 
     Raises:
-        UnknownNameError: there is nothing of that name.
+        UnknownNameError: no plugin has this name.
         PluginError: as for `load`, or it is not of that class.
     """
     found = load(kind, name)
-    if not isinstance(found, wanted):
-        raise plugin_error(kind, name, f"must be a {wanted.__name__}, and is of the type {type(found).__name__}")
+    if not isinstance(found, expected):
+        raise plugin_error(kind, name, f"must be a {expected.__name__}, and is of the type {type(found).__name__}")
     return found
 
 
-def plugin_error(kind: Kind, name: str, what: str) -> PluginError:
-    """The error that says what is wrong with something, in one line, and whose it is."""
+def plugin_error(kind: Kind, name: str, problem: str) -> PluginError:
+    """Return the error for a problem with a plugin, in one line that names its package.
+
+    Args:
+        kind: kind of the plugin.
+        name: name of the plugin.
+        problem: end of the line, such as "cannot be imported: …".
+    """
     source = _package(_found(kind, name))
-    return PluginError(f"{kind.removesuffix('s')} {name!r} of the package {source} {' '.join(what.split())}")
+    return PluginError(f"{kind.removesuffix('s')} {name!r} of the package {source} {' '.join(problem.split())}")
 
 
 def _found(kind: Kind, name: str) -> EntryPoint:
-    # the same package may be found twice, by way of two folders that modules are looked for in
+    # the same package may be found twice, through two folders of modules
     found = {(each.value, _package(each)): each for each in _entry_points(kind) if each.name == name}
     if not found:
         raise UnknownNameError(kind.removesuffix("s"), name, names(kind))
@@ -91,13 +97,13 @@ def _entry_points(kind: Kind) -> tuple[EntryPoint, ...]:
 
 @lru_cache(maxsize=16)
 def _in_folders(kind: Kind, _folders: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
-    # each look reads the entry points of all packages, and every trial that is read asks for them; the folders are
-    # those in which packages are looked for, so that one that is installed meanwhile is found
+    # Each call reads the entry points of all packages, and every trial needs them, so they are cached. The folders are
+    # those in which packages are found, so that a package installed later is found too.
     return tuple(entry_points(group=f"cellwright.{kind}"))
 
 
 def _changed(folder: str) -> int:
-    """When a folder got its newest package [ns]; 0 where there is no such folder."""
+    """Return the time of a folder's latest change [ns]; 0 if there is no such folder."""
     try:
         return os.stat(folder or ".").st_mtime_ns
     except OSError:
@@ -109,11 +115,21 @@ def _package(entry: EntryPoint) -> str:
 
 
 class PluginFailedError(SimulationError):
-    """Something of another package failed while it was at work: what the run says from then on is worth nothing."""
+    """A plugin failed at run time: the rest of the run is worthless."""
 
 
 def guard_plugin(thing: T, kind: Kind, name: str, methods: Iterable[str]) -> T:
-    """Have what the methods of an object raise come out as a PluginFailedError; gives the object back."""
+    """Wrap methods of a plugin's object so that their errors become PluginFailedError.
+
+    Args:
+        thing: the object; its methods are replaced in place.
+        kind: kind of the plugin.
+        name: name of the plugin.
+        methods: names of the methods.
+
+    Returns:
+        The same object.
+    """
     for method in methods:
         setattr(thing, method, partial(call_plugin, kind, name, getattr(thing, method)))
     return thing
@@ -123,28 +139,33 @@ def call_plugin(kind: Kind, name: str, function: Callable[..., Any], *arguments:
     """Call a function of another package.
 
     Raises:
-        PluginFailedError: it has raised something.
+        PluginFailedError: it has raised an error.
     """
     try:
         return function(*arguments)
-    except (SimulationError, RunEndedError, KeyboardInterrupt):  # the engine's, or another thing's that it has called
+    except (SimulationError, RunEndedError, KeyboardInterrupt):  # from the engine, or another plugin that it called
         raise
-    except BaseException as error:  # one that says exit would be taken for the agent, which may end so
-        what = f"failed in {getattr(function, '__name__', 'it')}: {in_a_line(error)}"
-        raise PluginFailedError(str(plugin_error(kind, name, what))) from error
+    except BaseException as error:  # a SystemExit would look like one of the agent, which may end that way
+        problem = f"failed in {getattr(function, '__name__', 'it')}: {in_a_line(error)}"
+        raise PluginFailedError(str(plugin_error(kind, name, problem))) from error
 
 
 def is_class_path(name: str) -> bool:
-    """Whether a name says where a class stands."""
+    """Return True if a name has the form of a class path, such as `path.py:Class`."""
     place, _, class_name = name.rpartition(":")
     return bool(place and class_name)
 
 
 def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
-    """What stands at a place, such as `path.py:Class`; the method is one that a class that is meant has.
+    """Return the object at a class path, such as `path.py:Class`.
+
+    Args:
+        name: the class path.
+        method: name of a method that suitable classes have; the error lists these.
+        error: class of the errors.
 
     Raises:
-        CellwrightError: there is no such file, module or class, or it fails when it is imported; of the class `error`.
+        CellwrightError: there is no such file, module or class, or its import fails; of the class `error`.
     """
     place, _, class_name = name.rpartition(":")
     module = _import_file(Path(place), error) if place.endswith(".py") else _import_module(place, error)
@@ -156,7 +177,13 @@ def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
 
 
 def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> Callable[..., T]:
-    """What makes an object of somebody else's class; whatever that raises comes out as `error`, with its name."""
+    """Return a factory for objects of a foreign class.
+
+    Args:
+        name: name of the class in errors.
+        found: the class, or a function that makes the object.
+        error: class of the error that replaces any error of `found`.
+    """
 
     def make(*arguments: Any) -> T:
         try:
@@ -172,7 +199,7 @@ def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> C
 def _import_module(name: str, error: type[CellwrightError]) -> object:
     folder = str(Path.cwd())
     if folder not in sys.path:
-        sys.path.insert(0, folder)  # an installed command does not look into the folder that it is called in
+        sys.path.insert(0, folder)  # an installed command does not search the current folder
     try:
         return importlib.import_module(name)
     except KeyboardInterrupt:
@@ -201,7 +228,7 @@ def _import_file(path: Path, error: type[CellwrightError]) -> object:
 
 
 def _line(path: Path, error: BaseException) -> str:
-    """`:` and the line of the file that led to the error; nothing when it is not known."""
+    """Return `:` and the line of the file that led to the error; empty if unknown."""
     frames = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
     if isinstance(error, SyntaxError):
         frames.append((error.filename or "", error.lineno))

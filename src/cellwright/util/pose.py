@@ -1,7 +1,7 @@
-"""A pose: where something stands and how it is turned, in SI units.
+"""Poses: position and orientation, in SI units.
 
-Quaternions are (w, x, y, z) everywhere inside Cellwright; messages carry (x, y, z, w) and are turned at the border.
-A pose variable reads `world_T_tray`: it takes coordinates in the tray frame to coordinates in the world frame, so that
+Quaternions are (w, x, y, z) everywhere inside Cellwright. Messages carry (x, y, z, w), converted on input and output. A
+pose variable reads `world_T_tray`: it takes coordinates in the tray frame to coordinates in the world frame, so that
 `world_T_part = world_T_tray @ tray_T_part`.
 """
 
@@ -19,14 +19,21 @@ IDENTITY_QUATERNION: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A rigid transform: position [m] and unit quaternion (w, x, y, z)."""
+    """A rigid transform: position [m] and unit quaternion (w, x, y, z).
+
+    Example:
+        >>> world_T_tray = Pose((1.0, 0.0, 0.5))
+        >>> tray_T_part = Pose((0.1, 0.0, 0.0))
+        >>> (world_T_tray @ tray_T_part).position
+        (1.1, 0.0, 0.5)
+    """
 
     position: Vector3 = (0.0, 0.0, 0.0)
     quaternion: Quaternion = IDENTITY_QUATERNION
 
     @classmethod
     def from_rpy(cls, xyz: Vector3, rpy: Vector3 = (0.0, 0.0, 0.0)) -> Pose:
-        """The pose at `xyz` [m], turned by roll, pitch, yaw [rad] about the fixed x, y, z axes (as URDF and SDF)."""
+        """Return the pose at `xyz` [m] with roll, pitch, yaw [rad] about the fixed x, y, z axes (as URDF and SDF)."""
         return cls(xyz, quaternion_from_rpy(*rpy))
 
     @property
@@ -40,32 +47,32 @@ class Pose:
         return self.rpy[2]
 
     def __matmul__(self, other: Pose) -> Pose:
-        """The pose of `other`, given in this frame, in the frame that this pose is given in."""
+        """Return the pose of `other`, given in this frame, in the parent frame of this pose."""
         return Pose(self.transform(other.position), quaternion_product(self.quaternion, other.quaternion))
 
     def inverse(self) -> Pose:
-        """The transform that undoes this one."""
+        """Return the inverse transform."""
         w, x, y, z = self.quaternion
         conjugate = (w, -x, -y, -z)
         px, py, pz = rotate(conjugate, self.position)
         return Pose((-px, -py, -pz), conjugate)
 
     def transform(self, point: Vector3) -> Vector3:
-        """A point [m] given in this frame, in the frame that this pose is given in."""
+        """Return a point [m], given in this frame, in the parent frame of this pose."""
         x, y, z = rotate(self.quaternion, point)
         return (x + self.position[0], y + self.position[1], z + self.position[2])
 
     def rotate(self, vector: Vector3) -> Vector3:
-        """A free vector given in this frame, in the frame that this pose is given in."""
+        """Return a free vector, given in this frame, in the parent frame of this pose."""
         return rotate(self.quaternion, vector)
 
     def is_finite(self) -> bool:
-        """Whether all seven numbers are finite."""
+        """Return True if all seven numbers are finite."""
         return all(math.isfinite(v) for v in (*self.position, *self.quaternion))
 
 
 def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """The Hamilton product a b: first turn by b, then by a. Both (w, x, y, z)."""
+    """Return the Hamilton product a b: first turn by b, then by a. Both (w, x, y, z)."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -77,7 +84,7 @@ def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """The vector `v` turned by the unit quaternion `q` (w, x, y, z)."""
+    """Rotate the vector `v` by the unit quaternion `q` (w, x, y, z)."""
     w, x, y, z = q
     vx, vy, vz = v
     tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
@@ -85,7 +92,7 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """The unit quaternion (w, x, y, z) of roll, pitch, yaw [rad] about the fixed x, y, z axes."""
+    """Return the unit quaternion (w, x, y, z) of roll, pitch, yaw [rad] about the fixed x, y, z axes."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
@@ -98,7 +105,7 @@ def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def rpy_from_quaternion(q: Quaternion) -> Vector3:
-    """Roll, pitch, yaw [rad] about the fixed x, y, z axes of a unit quaternion (w, x, y, z).
+    """Return roll, pitch, yaw [rad] about the fixed x, y, z axes of a unit quaternion (w, x, y, z).
 
     Pitch is clamped to +-pi/2 where rounding would carry its sine past 1.
     """
@@ -112,6 +119,6 @@ def rpy_from_quaternion(q: Quaternion) -> Vector3:
 
 
 def normalized(q: Quaternion) -> Quaternion:
-    """The quaternion scaled to unit length; the identity for the zero quaternion."""
+    """Return the quaternion scaled to unit length; the identity for the zero quaternion."""
     norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     return (q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm) if norm > 0 else IDENTITY_QUATERNION

@@ -1,7 +1,7 @@
-"""Start and end of processes: Ctrl-C while one loads, threads left running, standard streams, and child processes.
+"""Start and end of processes: Ctrl-C during loading, threads left running, standard streams, and child processes.
 
-A run of ten minutes is worth more than what listens to it: `cellwright run … | head -1` goes to its end, with its log,
-its pictures and its exit status, though nobody reads on. A terminal that was closed ends no cell that is served.
+A run continues without its reader: `cellwright run … | head -1` completes, with its log, its pictures and its exit
+status. A closed terminal does not end a cell that is served.
 """
 
 import atexit
@@ -22,16 +22,16 @@ from typing import IO, Any, ClassVar
 from cellwright._package import FOLDER
 
 PATIENCE = 2.0
-"""How long threads may take to end when their process is done [s]."""
+"""Time that threads have to end when their process is done [s]."""
 
 
 @contextmanager
 def interrupts_end_the_process() -> Iterator[None]:
-    """Let a Ctrl-C end the process as it does for most programs, with nothing said; afterwards it is as it was.
+    """End the process silently at Ctrl-C, as most programs do; restore the handler afterwards.
 
-    Loading takes half a second, in which Python would show whoever presses Ctrl-C a traceback through its imports.
-    Where a caller has set a handler of its own, or has Ctrl-C ignored, that stands; and so it does in a thread of its
-    own, where none can be set.
+    Loading takes half a second, in which Python would answer Ctrl-C with a traceback through its imports. A handler
+    that the caller has set, or an ignored Ctrl-C, stays. So does the handler outside of the main thread, where none can
+    be set.
     """
     is_main = threading.current_thread() is threading.main_thread()
     is_usual = is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -45,7 +45,7 @@ def interrupts_end_the_process() -> Iterator[None]:
 
 
 def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
-    """End this process with a status if other threads than those `before` go on after `PATIENCE`, and say so."""
+    """End this process with `status`, and say so, if threads other than `before` still run after `PATIENCE`."""
     own = {*before, threading.current_thread()}
     left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]
     end = time.monotonic() + PATIENCE
@@ -53,7 +53,7 @@ def end_despite_threads(before: Collection[threading.Thread], status: int) -> No
         thread.join(max(0.0, end - time.monotonic()))
     names = [thread.name for thread in left if thread.is_alive()]
     if names:
-        with suppress(OSError, ValueError):  # who listens has gone
+        with suppress(OSError, ValueError):  # stderr has been closed
             sys.stderr.write(f"left running, and ended with the process: {', '.join(names)}\n")
         with suppress(Exception):
             atexit._run_exitfuncs()
@@ -64,35 +64,36 @@ def end_despite_threads(before: Collection[threading.Thread], status: int) -> No
 
 
 NOT_SAID = 1
-"""Least exit status of a command that could not say all that it had to say."""
+"""Smallest exit status of a command whose output could not be written completely."""
 
-_NOBODY_LISTENS = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
-"""Who read has gone, as with `| head -1`, or the terminal was closed: that is the reader's wish, and no failure."""
+_READER_GONE = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
+"""Errors of a stream whose reader has ended, as with `| head -1`, or whose terminal was closed; not a failure."""
 
 _WITHOUT_CHARACTER = "backslashreplace"
-"""What a stream has no character for is written as its number: a pipe on Windows lacks most, and names of files may be
-of odd bytes. Python does so for stderr; on stdout it would be an error in the middle of a line."""
+"""Characters that the stream's encoding lacks are escaped: a pipe on Windows lacks most, and file names may have odd
+bytes. Python does so for stderr; on stdout it would raise an error in the middle of a line.
+"""
 
 _NAP = 0.01  # [s]
 
 
 class TolerantStream(io.RawIOBase):
-    """Passes bytes on to a file, until that takes no more; then they go nowhere."""
+    """Stream that passes bytes on to a file, and drops them after the first failure."""
 
     def __init__(self, raw: io.RawIOBase) -> None:
         super().__init__()
         self._raw = raw
         self.failure: OSError | None = None
-        """Why it takes no more."""
+        """The error of the failed write, or None."""
 
     def write(self, data: Any, /) -> int:
-        """Pass on what can be passed on."""
+        """Write as much as possible; return the number of bytes given."""
         rest = memoryview(data)
         count = rest.nbytes
         try:
             while rest and self.failure is None:
                 taken = self._raw.write(rest)
-                if taken is None:  # a pipe that is full, and that somebody has told not to wait
+                if taken is None:  # a full pipe in non-blocking mode
                     time.sleep(_NAP)
                 else:
                     rest = rest[taken:]
@@ -101,30 +102,30 @@ class TolerantStream(io.RawIOBase):
         return count
 
     def writable(self) -> bool:
-        """It is."""
+        """Return True."""
         return True
 
     def fileno(self) -> int:
-        """The file's number."""
+        """Return the file's descriptor."""
         return self._raw.fileno()
 
     def isatty(self) -> bool:
-        """Whether a terminal shows it."""
+        """Return True if the file is a terminal."""
         return self._raw.isatty()
 
     @property
     def mode(self) -> str:
-        """As of any file that is written to."""
+        """Mode of any file that is written to."""
         return "wb"
 
     @property
     def name(self) -> object:
-        """The file's."""
+        """Name of the file."""
         return getattr(self._raw, "name", "")
 
 
 class StandardStreams:
-    """Takes stdout and stderr of this process into its keeping, for as long as it lives."""
+    """Replacement of this process's stdout and stderr by tolerant streams, for as long as it lives."""
 
     def __init__(self) -> None:
         for name, flags in (("stdin", os.O_RDONLY), ("stdout", os.O_WRONLY), ("stderr", os.O_WRONLY)):
@@ -136,11 +137,18 @@ class StandardStreams:
         self._keep("stderr")
 
     def status(self, status: int) -> int:
-        """Say the last; the exit status, which is `NOT_SAID` in place of 0 where stdout did not take all."""
+        """Flush the streams and return the exit status.
+
+        Args:
+            status: exit status of the command so far.
+
+        Returns:
+            `NOT_SAID` in place of 0 if output to stdout was lost, else `status`.
+        """
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         failure = None if self._stdout is None else self._stdout.failure
-        if failure is None or failure.errno in _NOBODY_LISTENS:
+        if failure is None or failure.errno in _READER_GONE:
             return status
         sys.stderr.write(f"error: stdout: cannot be written: {failure.strerror}\n")
         sys.stderr.flush()
@@ -149,9 +157,9 @@ class StandardStreams:
     def _keep(self, name: str) -> TolerantStream | None:
         stream: IO[str] = getattr(sys, name)
         buffer = getattr(stream, "buffer", None)
-        raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is nothing between
+        raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is no buffer
         if not isinstance(stream, io.TextIOWrapper):
-            return None  # somebody else's
+            return None  # replaced by other code
         if not isinstance(raw, io.RawIOBase):
             stream.reconfigure(errors=_WITHOUT_CHARACTER)
             return None
@@ -168,15 +176,15 @@ class StandardStreams:
         return outlet
 
 
-_APART: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows alone
-_READING = 5.0  # [s] that the rest of what a child has written may take to be read
+_APART: int = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # on Windows only
+_READING = 5.0  # [s] to read the rest of a child's output
 _TAIL = 2000  # bytes
 
 
 def own_program(module: str, *arguments: str) -> list[str]:
-    """The command that runs `main` of a module of Cellwright, wherever this process has Cellwright from.
+    """Return the command that runs `main` of a Cellwright module, from the same installation as this process.
 
-    With `-P`, no file that lies where the command is called can stand in for a module that the program needs.
+    With `-P`, no file in the current folder can shadow a module that the program needs.
     """
     code = f"import sys; sys.path.append(sys.argv[1]); from {module} import main; main()"
     return [sys.executable, "-P", "-c", code, str(Path(FOLDER).parent), *arguments]
@@ -185,14 +193,14 @@ def own_program(module: str, *arguments: str) -> list[str]:
 class ChildProcess:
     """A program in a process of its own, with pipes to its stdin and from its stdout.
 
-    It is to end when its stdin does, and so with this process, however that ends. A Ctrl-C on the terminal is not for
-    it: this process ends it in good order.
+    The program must end when its stdin does, and so it ends with this process, in every case. A Ctrl-C on the terminal
+    does not reach it: this process ends it in good order.
 
     Args:
         command: program and arguments.
-        environment: of the program, whole; None: that of this process.
-        stderr: where it writes errors to, as for `subprocess.Popen`. A file is closed in the end.
-        read: reads its stdout to the end, in a thread of its own; None: nobody does.
+        environment: complete environment of the program; None: that of this process.
+        stderr: target of its stderr, as for `subprocess.Popen`. A file is closed in the end.
+        read: reads its stdout to the end, in a separate thread; None: its stdout is not read.
 
     Raises:
         OSError: it cannot be started.
@@ -233,27 +241,27 @@ class ChildProcess:
 
     @property
     def is_running(self) -> bool:
-        """Whether it has not ended yet."""
+        """True if it has not ended yet."""
         return self._process.poll() is None
 
     def send(self, line: str) -> None:
-        """Write a line to its stdin; it is lost where the process has ended."""
+        """Write a line to its stdin; the line is lost if the process has ended."""
         with suppress(OSError):
             self._stdin.write(f"{line}\n".encode())
             self._stdin.flush()
 
     def ready_line(self, timeout: float | None = None) -> str:
-        """Wait for the line that it says when it is ready, at most so long [s]; empty if it ends, or is late."""
+        """Wait at most `timeout` [s] for the line that it prints when it is ready; empty if it ends, or is late."""
         try:
             if timeout is not None and not select.select([self._stdout], (), (), timeout)[0]:
                 return ""
             return self._stdout.readline().decode(errors="replace").strip()
-        except BaseException:  # a signal, while it starts
+        except BaseException:  # a signal during its start
             self.end(0.0)
             raise
 
     def last_words(self) -> str:
-        """The last line in the file that its stderr goes to; empty if there is none."""
+        """Return the last line in the file of its stderr; empty if there is none."""
         try:
             assert self._log is not None
             self._log.seek(0)
@@ -263,8 +271,8 @@ class ChildProcess:
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def end(self, patience: float) -> None:
-        """Have it end by the end of its stdin, within so long [s]; else kill it."""
-        with suppress(OSError):  # what was written last has found no reader
+        """Close its stdin so that it ends within `patience` [s]; else kill it."""
+        with suppress(OSError):  # the last output has found no reader
             self._stdin.close()
         if not self._ends_within(patience):
             self._process.kill()

@@ -1,4 +1,4 @@
-"""Everything that two served worlds hear, by their contracts' tables: a row that is added is tried by itself."""
+"""All inputs of a served cell and robot, from the tables of their interfaces; a new row is tested automatically."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.robot.robots import two_arms
 
 @dataclass(frozen=True)
 class Input:
-    """A topic that is heard, or a service."""
+    """A topic that is subscribed to, or a service."""
 
     name: str
     type_name: str
@@ -33,7 +33,7 @@ class Input:
 
 
 def inputs(rows: tuple[Row, ...]) -> list[Input]:
-    """What a contract takes; an action is five topics, which have rows of their own."""
+    """Return the inputs of an interface; an action is five topics, which have rows of their own."""
     return [_input(row) for row in rows if row.direction is Direction.IN and row.kind is not Kind.ACTION]
 
 
@@ -48,15 +48,15 @@ TELEOP = inputs(teleop_rows(two_arms()))
 
 
 def whole_cell(**more: Any) -> Cell:
-    """A cell with something of everything, cheats allowed."""
+    """A cell with all kinds of devices and sensors, outside of competition mode."""
     return Cell(WHOLE, competition=False, **more)
 
 
 def robot(**more: Any) -> RobotNode:
-    """A robot's node with every row of its contract."""
+    """A robot's node with every row of its interface."""
     return RobotNode(two_arms(), **more)
 
 
 def state_hash(served: Served) -> str:
-    """All that a served world is."""
+    """Return a hash of the whole state of a cell or robot."""
     return served.state_hash() if isinstance(served, Cell) else served.simulation.state_hash()

@@ -1,4 +1,4 @@
-"""The action of the arm, as an actionlib client sees it."""
+"""The arm's action, as seen by an actionlib client."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FAR = tuple(value + 0.4 for value in INITIAL)
 
 
 class Client:
-    """Hears what an actionlib client hears."""
+    """Subscriber to the topics of an actionlib client."""
 
     def __init__(self, cell: Cell) -> None:
         self.status = Ear(cell, f"{ACTION}/status")
@@ -32,11 +32,11 @@ class Client:
         self.result = Ear(cell, f"{ACTION}/result")
 
     def statuses(self) -> dict[str, int]:
-        """What was told last of each goal."""
+        """Return the latest status of each goal."""
         return {each.goal_id.id: each.status for each in self.status.messages[-1].status_list}
 
     def results(self) -> list[tuple[str, int, int]]:
-        """Goal, status and error code of each result."""
+        """Return goal, status and error code of each result."""
         return [(each.status.goal_id.id, each.status.status, each.result.error_code) for each in self.result.messages]
 
 
@@ -54,7 +54,7 @@ def test_a_goal_is_taken_reported_and_succeeds() -> None:
     cell, client = arm_cell()
     run(cell, 0.3)
     send(cell, way(NEAR), "first")
-    assert client.statuses() == {"first": ACTIVE}  # at once
+    assert client.statuses() == {"first": ACTIVE}  # immediately
     assert client.status.times[-1] == pytest.approx(0.3)
     run(cell, 1.5)
     assert client.results() == [("first", SUCCEEDED, 0)]
@@ -72,15 +72,15 @@ def test_a_goal_is_taken_reported_and_succeeds() -> None:
     assert nanoseconds(heard.header.stamp) == nanoseconds(heard.feedback.header.stamp) == 800_000_000
 
 
-def test_a_status_is_told_five_times_a_second_and_a_goal_that_ended_for_five_seconds() -> None:
+def test_a_status_comes_five_times_a_second_and_for_five_seconds_after_the_end_of_a_goal() -> None:
     cell, client = arm_cell()
     send(cell, way(NEAR), "first")
     run(cell, 6.0)
     ended = client.result.times[0]
-    told = [
+    times = [
         time for time, message in zip(client.status.times, client.status.messages, strict=True) if message.status_list
     ]
-    assert max(told) == pytest.approx(ended + 5.0, abs=0.21)
+    assert max(times) == pytest.approx(ended + 5.0, abs=0.21)
     run(cell, 0.5)
     assert client.statuses() == {}
     whole = [time for time in client.status.times if round(time * 1000) % 200 == 0 and time > 0.1]
@@ -145,7 +145,7 @@ def test_the_name_of_the_goal_that_is_followed_is_taken() -> None:
     assert cell.state_hash() == before
     run(cell, 1.2)
     assert client.results() == [("same", SUCCEEDED, 0)]
-    send(cell, way(INITIAL), "same")  # now it is free again
+    send(cell, way(INITIAL), "same")  # the identifier is free again
     run(cell, 1.2)
     assert client.results() == [("same", SUCCEEDED, 0)] * 2
 
@@ -271,7 +271,7 @@ def hashes_of(cells: Iterable[Cell]) -> set[str]:
     return {cell.state_hash() for cell in cells}
 
 
-def test_a_restored_run_goes_on_with_its_goal() -> None:
+def test_a_restored_run_continues_its_goal() -> None:
     cell, client = arm_cell()
     send(cell, way(FAR), "", given=NANOSECONDS)
     run(cell, 0.5)

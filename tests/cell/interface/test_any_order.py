@@ -1,4 +1,4 @@
-"""Commands, time, new beginnings and restores in any order: whatever comes, the world stays sound and goes on."""
+"""Commands, time, resets and restores in any order: the state stays sound and the run goes on."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from tests.middleware.messages.random_messages import messages, spoiled
 from tests.robot.robots import two_arms
 
 BEYOND = 0.15
-"""So far [rad; m] beyond its range the greatest effort may press a joint."""
+"""Distance [rad; m] beyond its range to which the greatest effort may press a joint."""
 
 
 class Life(RuleBasedStateMachine):
-    """What holds of a cell and of a robot's node."""
+    """State machine with the invariants of a cell and of a robot's node."""
 
     make: ClassVar[Callable[[], tuple[Served, list[str]]]]
     known: ClassVar[list[Input]]
@@ -44,7 +44,7 @@ class Life(RuleBasedStateMachine):
         super().__init__()
         self.served, self.lines = type(self).make()
         self.bus, self.simulation = self.served.bus, self.served.simulation
-        self.said: list[tuple[int, str]] = []
+        self.reported: list[tuple[int, str]] = []
 
     @initialize()
     def begin(self) -> None:
@@ -59,7 +59,7 @@ class Life(RuleBasedStateMachine):
         except CellwrightError:
             assert self.bus.refusals.total - before in (0, 1)  # a service may fail without being refused
         self.refused += self.bus.refusals.total - before
-        self.said += [(self.simulation.now, line) for line in self.lines]
+        self.reported += [(self.simulation.now, line) for line in self.lines]
         self.lines.clear()
 
     @rule(data=st.data(), node=st.sampled_from(["/a", "/b", ""]), is_spoiled=st.booleans())
@@ -80,9 +80,9 @@ class Life(RuleBasedStateMachine):
         assert self.simulation.clock.tick == before + ticks
 
     @rule()
-    def begin_anew(self) -> None:
+    def start_again(self) -> None:
         self.simulation.reset()
-        self.said.clear()
+        self.reported.clear()
         assert self.simulation.now == 0
 
     @rule(target=snapshots)
@@ -92,7 +92,7 @@ class Life(RuleBasedStateMachine):
     @rule(kept=snapshots)
     def go_back(self, kept: tuple[Snapshot, str]) -> None:
         restore_snapshot(self.simulation, kept[0])
-        self.said.clear()
+        self.reported.clear()
         assert state_hash(self.served) == kept[1]
 
     @invariant()
@@ -101,9 +101,9 @@ class Life(RuleBasedStateMachine):
             assert self.bus.refusals.total == self.refused
 
     @invariant()
-    def no_source_is_told_of_twice_a_second(self) -> None:
+    def no_source_is_reported_twice_a_second(self) -> None:
         times: dict[str, list[int]] = {}
-        for now, line in self.said:
+        for now, line in self.reported:
             assert line.isprintable()
             if line.startswith("refused "):
                 times.setdefault(line.split(": ")[0], []).append(now)
@@ -127,7 +127,7 @@ def cell_and_lines() -> tuple[Cell, list[str]]:
 
 
 class LifeOfACell(Life):
-    """The cell, with parts to grip, a kit to send off and everybody who may cheat."""
+    """The cell, with parts to grip, a kit to send off and all cheats allowed."""
 
     make = cell_and_lines
     known = GEAR

@@ -1,4 +1,4 @@
-"""The pieces of a robot description."""
+"""Elements of a robot description."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GREY = (0.5, 0.5, 0.5, 1.0)
 
 
 def written(pose: Pose) -> Element:
-    """An element that has the pose as its origin."""
+    """Return an element with the pose as its origin."""
     robot = Element("robot")
     urdf.add_joint(robot, "fixed", "joint", "world", "link", pose)
     found = robot.find("joint")
@@ -70,7 +70,7 @@ def test_shapes(shape: Shape, kinds: list[str], lowest: float) -> None:
 
 
 def lowest_point(element: Element) -> float:
-    """The z [m] of the lowest point of an upright shape."""
+    """Return the z [m] of the lowest point of an upright shape."""
     form = element.find("geometry/*")
     assert form is not None
     height = float(origin_of(element)[2, 3])

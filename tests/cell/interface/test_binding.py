@@ -1,4 +1,4 @@
-"""Every row of the contract on the bus of a real cell: type, latch, rate; and nothing besides."""
+"""Every row of the interface on the bus of a real cell: type, latch and rate; and no other topics."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_the_bus_has_what_the_table_has_and_nothing_else(trial: Trial, competiti
 
 
 def expected_count(row: Row, timestep: Fraction, ticks: int) -> int | None:
-    """How many messages `ticks` steps bring of a periodic topic; None of one that comes on occasion."""
+    """Return the number of messages of a periodic topic in `ticks` steps; None for a topic without a period."""
     if row.rate is Pace.EACH_STEP:
         return ticks
     if row.period is None:
@@ -61,8 +61,8 @@ def expected_count(row: Row, timestep: Fraction, ticks: int) -> int | None:
     return int(ticks * timestep / row.period) if row.period >= timestep else ticks
 
 
-# the lesson's step, a coarse one, two that no rate is a multiple of, and the coarsest that a file may ask for, in
-# which a profiler of 100 Hz has one scan a step
+# the lesson's step, a coarse one, two that no rate is a multiple of, and the coarsest that a file may have, with
+# one scan a step for a profiler of 100 Hz
 @pytest.mark.slow
 @pytest.mark.parametrize("timestep", [Fraction(1, 500), Fraction(1, 240), Fraction(3, 1000), Fraction(1, 50)], ids=str)
 def test_every_topic_has_its_rate_in_simulation_time(timestep: Fraction) -> None:
@@ -70,7 +70,7 @@ def test_every_topic_has_its_rate_in_simulation_time(timestep: Fraction) -> None
     cell = Cell(trial, competition=False)
     out = out_rows(trial, competition=False)
     ears = {name: Ear(cell, name) for name in sorted({row.name for row in out})}
-    send(cell, way(tuple(WHOLE.initial_joint_states.values()), each=10.0))  # so that there is something to feed back
+    send(cell, way(tuple(WHOLE.initial_joint_states.values()), each=10.0))  # so that there is feedback
     ticks = ceil(SECONDS / timestep)
     for _ in range(ticks):
         cell.step()
@@ -81,7 +81,7 @@ def test_every_topic_has_its_rate_in_simulation_time(timestep: Fraction) -> None
         count = expected_count(row, timestep, ticks) or 0
         expected[row.name] += count * (several.get(row.name, 1) if row.node == "/gazebo" else 1)
     expected["/tf_static"] = 1
-    expected["/ariac/arm/follow_joint_trajectory/status"] += 1  # at once, when the goal was taken
+    expected["/ariac/arm/follow_joint_trajectory/status"] += 1  # immediately, when the goal was accepted
     assert {name: len(ear) for name, ear in ears.items()} == expected
 
 
@@ -110,14 +110,14 @@ def test_a_late_listener_changes_no_times() -> None:
     run(cell, 0.333)
     late = Ear(cell, "logical_camera_1", "joint_states")
     run(cell, 0.5)
-    # the newest picture is latched, and comes at once
+    # the newest picture is latched, and comes immediately
     assert late.times[0] == pytest.approx(0.334, abs=0.002)
     assert late.messages[0] in early.messages
     assert late.times[1:] == [time for time in early.times if time > late.times[0]]
 
 
 @pytest.mark.parametrize("node", ["/team", "/gazebo", ""])
-def test_a_competition_refuses_cheats_whatever_a_guest_calls_itself(node: str) -> None:
+def test_a_competition_refuses_cheats_whatever_the_name_of_the_client(node: str) -> None:
     cell = Cell(WHOLE)
     start(cell)
     run(cell, 1.0)
@@ -132,8 +132,8 @@ def test_a_competition_refuses_cheats_whatever_a_guest_calls_itself(node: str) -
     assert len(cell.trays[1].look()) == 2
 
 
-def test_in_a_competition_nobody_hears_the_trays_and_asking_costs_nothing() -> None:
-    """In the original a listener to the trays spoilt the score; here watching changes nothing."""
+def test_in_a_competition_the_trays_are_silent_and_subscribing_costs_nothing() -> None:
+    """In the original a subscriber to the trays spoilt the score; here watching changes nothing."""
     scores = []
     for curious in (False, True):
         cell = Cell(KITTING)

@@ -1,4 +1,4 @@
-"""Cameras in a whole cell: what they say is what stands there, and listening to them changes nothing."""
+"""Cameras in a whole cell: their messages show the scene as it is, and listening changes nothing."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def new_cell() -> Cell:
 
 @pytest.fixture(scope="module")
 def shown() -> tuple[Cell, dict[str, list[Any]]]:
-    """A cell after two pictures of each camera, and what it said on each topic."""
-    cell, said = new_cell(), defaultdict[str, list[Any]](list)
+    """A cell after two pictures of each camera, and the messages of each topic."""
+    cell, messages = new_cell(), defaultdict[str, list[Any]](list)
     for topic in (*TOPICS, "/tf_static"):
-        cell.bus.subscribe(topic, said[topic].append)
+        cell.bus.subscribe(topic, messages[topic].append)
     cell.simulation.step_until(152_000_000)
     cell.simulation.refresh()
-    return cell, dict(said)
+    return cell, dict(messages)
 
 
 def depths(message: Image) -> NDArray[np.float32]:
@@ -84,22 +84,22 @@ def in_world(points: NDArray[Any], world_T_points: Pose) -> NDArray[np.float64]:
     return np.array([world_T_points.transform(tuple(point)) for point in points.astype(float).tolist()])
 
 
-def world_T_optical(said: dict[str, list[Any]], name: str) -> Pose:
-    frames = {each.child_frame_id: each for each in said["/tf_static"][0].transforms}
+def world_T_optical(messages: dict[str, list[Any]], name: str) -> Pose:
+    frames = {each.child_frame_id: each for each in messages["/tf_static"][0].transforms}
     camera, optical = frames[f"{name}_frame"], frames[f"{name}_optical_frame"]
     assert (camera.header.frame_id, optical.header.frame_id) == ("world", f"{name}_frame")
     return pose_from_transform(camera.transform) @ pose_from_transform(optical.transform)
 
 
 def test_each_type_has_its_topics(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    cell, said = shown
+    cell, messages = shown
     types = {topic.name: topic.type for topic in cell.bus.topics()}
     assert {name: types[name] for name in TOPICS} == TOPICS
     for name in TOPICS:
-        assert len(said[name]) == 2, name
-        assert [message.header.stamp.nanosec for message in said[name]] == [50_000_000, 100_000_000], name
+        assert len(messages[name]) == 2, name
+        assert [message.header.stamp.nanosec for message in messages[name]] == [50_000_000, 100_000_000], name
         frame = "slanted_frame" if name == "/ariac/slanted" else f"{name.split('/')[2]}_optical_frame"
-        assert said[name][0].header.frame_id == frame
+        assert messages[name][0].header.frame_id == frame
 
 
 def test_rows_have_the_rate_of_their_camera() -> None:
@@ -116,36 +116,36 @@ def test_a_name_that_clashes_with_another_topic_is_refused() -> None:
         Cell(load_trial(text=f"{beam}\ncellwright: {{{own}}}").trial)
 
 
-def test_a_part_is_where_the_matrix_says(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    cell, said = shown
-    picture, info = said["/ariac/over/image_raw"][-1], said["/ariac/over/camera_info"][-1]
+def test_a_part_is_at_the_pixels_of_the_camera_matrix(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+    cell, messages = shown
+    picture, info = messages["/ariac/over/image_raw"][-1], messages["/ariac/over/camera_info"][-1]
     assert (picture.encoding, picture.step, info.distortion_model) == ("rgb8", 3 * WIDTH, "plumb_bob")
     colours = picture.data.reshape(HEIGHT, WIDTH, 3).astype(int)
-    is_gear = (colours[..., 0] - colours[..., 2]) > 60  # the only thing that is yellow
+    is_gear = (colours[..., 0] - colours[..., 2]) > 60  # only the gear is yellow
     found_rows, found_columns = np.nonzero(is_gear)
     part = next(each for each in cell.parts.all if each.name.startswith("bin7|gear_part"))
     x, y, z = cell.simulation.data.xpos[part.body]
     rim = [(x + 0.0392 * math.cos(a), y + 0.0392 * math.sin(a), z + 0.012) for a in np.linspace(0, 2 * math.pi, 60)]
-    optical = in_world(np.array(rim), world_T_optical(said, "over").inverse())
+    optical = in_world(np.array(rim), world_T_optical(messages, "over").inverse())
     projected = info.k.reshape(3, 3) @ (optical / optical[:, 2:]).T
     for found, expected in ((found_columns, projected[0]), (found_rows, projected[1])):
         assert found.min() == pytest.approx(expected.min(), abs=1.6)
         assert found.max() == pytest.approx(expected.max(), abs=1.6)
 
 
-def test_depth_is_what_the_geometry_says(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    _, said = shown
-    message = said["/ariac/over/depth/image_raw"][-1]
+def test_depth_agrees_with_the_geometry(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+    _, messages = shown
+    message = messages["/ariac/over/depth/image_raw"][-1]
     assert (message.encoding, message.step) == ("32FC1", 4 * WIDTH)
     depth = depths(message)
     floor = depth[HEIGHT // 2, WIDTH // 2 - 12]  # beside the gear
     assert floor == pytest.approx(1.4 - BIN_SURFACE, abs=0.001)
 
 
-def test_points_lie_on_what_stands_there(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    _, said = shown
-    points = cloud(said["/ariac/slanted/depth/points"][-1], 3).reshape(-1, 3)
-    world = in_world(points[np.isfinite(points[:, 2])], world_T_optical(said, "slanted"))
+def test_points_lie_on_surfaces(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
+    _, messages = shown
+    points = cloud(messages["/ariac/slanted/depth/points"][-1], 3).reshape(-1, 3)
+    world = in_world(points[np.isfinite(points[:, 2])], world_T_optical(messages, "slanted"))
     in_the_bin = (np.abs(world[:, 0] + 0.3) < 0.2) & (np.abs(world[:, 1] - 0.23) < 0.2)
     beside_the_gear = in_the_bin & (np.hypot(world[:, 0] + 0.23, world[:, 1] - 0.17) > 0.06)
     assert beside_the_gear.sum() > 200
@@ -153,16 +153,16 @@ def test_points_lie_on_what_stands_there(shown: tuple[Cell, dict[str, list[Any]]
 
 
 def test_the_cloud_of_2018_holds_the_same_points(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    _, said = shown
-    points = cloud(said["/ariac/slanted/depth/points"][-1], 3).reshape(-1, 3)
+    _, messages = shown
+    points = cloud(messages["/ariac/slanted/depth/points"][-1], 3).reshape(-1, 3)
     points = points[np.isfinite(points[:, 2])]
-    found = np.array([(each.x, each.y, each.z) for each in said["/ariac/slanted"][-1].points])
+    found = np.array([(each.x, each.y, each.z) for each in messages["/ariac/slanted"][-1].points])
     np.testing.assert_allclose(found, np.column_stack([points[:, 2], -points[:, 0], -points[:, 1]]), atol=1e-6)
 
 
 def test_points_have_the_colours_of_their_pixels(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    _, said = shown
-    message = said["/ariac/over/depth/points"][-1]
+    _, messages = shown
+    message = messages["/ariac/over/depth/points"][-1]
     assert [(each.name, each.offset, each.datatype) for each in message.fields] == [
         ("x", 0, 7),
         ("y", 4, 7),
@@ -171,13 +171,13 @@ def test_points_have_the_colours_of_their_pixels(shown: tuple[Cell, dict[str, li
     ]
     packed = message.data.view(np.uint32).reshape(HEIGHT, WIDTH, 4)[..., 3]
     colours = np.stack([packed >> 16 & 255, packed >> 8 & 255, packed & 255], axis=2)
-    picture = said["/ariac/over/image_raw"][-1].data.reshape(HEIGHT, WIDTH, 3)
+    picture = messages["/ariac/over/image_raw"][-1].data.reshape(HEIGHT, WIDTH, 3)
     np.testing.assert_array_equal(colours, picture)
 
 
 def test_a_camera_on_the_arm_moves_with_it(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    cell, said = shown
-    frames = {each.child_frame_id: each for each in said["/tf_static"][0].transforms}
+    cell, messages = shown
+    frames = {each.child_frame_id: each for each in messages["/tf_static"][0].transforms}
     assert frames["wrist_frame"].header.frame_id == "vacuum_gripper_link"
     camera = cell.sensors["wrist"]
     assert isinstance(camera, PictureCamera)
@@ -186,14 +186,14 @@ def test_a_camera_on_the_arm_moves_with_it(shown: tuple[Cell, dict[str, list[Any
 
 
 def test_messages_travel_in_both_forms(shown: tuple[Cell, dict[str, list[Any]]]) -> None:
-    _, said = shown
+    _, messages = shown
     for topic, kind in (
         ("/ariac/over/image_raw", Image),
         ("/ariac/over/camera_info", CameraInfo),
         ("/ariac/over/depth/points", PointCloud2),
         ("/ariac/slanted", PointCloud),
     ):
-        message = said[topic][0]
+        message = messages[topic][0]
         assert to_cdr(from_cdr(to_cdr(message), kind)) == to_cdr(message)
         assert to_ros1(from_ros1(to_ros1(message), kind)) == to_ros1(message)
 
@@ -213,8 +213,8 @@ def test_listening_changes_nothing() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("topic", ["/ariac/over/image_raw", "/ariac/over/depth/points"])
-def test_a_late_listener_gets_the_same_whoever_listens(topic: str) -> None:
-    """A picture comes a period after it was taken; one that was taken before somebody came is not for him."""
+def test_a_late_subscriber_gets_the_same_as_the_others(topic: str) -> None:
+    """A picture comes a period after it was taken; a later subscriber does not get one taken before."""
     found = []
     for listens in (False, True):
         cell = new_cell()

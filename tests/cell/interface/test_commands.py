@@ -1,4 +1,4 @@
-"""Commands and services of a real cell, also from those who mean it no good."""
+"""Commands and services of a real cell, including hostile ones."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_names_may_come_in_any_order() -> None:
     assert wanted(cell) == pytest.approx(AHEAD)
 
 
-def test_more_positions_than_names_are_passed_over() -> None:
+def test_more_positions_than_names_are_ignored() -> None:
     cell = Cell(ARM_ONLY)
     publish(cell, "arm/command", way((*AHEAD, 9.9)))
     run(cell, 1.5)
@@ -66,7 +66,7 @@ def test_positions_alone_are_joined_by_straight_lines_from_where_the_arm_should_
     assert wanted(cell) == pytest.approx([value + 0.025 for value in INITIAL])
 
 
-def test_a_stamp_says_when_to_start() -> None:
+def test_a_trajectory_starts_at_its_stamp() -> None:
     cell = Cell(ARM_ONLY)
     message = way(AHEAD)
     message.header.stamp = stamp(NANOSECONDS)
@@ -86,7 +86,7 @@ def test_no_points_bring_the_arm_to_rest() -> None:
     at_rest = wanted(cell)
     run(cell, 0.5)
     assert wanted(cell) == at_rest
-    # half a second at 1 rad/s, then the original's stop: half-way through a spline of 1 s that turns the speed round
+    # half a second at 1 rad/s, then the original's stop: half-way through a spline of 1 s that reverses the speed
     assert at_rest == pytest.approx([value + 0.5 + 5 / 16 for value in INITIAL])
 
 
@@ -129,15 +129,15 @@ REFUSED: dict[str, tuple[Spoil, str]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", REFUSED)
-def test_what_cannot_be_followed_is_refused_whole_and_counted(what: str) -> None:
+@pytest.mark.parametrize("mistake", REFUSED)
+def test_what_cannot_be_followed_is_refused_whole_and_counted(mistake: str) -> None:
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     run(cell, 0.1)
     publish(cell, "arm/command", way(AHEAD))
     run(cell, 0.2)
     before = cell.state_hash()
-    spoil, reason = REFUSED[what]
+    spoil, reason = REFUSED[mistake]
     with pytest.raises(RejectedCommandError, match=reason):
         publish(cell, "arm/command", spoiled(spoil), node="/team")
     assert cell.state_hash() == before
@@ -148,7 +148,7 @@ def test_what_cannot_be_followed_is_refused_whole_and_counted(what: str) -> None
     assert wanted(cell) == pytest.approx(AHEAD)
 
 
-def test_a_flood_of_bad_commands_is_told_once_a_second() -> None:
+def test_a_flood_of_bad_commands_is_reported_once_a_second() -> None:
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     bad = points((math.nan,) * 7)
@@ -193,7 +193,7 @@ def test_where_material_is() -> None:
     assert units("unheard_of") == units("") == []
 
 
-def test_the_gripper_always_says_yes() -> None:
+def test_gripper_control_always_succeeds() -> None:
     cell = Cell(ARM_ONLY)
     for enable in (True, True, False, False):
         assert call(cell, "gripper/control", VacuumGripperControlRequest(enable)).success
@@ -224,7 +224,7 @@ def test_the_flow_of_parts_can_be_held_up() -> None:
     assert len(clones & cell.parts.in_play) == 1
 
 
-def test_in_a_competition_the_flow_of_parts_is_nobodys_business() -> None:
+def test_in_a_competition_the_flow_of_parts_has_no_service() -> None:
     with pytest.raises(UnknownNameError, match="unknown service '/ariac/population/control'"):
         call(Cell(WHOLE), "population/control", PopulationControlRequest("pause"))
 
@@ -255,14 +255,14 @@ def test_clearing_a_tray() -> None:
 
 def test_an_agv_answers_at_once_whatever_the_kit() -> None:
     cell = Cell(KITTING)
-    assert call(cell, "agv1", AGVControlRequest("nobody ordered this")).success
-    assert not call(cell, "agv1", AGVControlRequest("order_0_kit_0")).success  # on its way already
+    assert call(cell, "agv1", AGVControlRequest("an unknown kit")).success
+    assert not call(cell, "agv1", AGVControlRequest("order_0_kit_0")).success  # it is on its way already
     assert call(cell, "agv2", AGVControlRequest("")).success
     run(cell, PREPARATION + 0.01)
     assert {agv.state for agv in cell.agvs.values()} == {"delivering"}
 
 
-def test_nothing_is_known_of_what_the_cell_has_not() -> None:
+def test_topics_of_missing_devices_are_unknown() -> None:
     cell = Cell(ARM_ONLY)
     with pytest.raises(UnknownNameError, match="unknown service '/ariac/agv1'"):
         call(cell, "agv1", AGVControlRequest("order_0_kit_0"))

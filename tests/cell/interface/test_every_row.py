@@ -1,4 +1,4 @@
-"""Each topic and service of both contracts, given what it is for and what it is not: refused whole, or taken."""
+"""Each topic and service of both interfaces, with valid and invalid messages: accepted, or refused as a whole."""
 
 from __future__ import annotations
 

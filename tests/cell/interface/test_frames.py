@@ -1,4 +1,4 @@
-"""The tree of frames as /tf and /tf_static carry it, against figures written down by hand."""
+"""The frame tree as published on /tf and /tf_static, compared with independent figures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.conftest import DATA
 FK = json.loads((DATA / "ur10_rail_fk.json").read_text())["cases"]
 HALF_TURN = 3.14159
 
-# child: parent, position, yaw (None: not looked at here)
+# child: parent, position, yaw (None: not checked here)
 STATIC: dict[str, tuple[str, tuple[float, float, float], float | None]] = {
     "bin1_frame": ("world", (-1.0, -1.33, 0.72), 1.5708),
     "bin2_frame": ("world", (-1.0, -0.535, 0.72), 1.5708),
@@ -58,7 +58,7 @@ Tree = dict[str, tuple[str, Pose]]
 
 
 def tree_of(ear: Ear) -> Tree:
-    """Parent and pose in it of every frame that was heard of; a frame has one parent."""
+    """Return parent and relative pose of every frame received; a frame has one parent."""
     tree: Tree = {}
     for message in ear.messages:
         for transform in message.transforms:
@@ -69,7 +69,7 @@ def tree_of(ear: Ear) -> Tree:
 
 
 def in_world(tree: Tree, frame: str) -> Pose:
-    """world_T_frame."""
+    """Return world_T_frame."""
     pose = Pose()
     while frame != "world":
         frame, parent_T_frame = tree[frame]
@@ -106,7 +106,7 @@ def test_fixed_frames_of_a_cell_without_arm_and_sensors() -> None:
     assert len(Ear(cell, "/tf_static")) == 1
 
 
-def test_who_has_a_fixed_frame_is_told_by_the_name_as_in_the_original() -> None:
+def test_fixed_frames_are_named_as_in_the_original() -> None:
     sensors = (
         Sensor("my_camera", "logical_camera", Pose((0.0, 0.0, 1.0))),
         Sensor("logical_camera_beam", "break_beam", Pose((0.0, 0.0, 1.0))),
@@ -166,7 +166,7 @@ def test_stamps_and_senders() -> None:
 
 
 def put(cell: Cell, joints: dict[str, float]) -> None:
-    """Have the arm stand somewhere at the next moment at which frames are told."""
+    """Set the arm's joints just before the next message of the frames."""
     model, data = cell.simulation.model, cell.simulation.data
 
     def write(_: int) -> None:

@@ -1,4 +1,4 @@
-"""Input from those who mean the cell no good: refused whole and counted, or taken; the cell goes on."""
+"""Hostile input: refused as a whole and counted, or accepted; the cell goes on."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ AHEAD = tuple(value + 0.1 for value in INITIAL)
 
 @pytest.mark.parametrize("far", [1e6, -1e12, 1e100, -1e306])
 def test_huge_numbers_leave_the_cell_whole(far: float) -> None:
-    """Numbers that can be computed with are accepted, as in the original; the effort limits hold the arm together."""
+    """Numbers that can be computed with are accepted, as in the original; the effort limits protect the arm."""
     cell = Cell(WHOLE)
     gear = cell.parts.pose(cell.parts.part("bin8|gear_part_1"))
     publish(cell, "arm/command", joint_trajectory(JOINTS, [trajectory_point((far,) * 7, time_from_start=NANOSECONDS)]))
@@ -123,7 +123,7 @@ INPUTS = (
 @pytest.mark.slow
 @given(st.sampled_from(INPUTS).flatmap(lambda pair: st.tuples(st.just(pair[0]), messages(pair[1]))))
 @settings(max_examples=150)
-def test_whatever_is_sent_the_cell_goes_on(sent: tuple[str, Message]) -> None:
+def test_the_cell_survives_any_message(sent: tuple[str, Message]) -> None:
     topic, message = sent
     before = SHARED.simulation.clock.tick
     try:
@@ -142,7 +142,7 @@ def test_whatever_is_sent_the_cell_goes_on(sent: tuple[str, Message]) -> None:
     st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=150)
-def test_whatever_numbers_a_trajectory_has_the_cell_goes_on(
+def test_the_cell_survives_any_numbers_in_a_trajectory(
     positions: list[float], velocities: list[float], seconds: int, nanoseconds: int
 ) -> None:
     point = trajectory_point(positions, velocities)
@@ -176,7 +176,7 @@ def test_a_flood_of_commands_leaves_the_last_one_standing() -> None:
 
 
 def test_strangers_cannot_eat_the_memory() -> None:
-    """Names come from outside: so many sources are told apart, the others share one."""
+    """Names come from outside: a limited number of sources is counted separately, the others together."""
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     for number in range(1000):

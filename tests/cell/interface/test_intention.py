@@ -1,4 +1,4 @@
-"""An agent's word about what it does: kept for people, bounded, and without effect."""
+"""An agent's stated intention: kept for viewers, bounded, and without effect."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from tests.cells import BARE, KITTING, publish, run
 
 @given(st.text(max_size=5 * MAX_INTENTION_LENGTH))
 def test_any_text_becomes_one_line_that_can_be_shown(text: str) -> None:
-    said = Intention()
-    said.say(text, "/agent", 7)
-    assert len(said.text) <= MAX_INTENTION_LENGTH
-    assert "\n" not in said.text
-    assert said.text.isprintable()
-    assert (said.node, said.time) == ("/agent", 7)
+    intention = Intention()
+    intention.say(text, "/agent", 7)
+    assert len(intention.text) <= MAX_INTENTION_LENGTH
+    assert "\n" not in intention.text
+    assert intention.text.isprintable()
+    assert (intention.node, intention.time) == ("/agent", 7)
 
 
 def test_a_flood_of_text_is_cut() -> None:
-    said = Intention()
-    said.say("x" * 10_000_000, "/agent", 0)
-    assert said.text == "x" * (MAX_INTENTION_LENGTH - 1) + "…"
+    intention = Intention()
+    intention.say("x" * 10_000_000, "/agent", 0)
+    assert intention.text == "x" * (MAX_INTENTION_LENGTH - 1) + "…"
 
 
-def test_a_client_says_it_and_the_cell_remembers_the_newest_until_it_begins_anew() -> None:
+def test_the_cell_keeps_the_newest_intention_of_a_client_until_the_next_run() -> None:
     cell = Cell(KITTING)
     client = Client.in_process(cell, node="/me")
     client.intend("looking around")

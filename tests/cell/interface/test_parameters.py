@@ -1,4 +1,4 @@
-"""The ROS parameters of the cell."""
+"""ROS parameters of the cell."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_the_joint_states() -> None:
     ]
 
 
-def test_what_the_file_says_holds() -> None:
+def test_settings_of_the_file_are_parameters() -> None:
     arm = of_arm(
         ArmSettings(
             gains={"elbow_joint": JointGains(1, 2, 3, 4)},
@@ -84,7 +84,7 @@ def test_a_cell_without_an_arm_has_no_controllers() -> None:
 
 
 def test_a_parameter_server_takes_them() -> None:
-    """It is spoken to in XML-RPC, which knows no None and no tuple that comes back as one."""
+    """It uses XML-RPC, which has no None and no tuples."""
     found = parameters(WHOLE, competition=True)
     ((back,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
     assert back == found

@@ -1,4 +1,4 @@
-"""What a program may ask about the part types of a trial's own."""
+"""Service for the part types of a trial's own."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,13 +21,13 @@ def test_a_trial_without_parts_of_its_own_has_none_to_tell() -> None:
     assert client(Cell(BARE)).part_types() == {}
 
 
-def test_mass_box_and_flat_spots_are_told_and_the_state_stays_as_it_is(tmp_path: Path) -> None:
+def test_mass_box_and_flat_spots_are_reported_and_the_state_stays_as_it_is(tmp_path: Path) -> None:
     cell = Cell(load_trial([write_trial(tmp_path, "my_can", "my_ball")]).trial)
     before = cell.state_hash()
-    told = client(cell).part_types()["my_can"]
-    assert told["mass"] == 0.5
-    assert len(told["tops"]) == 6
-    can = SimpleNamespace(**told["tops"][0])
+    reply = client(cell).part_types()["my_can"]
+    assert reply["mass"] == 0.5
+    assert len(reply["tops"]) == 6
+    can = SimpleNamespace(**reply["tops"][0])
     assert can.turn == [1.0, 0.0, 0.0, 0.0]
     assert can.lower == pytest.approx([-0.035, -0.035, -0.06])
     assert can.upper == pytest.approx([0.035, 0.035, 0.06])

@@ -1,4 +1,4 @@
-"""What the messages of a real cell hold, against figures written down by hand."""
+"""Contents of a real cell's messages, compared with independent figures."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def test_joint_states_name_eight_joints_and_the_last_never_moves() -> None:
     run(cell, 0.1)
     cell.bus.publish("/ariac/arm/command", way(tuple(value + 0.1 for value in INITIAL)))
     run(cell, 0.5)
-    wanted = {**dict(zip(JOINTS, INITIAL, strict=True)), "vacuum_gripper_joint": 0.0}
+    expected = {**dict(zip(JOINTS, INITIAL, strict=True)), "vacuum_gripper_joint": 0.0}
     for message in ear.messages:
         assert tuple(message.name) == ALPHABETICAL
         assert {len(message.position), len(message.velocity), len(message.effort)} == {8}
         assert (message.position[7], message.velocity[7], message.effort[7]) == (0.0, 0.0, 0.0)
     assert [stamp_of(message) for message in ear.messages] == [n * 20_000_000 for n in range(1, 31)]
-    assert ear.messages[0].position == pytest.approx([wanted[name] for name in ALPHABETICAL], abs=0.01)
+    assert ear.messages[0].position == pytest.approx([expected[name] for name in ALPHABETICAL], abs=0.01)
     joints = cell.arm.read() if cell.arm is not None else None
     assert joints is not None
     last = ear.messages[-1]
@@ -165,7 +165,7 @@ def test_a_logical_camera_tells_types_and_poses_in_its_own_frame() -> None:
     seen = pose_from_message(image.models[0].pose)
     assert seen.position == pytest.approx(true.position, abs=0.005)
     assert abs(sum(a * b for a, b in zip(seen.quaternion, true.quaternion, strict=True))) > 0.999
-    assert seen.position != true.position  # there is noise
+    assert seen.position != true.position  # because of noise
     assert pose_from_message(image.pose).position == pytest.approx(world_T_camera.position)
 
 
@@ -189,7 +189,7 @@ def test_quality_control_tells_faulty_parts_only() -> None:
     assert seen.position == pytest.approx(cell.parts.pose(cell.parts.part("tray1|gear_part_2")).position, abs=0.006)
 
 
-def test_an_order_is_told_once_and_a_late_listener_hears_the_newest_only() -> None:
+def test_an_order_is_published_once_and_a_late_subscriber_gets_the_newest_only() -> None:
     turned = KitObject("gear_part", Pose.from_rpy((0.1, -0.2, 0.3), (0.0, 0.0, math.pi / 2)))
     first = Order("order_0", (Kit("order_0_kit_0", (turned,)), Kit("order_0_kit_1", (turned,))), start_time=0.0)
     cell = at_rest(replace(KITTING, orders=(first, order(1, start_time=0.5)), extra_parts=()))
@@ -200,9 +200,9 @@ def test_an_order_is_told_once_and_a_late_listener_hears_the_newest_only() -> No
     assert [message.order_id for message in ear.messages] == ["order_0"]
     message = ear.messages[0]
     assert [kit.kit_type for kit in message.kits] == ["order_0_kit_0", "order_0_kit_1"]
-    told = message.kits[1].objects[0]
-    p, q = told.pose.position, told.pose.orientation
-    assert (told.type, p.x, p.y, p.z) == ("gear_part", 0.1, -0.2, 0.3)
+    part = message.kits[1].objects[0]
+    p, q = part.pose.position, part.pose.orientation
+    assert (part.type, p.x, p.y, p.z) == ("gear_part", 0.1, -0.2, 0.3)
     assert (q.x, q.y, q.z, q.w) == pytest.approx((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
     run(cell, 1.0)
     assert [message.order_id for message in ear.messages] == ["order_0", "order_1"]
@@ -210,7 +210,7 @@ def test_an_order_is_told_once_and_a_late_listener_hears_the_newest_only() -> No
     assert [message.order_id for message in late.messages] == ["order_1"]
 
 
-def test_state_and_score_are_told_ten_times_a_second() -> None:
+def test_state_and_score_are_published_ten_times_a_second() -> None:
     cell = at_rest(KITTING)
     states, scores = Ear(cell, "competition_state"), Ear(cell, "current_score")
     run(cell, 0.2)
@@ -255,16 +255,16 @@ def test_the_population_tells_whether_parts_come() -> None:
     assert [message.enabled for message in ear.messages] == [False] * 50 + [True] * 51
 
 
-def test_time_is_told_in_whole_nanoseconds() -> None:
+def test_time_is_published_in_whole_nanoseconds() -> None:
     cell = Cell(replace(KITTING, settings=replace(KITTING.settings, timestep=(1, 240))))
     ear = Ear(cell, "/clock")
     for _ in range(240):
         cell.step()
-    told = [message.clock.sec * 10**9 + message.clock.nanosec for message in ear.messages]
-    assert told == [round(Fraction(n * 10**9, 240)) for n in range(1, 241)]
+    times = [message.clock.sec * 10**9 + message.clock.nanosec for message in ear.messages]
+    assert times == [round(Fraction(n * 10**9, 240)) for n in range(1, 241)]
 
 
-def test_what_was_latched_in_one_run_is_not_heard_in_the_next() -> None:
+def test_latched_messages_do_not_outlive_a_run() -> None:
     cell = at_rest()
     latched = ("break_beam_1", "logical_camera_1", "quality_control_sensor_1", "orders")
     kept = [Ear(cell, name) for name in latched]

@@ -1,4 +1,4 @@
-"""The table against figures written down by hand, not against itself."""
+"""The table, compared with independent figures."""
 
 from fractions import Fraction
 
@@ -154,7 +154,7 @@ def test_what_a_cell_has_decides_what_is_there(trial: Trial, expected: set[str])
     assert not expected & named(BARE).keys()
 
 
-def test_who_publishes() -> None:
+def test_publishing_nodes() -> None:
     """As in the original's node graph: `/tf` has two publishers, `/tf_static` and `/clock` one each."""
     publishers = [
         (row.name, row.node) for row in rows(WHOLE, competition=False) if row.name[:4] in ("/tf", "/tf_", "/clo")

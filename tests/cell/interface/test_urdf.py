@@ -1,4 +1,4 @@
-"""The robot description of the cell, against figures of the UR10 and the cell's own frames."""
+"""The robot description of the cell, compared with figures of the UR10 and the cell's own frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A reader of robot descriptions of its own, small and apart from what writes them."""
+"""Reader of robot descriptions, small and independent of the code that writes them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint as it is written."""
+    """A joint of the description."""
 
     name: str
     kind: str
@@ -29,12 +29,12 @@ class Joint:
 
 
 def joints_of(text: str) -> list[Joint]:
-    """Every joint, in the order of the text."""
+    """Return every joint, in the order of the text."""
     return [_joint(element) for element in ElementTree.fromstring(text).iter("joint")]
 
 
 def world_T(text: str, link: str, values: Mapping[str, float]) -> Matrix:
-    """Where a link is (4x4), its joints having the given values [m, rad]; those not given are 0."""
+    """Return the pose of a link (4x4) at joint values [m, rad]; missing ones are 0."""
     by_child = {joint.child: joint for joint in joints_of(text)}
     found = np.eye(4)
     while link != "world":
@@ -45,7 +45,7 @@ def world_T(text: str, link: str, values: Mapping[str, float]) -> Matrix:
 
 
 def origin_of(element: Any) -> Matrix:
-    """The 4x4 matrix of an element's `origin`, by the rule of the format: Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Return the 4x4 matrix of an element's `origin`, by the rule of the format: Rz(yaw) Ry(pitch) Rx(roll)."""
     origin = element.find("origin")
     roll, pitch, yaw = _numbers(origin.get("rpy"))
     matrix = np.eye(4)
@@ -55,7 +55,7 @@ def origin_of(element: Any) -> Matrix:
 
 
 def turned(axis: Any, angle: float) -> Matrix:
-    """The rotation by `angle` [rad] about a unit axis, by Rodrigues' formula."""
+    """Return the rotation by `angle` [rad] about a unit axis, by Rodrigues' formula."""
     x, y, z = axis
     across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=np.float64)
     matrix: Matrix = np.eye(3) + math.sin(angle) * across + (1 - math.cos(angle)) * across @ across

@@ -1,4 +1,4 @@
-"""Short ways to write orders, parts and trays in tests, and hypothesis strategies for them."""
+"""Builders of orders, parts and trays for tests, and hypothesis strategies for them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def order(
     wanted_parts: int | None = None,
     unwanted_parts: int | None = None,
 ) -> Order:
-    """An order whose parts lie in a row along x, 0.1 m apart, the first at the tray's origin."""
+    """Return an order whose parts lie in a row along x, 0.1 m apart, the first at the tray's origin."""
     objects = tuple(ordered(type_, 0.1 * place) for place, type_ in enumerate(types))
     name = f"order_{number}"
     return Order(
@@ -56,7 +56,7 @@ def order(
 
 
 def filling(asked_for: Order, number: int = 0) -> TrayContents:
-    """A tray that serves a kit of an order to perfection."""
+    """Return a tray that fills a kit of an order perfectly."""
     return tuple(
         TrayObject(f"bin5|{each.type}_{index}", each.type, False, each.pose)
         for index, each in enumerate(asked_for.kits[number].objects, start=1)
@@ -77,7 +77,7 @@ _KINDS = st.sampled_from(tuple(product((*TYPES, "pulley_part"), (False, False, F
 
 @st.composite
 def contents(draw: st.DrawFn, max_size: int = 7) -> TrayContents:
-    """Objects on a tray, of the types that kits ask for and of one that none does."""
+    """Draw objects on a tray, of the types in kits and of one type in no kit."""
     things = []
     for number in range(draw(st.integers(0, max_size))):
         type_, faulty = draw(_KINDS)

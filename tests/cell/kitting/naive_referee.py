@@ -1,15 +1,15 @@
-"""The rules of the competition told once more, step by step at every tick, with no deadlines: to compare with."""
+"""Reference implementation of the competition's rules, step by step at every tick, without deadlines."""
 
 from __future__ import annotations
 
 from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.config.trial.trial import Order, Trial
 
-Said = tuple[int, str, str]
+LogEntry = tuple[int, str, str]
 
 
 class NaiveReferee:
-    """Says at every step what happens, as (time, kind, name); accumulates times tick by tick."""
+    """Log of events as (time, kind, name), made at every step; accumulates times tick by tick."""
 
     def __init__(self, trial: Trial, tick: int) -> None:
         self.limit = trial.time_limit
@@ -28,7 +28,7 @@ class NaiveReferee:
         self.order_times: dict[str, int] = {}
         self.travel = 0
         self.carrying = False
-        self.log: list[Said] = []
+        self.log: list[LogEntry] = []
 
     def command(self, word: str, now: int) -> None:
         if word == "start" and self.state == "init":
@@ -37,7 +37,7 @@ class NaiveReferee:
             self.enter("end_game", now)
 
     def submit(self, kit_type: str) -> bool:
-        """Whether a tray is judged as this kit, or was."""
+        """Return True if a tray is judged as this kit, now or before."""
         if self.state != "go":
             return False
         if any(kit.kit_type == kit_type for order in self.stack for kit in order.kits):
@@ -49,7 +49,7 @@ class NaiveReferee:
         return all(kit.kit_type in self.submitted for kit in order.kits)
 
     def pass_time(self) -> None:
-        """One tick goes by."""
+        """Let one tick pass."""
         if self.state == "go":
             self.elapsed += self.tick
             self.travel += self.tick if self.carrying else 0
@@ -83,8 +83,8 @@ class NaiveReferee:
         if not self.stack:
             return True
         counts = [self.count(order, each) for each in self.trays.values()]
-        most_wanted, most_unwanted = max(wanted for wanted, _ in counts), max(unwanted for _, unwanted in counts)
-        return 0 < wanted_limit <= most_wanted or 0 < unwanted_limit <= most_unwanted
+        max_wanted, max_unwanted = max(wanted for wanted, _ in counts), max(unwanted for _, unwanted in counts)
+        return 0 < wanted_limit <= max_wanted or 0 < unwanted_limit <= max_unwanted
 
     def count(self, order: Order, contents: TrayContents) -> tuple[int, int]:
         needed = [each.type for kit in order.kits for each in kit.objects]

@@ -30,7 +30,7 @@ def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() 
 
 
 @pytest.mark.parametrize(
-    ("asked", "trays", "idle", "due"),
+    ("waiting", "trays", "idle", "due"),
     [
         # by time
         (order(start_time=0.0), [], True, (0, AnnouncementReason.TIME)),
@@ -61,9 +61,9 @@ def test_orders_go_by_start_time_those_without_one_last_and_equals_as_written() 
     ],
 )
 def test_when_an_order_is_due(
-    asked: Order, trays: list[TrayContents], idle: bool, due: tuple[int, AnnouncementReason] | None
+    waiting: Order, trays: list[TrayContents], idle: bool, due: tuple[int, AnnouncementReason] | None
 ) -> None:
-    assert Announcements([asked]).due(trays, idle=idle) == due
+    assert Announcements([waiting]).due(trays, idle=idle) == due
 
 
 def test_an_order_behind_a_conditional_one_waits_for_it() -> None:

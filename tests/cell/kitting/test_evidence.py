@@ -31,13 +31,13 @@ KINDS = ("gear_part", "disk_part", "pulley_part")
 CELL = tuple(Part(f"bin5|{kind}_{n}", kind, Pose()) for kind in KINDS for n in range(9))
 
 
-def judged(*contents: TrayObject, wanted: Order, more: tuple[Order, ...] = ()) -> Evidence:
-    """The evidence after a tray was submitted as the first kit of an order, 10 s after the start."""
-    orders = (wanted, *more)
+def judged(*contents: TrayObject, first: Order, more: tuple[Order, ...] = ()) -> Evidence:
+    """Return the evidence after a tray was submitted as the first kit of an order, 10 s after the start."""
+    orders = (first, *more)
     scorer = Scorer(orders)
     scorer.begin(0)
-    scorer.announce(wanted.order_id, 0)
-    scorer.submit(wanted.kits[0].kit_type, contents, 10 * SECOND)
+    scorer.announce(first.order_id, 0)
+    scorer.submit(first.kits[0].kit_type, contents, 10 * SECOND)
     sensors = (Sensor("a", "logical_camera", Pose()), Sensor("b", "break_beam", Pose()))
     trial = Trial("t", orders=orders, bin_parts=CELL, sensors=sensors)
     return evidence(trial, scorer.game_score(12 * SECOND), 12 * SECOND)
@@ -52,12 +52,12 @@ def sentences(found: Evidence) -> list[str]:
 
 
 def of_one(found: TrayObject, x: float = 0.0) -> str:
-    wanted = Order("order_0", (kit(ordered("gear_part", x)),), start_time=0.0)
-    (said,) = sentences(judged(found, wanted=wanted))
-    return said
+    first = Order("order_0", (kit(ordered("gear_part", x)),), start_time=0.0)
+    (sentence,) = sentences(judged(found, first=first))
+    return sentence
 
 
-def test_each_verdict_says_by_how_much() -> None:
+def test_each_verdict_is_given_with_its_figures() -> None:
     assert of_one(thing(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
     assert of_one(thing(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
     assert of_one(thing(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
@@ -68,20 +68,20 @@ def test_each_verdict_says_by_how_much() -> None:
     assert math.degrees(MAX_TILT) == pytest.approx(36.4, abs=0.05)
 
 
-def test_a_place_off_the_tray_is_told_from_bad_play() -> None:
-    said = of_one(thing(x=0.2), x=0.74)
-    assert said == (
+def test_a_place_off_the_tray_differs_from_a_bad_placement() -> None:
+    sentence = of_one(thing(x=0.2), x=0.74)
+    assert sentence == (
         "bin5|gear_part_1 lies 540.0 mm from its place, 510.0 mm too far; its place (0.74, 0) lies 0.49 m off the "
         "tray, which is 0.5 m by 0.7 m: a part on the tray is at least 432 mm away from it, and 30 mm are allowed"
     )
-    wanted = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
-    found = judged(thing(x=0.2), wanted=wanted)
+    first = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
+    found = judged(thing(x=0.2), first=first)
     assert [part.cause for each in kits_of(found) for part in each.parts] == ["off tray"]
     assert (found.total, found.reach.total, found.reach.maximum) == (2.0, 2.0, 3.0)
 
 
 def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
-    found = judged(thing(), wanted=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
+    found = judged(thing(), first=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
     causes = [(each.score.kit_type, [part.cause for part in each.parts]) for each in kits_of(found)]
     assert causes == [
         ("order_0_kit_0", ["placed"]),
@@ -97,9 +97,9 @@ def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
     assert [each.is_announced for each in found.orders] == [True, False]
 
 
-def test_the_bonus_says_why_not() -> None:
-    wanted = order(0, start_time=0.0)
-    short, besides = judged(wanted=wanted), judged(thing(), thing("disk_part"), wanted=wanted)
+def test_a_missing_bonus_is_given_with_its_reason() -> None:
+    first = order(0, start_time=0.0)
+    short, besides = judged(first=first), judged(thing(), thing("disk_part"), first=first)
     assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is not there, so there is no bonus"]
     assert [each.bonus_sentence for each in kits_of(besides)] == [
         "the tray holds more than was ordered, so there is no bonus"
@@ -107,8 +107,8 @@ def test_the_bonus_says_why_not() -> None:
 
 
 def test_points_in_the_evidence_are_the_referee_s() -> None:
-    wanted = order(0, KINDS, start_time=0.0)
-    found = judged(thing(), thing("disk_part", x=0.1), wanted=wanted)
+    first = order(0, KINDS, start_time=0.0)
+    found = judged(thing(), thing("disk_part", x=0.1), first=first)
     (each,) = kits_of(found)
     assert sum(part.presence for part in each.parts) == each.score.part_presence == 2.0
     assert sum(part.pose for part in each.parts) == each.score.part_pose == 2.0
@@ -116,7 +116,7 @@ def test_points_in_the_evidence_are_the_referee_s() -> None:
 
 
 def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
-    found = judged(thing(x=0.04, yaw=0.05), wanted=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
+    found = judged(thing(x=0.04, yaw=0.05), first=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
     document = json.loads(json.dumps(evidence_to_json(found)))
     assert (document["total"], document["reachable"], document["best"]) == (2.0, 6.0, 6.0)
     assert (document["process_time"], document["part_travel_time"], document["system_cost"]) == (12.0, 0.0, 600.0)
@@ -132,8 +132,8 @@ def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
     assert second["kits"][0]["parts"][0]["verdict"] is None
 
 
-def test_the_fate_of_a_missing_part_is_told_in_words_and_as_values() -> None:
-    found = judged(wanted=order(0, start_time=0.0))
+def test_the_fate_of_a_missing_part_is_given_in_words_and_as_values() -> None:
+    found = judged(first=order(0, start_time=0.0))
     (each,) = kits_of(found)
     fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
     known = kit_evidence(each.score, each.reach, fates=(fate,))
@@ -154,8 +154,8 @@ def test_the_fate_of_a_missing_part_is_told_in_words_and_as_values() -> None:
     assert kit_to_json(each)["parts"][0]["fate"] is None
 
 
-def test_the_score_of_the_trial_is_told_term_by_term() -> None:
-    found = judged(thing(), wanted=order(0, start_time=0.0))
+def test_the_score_of_the_trial_is_given_term_by_term() -> None:
+    found = judged(thing(), first=order(0, start_time=0.0))
     sensors = (Sensor("a", "logical_camera", Pose()),)
     final = trial_score(sensors, [each.score for each in found.orders], Averages(500.0, (20.0,)))
     document = trial_score_to_json(final)
@@ -164,7 +164,7 @@ def test_the_score_of_the_trial_is_told_term_by_term() -> None:
     assert (share["efficiency"], share["efficiency_points"], share["time_taken"]) == (2.0, 6.0, 10.0)
 
 
-def test_of_the_lesson_it_says_what_can_be_had_before_anything_has_happened() -> None:
+def test_evidence_of_the_lesson_has_attainable_points_from_the_start() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     document = evidence_to_json(evidence(trial, Scorer(trial.orders).game_score(0)))
     assert (document["total"], document["reachable"], document["best"]) == (0.0, 8.0, 12.0)

@@ -1,4 +1,4 @@
-"""Fates of missing parts: told by what was last done with the parts of their type, each part at most once."""
+"""Fates of missing parts, from the last handling of the parts of their type; each part stands for one at most."""
 
 from __future__ import annotations
 
@@ -32,32 +32,32 @@ def gear(
 
 
 def carried(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced: bool = False) -> None:
-    """The gripper takes a part at a time [s], holds it for 3.1 s and lets go of it over a bin."""
+    """Let the gripper take a part at a time [s], hold it for 3.1 s and release it over a bin."""
     record.take(name, at * SECOND)
     record.let_go(name, OVER_BIN, at * SECOND + 3_100_000_000, is_forced=is_forced)
 
 
-def fates(record: HandlingRecord, *parts: PartNow, wanted: int = 1) -> list[Fate]:
-    """What became of the gears that an empty tray 1 lacks."""
-    score = score_kit(kit(*(ordered("gear_part", 0.1 * n) for n in range(wanted))), ())
+def fates(record: HandlingRecord, *parts: PartNow, count: int = 1) -> list[Fate]:
+    """Return the fates of the gears that an empty tray 1 lacks."""
+    score = score_kit(kit(*(ordered("gear_part", 0.1 * n) for n in range(count))), ())
     found = record.judge(score, TRAY_1, (), parts, NOW)
     return [fate for fate in found if fate is not None]
 
 
-def said(record: HandlingRecord, *parts: PartNow) -> str:
+def sentence_of(record: HandlingRecord, *parts: PartNow) -> str:
     (fate,) = fates(record, *parts)
     return fate.sentence()
 
 
-def test_a_part_that_nobody_took_hold_of() -> None:
-    assert said(HandlingRecord(), gear()) == "never taken hold of"
+def test_a_part_that_was_never_held() -> None:
+    assert sentence_of(HandlingRecord(), gear()) == "never taken hold of"
 
 
 def test_parts_that_went_past_on_the_belt_are_counted() -> None:
     record = HandlingRecord()
     for name in (GEAR, SPARE):
         record.remove(name, Removal.DELETION_WALL)
-    assert said(record, gear(), gear(name=SPARE)) == (
+    assert sentence_of(record, gear(), gear(name=SPARE)) == (
         "never taken hold of; the deletion wall of the belt took 2 of its type"
     )
 
@@ -67,13 +67,13 @@ def test_a_part_let_go_high_up_was_dropped_and_one_let_go_where_it_lies_was_put_
         record = HandlingRecord()
         carried(record)
         more = " after 3.1 s in the gripper" if words == "dropped" else ""
-        assert said(record, gear(position)) == f"{GEAR} was {words} at (-0.30, 0.20) m{more}"
+        assert sentence_of(record, gear(position)) == f"{GEAR} was {words} at (-0.30, 0.20) m{more}"
 
 
 def test_a_forced_drop_tells_where_the_part_lay_then() -> None:
     record = HandlingRecord()
     carried(record, is_forced=True)
-    assert said(record, gear((0.8, 1.0, 0.0))) == (
+    assert sentence_of(record, gear((0.8, 1.0, 0.0))) == (
         f"{GEAR} was lost to a forced drop at (-0.30, 0.20) m after 3.1 s in the gripper; it lay at (0.80, 1.00) m"
     )
 
@@ -82,11 +82,11 @@ def test_a_part_on_another_tray_or_off_this_one() -> None:
     record = HandlingRecord()
     carried(record)
     record.report(TRAY_2, [GEAR])
-    assert said(record, gear(tray=TRAY_2)) == f"{GEAR} was on agv2's tray"
+    assert sentence_of(record, gear(tray=TRAY_2)) == f"{GEAR} was on agv2's tray"
     record = HandlingRecord()
     carried(record)
     record.report(TRAY_1, [GEAR])
-    assert said(record, gear((0.9, 2.9, 0.0))) == f"{GEAR} fell off agv1's tray; it lay at (0.90, 2.90) m"
+    assert sentence_of(record, gear((0.9, 2.9, 0.0))) == f"{GEAR} fell off agv1's tray; it lay at (0.90, 2.90) m"
 
 
 def test_a_part_that_touches_the_tray_while_it_is_lifted_did_not_fall_off() -> None:
@@ -100,7 +100,7 @@ def test_a_part_that_touches_the_tray_while_it_is_lifted_did_not_fall_off() -> N
 def test_a_part_that_lies_on_another_one() -> None:
     record = HandlingRecord()
     carried(record)
-    assert said(record, gear((0.19, 3.1, 0.76), above=TRAY_1)) == (
+    assert sentence_of(record, gear((0.19, 3.1, 0.76), above=TRAY_1)) == (
         f"{GEAR} lay above agv1's tray without touching its plate, at (0.19, 3.10) m"
     )
 
@@ -108,7 +108,7 @@ def test_a_part_that_lies_on_another_one() -> None:
 def test_a_part_that_the_tray_did_not_report_in_time() -> None:
     record = HandlingRecord()
     carried(record)
-    assert said(record, gear(OVER_BIN, tray=TRAY_1)) == (
+    assert sentence_of(record, gear(OVER_BIN, tray=TRAY_1)) == (
         f"{GEAR} was put down at (-0.30, 0.20) m, after the tray's last report"
     )
 
@@ -116,7 +116,7 @@ def test_a_part_that_the_tray_did_not_report_in_time() -> None:
 def test_a_part_in_the_gripper_and_parts_that_left_the_cell() -> None:
     record = HandlingRecord()
     record.take(GEAR, 15 * SECOND)
-    assert said(record, gear()) == f"{GEAR} was in the gripper, for 5.0 s"
+    assert sentence_of(record, gear()) == f"{GEAR} was in the gripper, for 5.0 s"
     for by, words in (
         (Removal.DELETION_WALL, "was taken by the deletion wall of the belt"),
         (Removal.CLEARING, "was cleared from agv2's tray"),
@@ -125,7 +125,7 @@ def test_a_part_in_the_gripper_and_parts_that_left_the_cell() -> None:
         carried(record)
         record.report(TRAY_2, [GEAR])
         record.remove(GEAR, by)
-        assert said(record, gear()) == f"{GEAR} {words}"
+        assert sentence_of(record, gear()) == f"{GEAR} {words}"
 
 
 def test_the_latest_part_is_named_first_a_faulty_one_last_and_none_twice() -> None:
@@ -134,7 +134,7 @@ def test_the_latest_part_is_named_first_a_faulty_one_last_and_none_twice() -> No
     carried(record, GEAR, at=9)
     bad = "bin5|gear_part_3"
     carried(record, bad, at=12)
-    found = fates(record, gear(), gear(name=SPARE), gear(name=bad, faulty=True), wanted=4)
+    found = fates(record, gear(), gear(name=SPARE), gear(name=bad, faulty=True), count=4)
     assert [fate.part for fate in found] == [GEAR, SPARE, bad, ""]
     assert found[2].sentence().startswith(f"{bad} (faulty) was dropped")
 
@@ -150,7 +150,7 @@ def test_what_was_delivered_or_explains_an_earlier_kit_explains_nothing() -> Non
     record = HandlingRecord()
     carried(record)
     record.remove(GEAR, Removal.DELIVERY)
-    assert said(record, gear()) == "never taken hold of"
+    assert sentence_of(record, gear()) == "never taken hold of"
 
 
 NAMES = tuple(f"bin5|{kind}_{number}" for kind in TYPES for number in range(3))
@@ -177,7 +177,7 @@ def played(events: list[tuple[str, str]]) -> HandlingRecord:
 
 @given(EVENTS, st.lists(st.sampled_from(TYPES), max_size=6), st.sets(st.sampled_from(NAMES)), st.booleans())
 def test_each_missing_part_has_one_fate_of_its_type_and_snapshots_keep_them(
-    events: list[tuple[str, str]], wanted: list[str], on_tray: set[str], is_restored: bool
+    events: list[tuple[str, str]], types: list[str], on_tray: set[str], is_restored: bool
 ) -> None:
     record = played(events)
     if is_restored:
@@ -185,7 +185,7 @@ def test_each_missing_part_has_one_fate_of_its_type_and_snapshots_keep_them(
         record = played([("take", NAMES[0])])
         record.set_record(kept)
     contents: tuple[TrayObject, ...] = tuple(thing(part_type(name), name=name) for name in sorted(on_tray))
-    score = score_kit(kit(*(ordered(each, 0.1 * n) for n, each in enumerate(wanted))), contents)
+    score = score_kit(kit(*(ordered(each, 0.1 * n) for n, each in enumerate(types))), contents)
     now = [PartNow(name, part_type(name), Pose().position) for name in NAMES]
 
     found = record.judge(score, TRAY_1, on_tray, now, NOW)

@@ -44,5 +44,5 @@ def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
         ),
     ],
 )
-def test_a_refusal_says_why_and_what_would_have_been_right(refusal: Refusal, sentence: str) -> None:
+def test_a_refusal_has_the_reason_and_the_accepted_kits(refusal: Refusal, sentence: str) -> None:
     assert refusal.sentence() == sentence

@@ -50,7 +50,7 @@ def test_tolerances(there: Pose, verdict: Verdict) -> None:
     assert verdict_of(fit_of(ordered(), lying(there))) is verdict
 
 
-def test_the_fit_says_how_it_lies() -> None:
+def test_the_fit_has_distance_and_angles() -> None:
     fit = fit_of(ordered(x=0.1, y=0.2, yaw=math.pi - 0.02), lying(pose(0.13, 0.24, 0.03 - math.pi, z=0.7)))
     assert fit.object_name == "bin5|gear_part_1"
     assert fit.distance == pytest.approx(0.05)
@@ -68,8 +68,8 @@ def test_yaw_is_that_of_the_normalised_quaternion_of_either_sign(goal: KitObject
 
 
 def test_a_perfect_tray() -> None:
-    asked = kit(ordered(), ordered("disk_part", 0.1), ordered(x=0.2))
-    score = score_kit(asked, (thing(x=0.2), thing("disk_part", 0.1), thing()))
+    ordered_kit = kit(ordered(), ordered("disk_part", 0.1), ordered(x=0.2))
+    score = score_kit(ordered_kit, (thing(x=0.2), thing("disk_part", 0.1), thing()))
     assert (score.part_presence, score.all_parts_bonus, score.part_pose) == (3.0, 3.0, 3.0)
     assert score.total == score.maximum == 9.0
     assert score.is_complete
@@ -118,22 +118,22 @@ def test_a_faulty_part_in_its_place_is_named_and_earns_nothing() -> None:
 
 
 def test_objects_take_the_first_place_that_fits_in_the_order_of_the_report() -> None:
-    # Both places are within reach of the first object; the second object would have needed the one it took.
-    asked = kit(ordered(x=0.0), ordered(x=0.04))
+    # Both places are near enough to the first object; the second object would have needed the one it took.
+    ordered_kit = kit(ordered(x=0.0), ordered(x=0.04))
     near_both, near_first = thing(x=0.02, name="a"), thing(x=-0.01, name="b")
-    taken = score_kit(asked, (near_both, near_first))
+    taken = score_kit(ordered_kit, (near_both, near_first))
     assert taken.part_pose == 1.0
     assert [part.verdict for part in taken.parts] == [Verdict.PLACED, Verdict.TOO_FAR]
     fit = taken.parts[1].fit
     assert fit is not None
     assert fit.object_name == "b"
     assert fit.distance == pytest.approx(0.05)
-    assert score_kit(asked, (near_first, near_both)).part_pose == 2.0
+    assert score_kit(ordered_kit, (near_first, near_both)).part_pose == 2.0
 
 
 def test_misplaced_objects_stand_for_the_places_closest_to_them() -> None:
-    asked = kit(ordered(x=0.0), ordered(x=0.2))
-    score = score_kit(asked, (thing(x=0.15, name="a"), thing(x=-0.05, name="b")))
+    ordered_kit = kit(ordered(x=0.0), ordered(x=0.2))
+    score = score_kit(ordered_kit, (thing(x=0.15, name="a"), thing(x=-0.05, name="b")))
     names = [part.fit.object_name for part in score.parts if part.fit is not None]
     assert names == ["b", "a"]
     assert score.part_presence == 2.0
@@ -142,34 +142,34 @@ def test_misplaced_objects_stand_for_the_places_closest_to_them() -> None:
 
 @pytest.mark.slow
 @given(kits, contents())
-def test_points_lie_between_nothing_and_three_for_each_part(asked: Kit, tray: TrayContents) -> None:
-    score = score_kit(asked, tray)
-    assert 0.0 <= score.total <= score.maximum == 3.0 * len(asked.objects)
+def test_points_lie_between_nothing_and_three_for_each_part(ordered_kit: Kit, tray: TrayContents) -> None:
+    score = score_kit(ordered_kit, tray)
+    assert 0.0 <= score.total <= score.maximum == 3.0 * len(ordered_kit.objects)
     assert score.part_pose <= score.part_presence
-    assert score.is_complete == (score.part_pose == len(asked.objects))
+    assert score.is_complete == (score.part_pose == len(ordered_kit.objects))
 
 
 @pytest.mark.slow
 @given(kits, contents())
-def test_presence_and_bonus_are_the_counts_of_the_rules(asked: Kit, tray: TrayContents) -> None:
-    score = score_kit(asked, tray)
-    types = {goal.type for goal in asked.objects}
-    wanted = {type_: sum(goal.type == type_ for goal in asked.objects) for type_ in types}
+def test_presence_and_bonus_are_the_counts_of_the_rules(ordered_kit: Kit, tray: TrayContents) -> None:
+    score = score_kit(ordered_kit, tray)
+    types = {goal.type for goal in ordered_kit.objects}
+    expected = {type_: sum(goal.type == type_ for goal in ordered_kit.objects) for type_ in types}
     present = {type_: sum(each.type == type_ and not each.is_faulty for each in tray) for type_ in types}
-    assert score.part_presence == sum(min(wanted[type_], present[type_]) for type_ in types)
-    exact = len(tray) == len(asked.objects) and all(present[type_] >= wanted[type_] for type_ in types)
-    assert score.all_parts_bonus == (len(asked.objects) if exact else 0.0)
+    assert score.part_presence == sum(min(expected[type_], present[type_]) for type_ in types)
+    exact = len(tray) == len(ordered_kit.objects) and all(present[type_] >= expected[type_] for type_ in types)
+    assert score.all_parts_bonus == (len(ordered_kit.objects) if exact else 0.0)
 
 
 @pytest.mark.slow
 @given(kits, contents())
-def test_each_object_is_accounted_for_once(asked: Kit, tray: TrayContents) -> None:
-    score = score_kit(asked, tray)
+def test_each_object_is_accounted_for_once(ordered_kit: Kit, tray: TrayContents) -> None:
+    score = score_kit(ordered_kit, tray)
     fits = {id(part): part.fit for part in score.parts if part.fit is not None}
     standing = [part.fit.object_name for part in score.parts if part.fit is not None and part.is_present]
     assert sorted([*standing, *(extra.name for extra in score.extras)]) == sorted(each.name for each in tray)
     assert len({fit.object_name for fit in fits.values()}) == len(fits)
-    for part, goal in zip(score.parts, asked.objects, strict=True):
+    for part, goal in zip(score.parts, ordered_kit.objects, strict=True):
         assert (part.type, part.tray_T_goal) == (goal.type, goal.pose)
         assert (part.fit is None) == (part.verdict is Verdict.MISSING)
         if part.fit is not None and part.verdict is not Verdict.FAULTY:
@@ -179,20 +179,20 @@ def test_each_object_is_accounted_for_once(asked: Kit, tray: TrayContents) -> No
 @pytest.mark.slow
 @given(st.data(), kits, contents())
 def test_the_order_of_the_report_changes_neither_presence_nor_bonus(
-    data: st.DataObject, asked: Kit, tray: TrayContents
+    data: st.DataObject, ordered_kit: Kit, tray: TrayContents
 ) -> None:
-    score, shuffled = score_kit(asked, tray), score_kit(asked, tuple(data.draw(st.permutations(tray))))
+    score, shuffled = score_kit(ordered_kit, tray), score_kit(ordered_kit, tuple(data.draw(st.permutations(tray))))
     assert (shuffled.part_presence, shuffled.all_parts_bonus) == (score.part_presence, score.all_parts_bonus)
 
 
 @pytest.mark.slow
 @given(st.data(), kits)
-def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st.DataObject, asked: Kit) -> None:
+def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st.DataObject, ordered_kit: Kit) -> None:
     apart = Kit(
-        asked.kit_type,
+        ordered_kit.kit_type,
         tuple(
             KitObject(goal.type, Pose((0.5 * number, 0.0, 0.0), goal.pose.quaternion))
-            for number, goal in enumerate(asked.objects)
+            for number, goal in enumerate(ordered_kit.objects)
         ),
     )
     tray = tuple(
@@ -205,21 +205,24 @@ def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st
 @pytest.mark.slow
 @given(st.data(), kits, contents())
 def test_one_more_object_adds_at_most_presence_pose_and_a_bonus_that_it_completes(
-    data: st.DataObject, asked: Kit, tray: TrayContents
+    data: st.DataObject, ordered_kit: Kit, tray: TrayContents
 ) -> None:
     (more,) = data.draw(contents(max_size=7).filter(len).map(lambda things: things[:1]))
-    before, after = score_kit(asked, tray), score_kit(asked, (*tray, more))
+    before, after = score_kit(ordered_kit, tray), score_kit(ordered_kit, (*tray, more))
     assert 0.0 <= after.part_presence - before.part_presence <= 1.0
     assert 0.0 <= after.part_pose - before.part_pose <= 1.0
     if after.part_presence == before.part_presence:
-        assert after.all_parts_bonus == 0.0 or not asked.objects
+        assert after.all_parts_bonus == 0.0 or not ordered_kit.objects
 
 
 @given(kits, contents())
-def test_objects_nobody_ordered_only_cost_the_bonus(asked: Kit, tray: TrayContents) -> None:
-    before = score_kit(asked, tray)
-    for more in (thing("pulley_part"), thing(asked.objects[0].type if asked.objects else "gear_part", faulty=True)):
-        after = score_kit(asked, (*tray, more))
+def test_objects_that_were_not_ordered_cost_only_the_bonus(ordered_kit: Kit, tray: TrayContents) -> None:
+    before = score_kit(ordered_kit, tray)
+    for more in (
+        thing("pulley_part"),
+        thing(ordered_kit.objects[0].type if ordered_kit.objects else "gear_part", faulty=True),
+    ):
+        after = score_kit(ordered_kit, (*tray, more))
         assert (after.part_presence, after.part_pose) == (before.part_presence, before.part_pose)
         assert after.all_parts_bonus == 0.0
 

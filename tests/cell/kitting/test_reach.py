@@ -1,4 +1,4 @@
-"""The most that can be earned: an upper bound, and why it is one."""
+"""Attainable points: an upper bound, and the reasons."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_place_is_out_of_reach_only_when_no_part_can_touch_the_plate_there() -
     edge, radius = TRAY_PLATE[0] / 2, PART_RADII["gear_part"]
     inside, outside = edge + radius + MAX_DISTANCE - 1e-6, edge + radius + MAX_DISTANCE + 1e-6
     assert nearest("gear_part", pose(x=inside)) <= MAX_DISTANCE < nearest("gear_part", pose(x=-outside))
-    assert nearest("a type of somebody's own", pose(x=9.0)) == 0.0  # its size is not known
+    assert nearest("an unknown type", pose(x=9.0)) == 0.0  # unknown size
 
 
 def test_a_type_that_the_cell_is_short_of_costs_its_points_and_the_bonus() -> None:
@@ -78,8 +78,8 @@ def test_orders_that_never_come_up_earn_nothing() -> None:
     first, late, behind = order(0, start_time=0.0), order(1, start_time=50.0), order(2, wanted_parts=1)
     could = reach(trial(first, late, behind, time_limit=40.0))
     assert [each.total for each in could.orders] == [3.0, 0.0, 0.0]
-    said = list(could.kit("order_2_kit_0").reasons())
-    assert said == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
+    reasons = list(could.kit("order_2_kit_0").reasons())
+    assert reasons == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
     assert reach(trial(first, late, behind, time_limit=-1.0)).total == 9.0
     assert "nothing ever brings order_3 up" in reach(trial(order(3))).sentence()
     assert reach(trial(order(3, unwanted_parts=1))).total == 3.0
@@ -115,7 +115,7 @@ def test_the_distance_to_the_plate_is_that_of_its_nearest_point(x: float, y: flo
 
 @given(st.lists(st.tuples(st.sampled_from(["gear_part", "disk_part"]), st.floats(-1, 1)), max_size=5))
 def test_reach_is_never_more_than_everything(parts: list[tuple[str, float]]) -> None:
-    wanted = kit(*(ordered(type_, x) for type_, x in parts))
-    could = reach(trial(Order("order_0", (wanted,), start_time=0.0)))
+    ordered_kit = kit(*(ordered(type_, x) for type_, x in parts))
+    could = reach(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
     assert 0.0 <= could.total <= could.maximum == 3.0 * len(parts)
     assert bool(could.sentence()) is (could.total < could.maximum)

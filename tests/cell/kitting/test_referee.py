@@ -40,7 +40,7 @@ def referee(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
 
 
 def going(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
-    """A referee in state go since time 0."""
+    """Return a referee in the state `go` since time 0."""
     fresh = referee(*orders, limit=limit)
     fresh.start(-TICK)
     fresh.update(0)
@@ -48,25 +48,25 @@ def going(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
 
 
 def short(effects: tuple[Effect, ...]) -> list[Any]:
-    """Effects with orders and scores by their names."""
-    said: list[Any] = []
+    """Return effects with the names of their orders and scores."""
+    lines: list[Any] = []
     for effect in effects:
         match effect:
-            case OrderAnnounced(asked, reason, interrupts):
-                said.append((asked.order_id, reason, interrupts))
+            case OrderAnnounced(announced, reason, interrupts):
+                lines.append((announced.order_id, reason, interrupts))
             case OrderCompleted(score, resumes):
-                said.append((score.order_id, "complete", resumes))
+                lines.append((score.order_id, "complete", resumes))
             case TrialEnded(reason, _, process_time):
-                said.append((reason, process_time))
+                lines.append((reason, process_time))
             case StateChanged(state):
-                said.append(state)
+                lines.append(state)
             case _:
-                said.append(effect)
-    return said
+                lines.append(effect)
+    return lines
 
 
 def in_state(state: CompetitionState) -> Referee:
-    """A referee that has come to a state by time 0."""
+    """Return a referee that has reached a state by time 0."""
     fresh = referee(FIRST)
     if state is INIT:
         return fresh
@@ -297,7 +297,7 @@ def test_a_repeated_submission_returns_the_old_score() -> None:
         ("gear_kit", RefusalReason.UNKNOWN_KIT_TYPE),
     ],
 )
-def test_a_kit_nobody_asks_for_scores_nothing_and_says_why(kit_type: str, reason: RefusalReason) -> None:
+def test_a_kit_that_was_not_requested_scores_nothing_with_a_reason(kit_type: str, reason: RefusalReason) -> None:
     judge = going(FIRST, URGENT, UNWANTING)
     judge.update(TICK)
     judge.submit(TRAY_1, "order_0_kit_0", SECOND)

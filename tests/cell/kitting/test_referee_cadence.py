@@ -1,4 +1,4 @@
-"""The referee at every tick, at deadlines only, interrupted by snapshots, and the rules told naively: all agree."""
+"""The referee at every tick, at deadlines only, and interrupted by snapshots: all agree with the naive rules."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cellwright.cell.kitting.referee import Referee
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, contents, order
-from tests.cell.kitting.naive_referee import NaiveReferee, Said
+from tests.cell.kitting.naive_referee import LogEntry, NaiveReferee
 
 TICK = 2_000_000
 TICKS = 60
@@ -24,7 +24,7 @@ NAMES = [f"order_{number}_kit_{index}" for number in range(3) for index in range
 
 @dataclass(frozen=True)
 class Input:
-    """Something that happens in a tick: at its border before the step, or in it, before the referee's turn."""
+    """An input in a tick: at its border before the step, or in it, before the referee's turn."""
 
     tick: int
     at_border: bool
@@ -77,21 +77,21 @@ stories = st.tuples(stories, st.integers(0, 7)).map(
 )
 
 
-def said(effects: tuple[Effect, ...], now: int) -> list[Said]:
-    words: list[Said] = []
+def log_of(effects: tuple[Effect, ...], now: int) -> list[LogEntry]:
+    log: list[LogEntry] = []
     for effect in effects:
         match effect:
             case StateChanged(state):
-                words.append((now, "state", state.value))
-            case OrderAnnounced(asked):
-                words.append((now, "announced", asked.order_id))
+                log.append((now, "state", state.value))
+            case OrderAnnounced(announced):
+                log.append((now, "announced", announced.order_id))
             case OrderCompleted(score):
-                words.append((now, "complete", score.order_id))
-    return words
+                log.append((now, "complete", score.order_id))
+    return log
 
 
 class Run:
-    """A story told to a referee; `cadence` says when it gets its turn."""
+    """Run of a referee through a story of inputs; `cadence` selects when it is updated."""
 
     def __init__(self, trial: Trial, cadence: str) -> None:
         self.trial = trial
@@ -99,14 +99,14 @@ class Run:
         self.referee = Referee(trial)
         for tray in (TRAY_1, TRAY_2):
             self.referee.tray_changed(tray, ())
-        self.log: list[Said] = []
+        self.log: list[LogEntry] = []
         self.judged: list[bool] = []
         self.effects: list[Effect] = []
         self.calls = 0
 
     def take(self, effects: tuple[Effect, ...], now: int) -> None:
         self.effects += effects
-        self.log += said(effects, now)
+        self.log += log_of(effects, now)
 
     def receive(self, each: Input, now: int) -> None:
         try:
@@ -137,7 +137,7 @@ class Run:
             self.referee = Referee(self.trial)
             self.referee.set_state(state)
 
-    def tell(self, story: list[Input]) -> Run:
+    def play(self, story: list[Input]) -> Run:
         for tick in range(1, TICKS + 1):
             for each in story:
                 if each.tick == tick and each.at_border:
@@ -149,7 +149,7 @@ class Run:
         return self
 
 
-def tell_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[bool]]:
+def play_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[bool]]:
     naive, judged = NaiveReferee(trial, TICK), []
     naive.trays = {TRAY_1: (), TRAY_2: ()}
 
@@ -173,7 +173,7 @@ def tell_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
         for each in story:
             if each.tick == tick and not each.at_border:
                 receive(each, tick * TICK)
-        if naive.state == state:  # what a command brought about within this tick goes on in the next one
+        if naive.state == state:  # the effects of a command within this tick follow in the next one
             naive.step(tick * TICK)
     return naive, judged
 
@@ -181,10 +181,10 @@ def tell_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
 @pytest.mark.slow
 @settings(max_examples=200)
 @given(trials, stories)
-def test_all_cadences_agree_with_the_rules_told_naively(trial: Trial, story: list[Input]) -> None:
-    every_tick = Run(trial, "every tick").tell(story)
-    at_deadlines = Run(trial, "deadlines").tell(story)
-    with_snapshots = Run(trial, "snapshots").tell(story)
+def test_all_cadences_agree_with_the_naive_rules(trial: Trial, story: list[Input]) -> None:
+    every_tick = Run(trial, "every tick").play(story)
+    at_deadlines = Run(trial, "deadlines").play(story)
+    with_snapshots = Run(trial, "snapshots").play(story)
     end = TICKS * TICK
     for other in (at_deadlines, with_snapshots):
         assert other.log == every_tick.log
@@ -192,7 +192,7 @@ def test_all_cadences_agree_with_the_rules_told_naively(trial: Trial, story: lis
         assert other.referee.get_state() == every_tick.referee.get_state()
         assert other.referee.score(end) == every_tick.referee.score(end)
 
-    naive, judged = tell_naively(trial, story)
+    naive, judged = play_naively(trial, story)
     assert every_tick.log == naive.log
     assert every_tick.judged == judged
     score = every_tick.referee.score(end)
@@ -202,7 +202,7 @@ def test_all_cadences_agree_with_the_rules_told_naively(trial: Trial, story: lis
 
 def test_deadlines_are_few() -> None:
     trial = Trial("test", orders=(order(0, start_time=0.02), order(1, start_time=0.06)), time_limit=0.1)
-    run = Run(trial, "deadlines").tell([Input(1, at_border=True, kind="start")])
+    run = Run(trial, "deadlines").play([Input(1, at_border=True, kind="start")])
     # ready, go and the next step, two announcements, the time limit, done
     assert run.calls <= 6
     assert run.log[-1][2] == "done"

@@ -1,4 +1,4 @@
-"""What the 2017 competition's own scorer answered, case by case."""
+"""Results of the 2017 competition's own scorer, case by case."""
 
 from typing import Any
 
@@ -50,7 +50,7 @@ def game_score(score: GameScore) -> dict[str, Any]:
 
 
 class Player:
-    """Plays the operations of a case on a scorer and answers what it said."""
+    """Player that applies the operations of a case to a scorer and returns its answers."""
 
     def __init__(self, case: dict[str, Any]) -> None:
         self.scorer = Scorer([order(each) for each in case["ops"] if each["op"] == "order"])

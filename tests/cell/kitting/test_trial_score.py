@@ -17,9 +17,11 @@ def sensors(*types: SensorType) -> list[Sensor]:
 
 
 def earned(number: int, parts: int, time_taken: int) -> OrderScore:
-    """An order that earned three points for each of its parts."""
-    asked = order(number, ("gear_part",) * parts)
-    return OrderScore(asked.order_id, (score_kit(asked.kits[0], filling(asked)),), time_taken, is_complete=True)
+    """Return an order that earned three points for each of its parts."""
+    announced = order(number, ("gear_part",) * parts)
+    return OrderScore(
+        announced.order_id, (score_kit(announced.kits[0], filling(announced)),), time_taken, is_complete=True
+    )
 
 
 CAMERA = sensors("logical_camera")

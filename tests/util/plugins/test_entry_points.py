@@ -1,4 +1,4 @@
-"""What other packages bring along: found by name, refused by name, and nobody else is harmed."""
+"""Plugins of other packages: found by name, refused by name, and without effect on other users."""
 
 import sys
 from collections.abc import Iterator
@@ -41,7 +41,7 @@ SEVEN = SensorPlugin(number, ROW, fails)
 
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder that packages are installed in, with the example in it."""
+    """A folder for installed packages, with the example in it."""
     folder = tmp_path / "site"
     folder.mkdir()
     install(folder)
@@ -55,7 +55,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @pytest.fixture
 def others(site: Path) -> Path:
-    """Beside the example, packages that cannot be used."""
+    """The folder with the example and with unusable packages."""
     (site / "broken.py").write_text(BROKEN)
     (site / "odd.py").write_text(ODD)
     groups = ("agents", "trials", "sensors", "devices")
@@ -131,17 +131,17 @@ def test_the_broken_do_not_harm_the_rest() -> None:
 
 @pytest.mark.usefixtures("others")
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("broken", "trial 'broken' of the package broken cannot be imported: ImportError: no such luck"),
         ("failing", "trial 'failing' of the package odd failed: ValueError: not today"),
         ("seven", "trial 'seven' of the package odd must be the path of a file, and is of the type int"),
     ],
 )
-def test_trials_refused(name: str, said: str) -> None:
+def test_trials_refused(name: str, message: str) -> None:
     with pytest.raises(PluginError) as raised:
         find_trial(name)
-    assert str(raised.value) == said
+    assert str(raised.value) == message
 
 
 @pytest.mark.usefixtures("others")
@@ -157,7 +157,7 @@ def test_agents_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("others")
 @pytest.mark.parametrize(
-    ("kind", "said"),
+    ("kind", "message"),
     [
         ("broken", "cannot be imported: ImportError: no such luck"),
         ("failing", "cannot be made: ValueError: not today"),
@@ -166,7 +166,7 @@ def test_agents_refused() -> None:
     ],
 )
 @pytest.mark.parametrize("group", ["sensor", "device"])
-def test_sensors_and_devices_refused(group: str, kind: str, said: str) -> None:
+def test_sensors_and_devices_refused(group: str, kind: str, message: str) -> None:
     section = f"sensors: {{a: {{type: {kind}, pose: {{}}}}}}"
     if group == "device":
         section = f"cellwright: {{devices: {{a: {{type: {kind}}}}}}}"
@@ -174,11 +174,11 @@ def test_sensors_and_devices_refused(group: str, kind: str, said: str) -> None:
     with pytest.raises(PluginError) as raised:
         Cell(trial)
     package = "broken" if kind == "broken" else "odd"
-    assert str(raised.value).startswith(f"{group} '{kind}' of the package {package} {said}")
+    assert str(raised.value).startswith(f"{group} '{kind}' of the package {package} {message}")
 
 
 @pytest.mark.usefixtures("site")
-def test_unknown_types_are_told_those_that_are_there() -> None:
+def test_unknown_types_are_refused_with_the_known_ones() -> None:
     (warning,) = load_trial(text="sensors: {a: {type: part_countr, pose: {}}}").warnings
     assert "did you mean part_counter" in warning.message
     with pytest.raises(DescriptionError, match=r"unknown device type 'signal_lmp'; did you mean signal_lamp"):
@@ -249,7 +249,7 @@ COUNTER = replace(workshop.PART_COUNTER, make=make, message=message)
 
 @pytest.fixture
 def late(site: Path) -> Path:
-    """Beside the example, a package whose things fail while they are at work."""
+    """The folder with the example and with a package that fails at run time."""
     (site / "broken.py").write_text(FAILING_AT_WORK)
     described = {"cellwright.devices": {"late": "broken:Late"}, "cellwright.sensors": {"late": "broken:COUNTER"}}
     describe(site, "broken", described)
@@ -259,7 +259,7 @@ def late(site: Path) -> Path:
 @pytest.mark.slow
 @pytest.mark.usefixtures("late")
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (
             "cellwright: {devices: {a: {type: late, at: step}}}",
@@ -275,12 +275,12 @@ def late(site: Path) -> Path:
         ),
     ],
 )
-def test_what_fails_at_work_ends_the_run_and_is_told_whose_it_is(text: str, said: str) -> None:
+def test_a_failure_at_run_time_ends_the_run_and_names_its_package(text: str, message: str) -> None:
     class Waiting:
         def run(self, client: Client) -> None:
             client.sleep(10.0)
 
     cell = Cell(load_trial(text=text).trial)
     result = run_cell(cell, Waiting(), RunOptions(listen=["all"]))
-    assert (result.outcome, result.error) == (Outcome.UNSTABLE, f"{said}\n")
+    assert (result.outcome, result.error) == (Outcome.UNSTABLE, f"{message}\n")
     assert result.simulated < 1.0

@@ -1,4 +1,4 @@
-"""What things of other packages raise at work."""
+"""Errors that plugins raise at run time."""
 
 from pathlib import Path
 
@@ -11,13 +11,13 @@ from tests.workshop import describe
 
 @pytest.fixture(autouse=True)
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A package that says that it brings a pump along."""
+    """Install a package that provides a pump."""
     describe(tmp_path, "waterworks", {"cellwright.devices": {"pump": "waterworks:Pump"}})
     monkeypatch.syspath_prepend(str(tmp_path))
 
 
 class Thing:
-    """Raises what it was made with."""
+    """Object that raises a given error."""
 
     def __init__(self, error: BaseException | None = None) -> None:
         self.error = error
@@ -36,11 +36,11 @@ def test_what_works_works_as_before() -> None:
 
 
 class OwnError(BaseException):
-    """One that `except Exception` passes over."""
+    """An error that `except Exception` does not catch."""
 
 
 @pytest.mark.parametrize("error", [ValueError("dry"), SystemExit("dry"), OwnError("dry")])
-def test_what_fails_is_told_by_name(error: BaseException) -> None:
+def test_a_failure_is_reported_by_name(error: BaseException) -> None:
     thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
     with pytest.raises(
         PluginFailedError,

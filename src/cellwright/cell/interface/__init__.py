@@ -1,1 +1,1 @@
-"""The contract of the kit-building cell of 2017: its table, and what binds each row to a device."""
+"""Interface of the kit-building cell of 2017: its table, and the bindings of each row to a device."""

@@ -1,7 +1,7 @@
 """The arm's action `follow_joint_trajectory`: the actionlib protocol on five topics.
 
-A goal that cannot be followed is rejected at once with the reason in its result. A goal that is followed reports ten
-times a second, and ends succeeded, aborted (outside its tolerances) or preempted (cancelled, or something else came).
+A goal that the arm cannot follow is rejected immediately, with the reason in its result. An accepted goal gives
+feedback ten times a second. It ends succeeded, aborted (outside its tolerances) or preempted (cancelled or replaced).
 """
 
 from typing import Any
@@ -20,39 +20,39 @@ from cellwright.middleware.messages.conversions import header, nanoseconds, stam
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
 ACTIVE, REJECTED = 1, 5
-"""Of actionlib_msgs/GoalStatus."""
+"""Status codes of actionlib_msgs/GoalStatus."""
 
 REMEMBERED = 5 * NANOSECONDS
-"""How long the status of a goal that has ended is still told [ns] (the default of actionlib's server)."""
+"""Time [ns] for which the status of an ended goal is still published (the default of actionlib's server)."""
 
-MOST_REMEMBERED = 50
-"""So many goals that have ended are told at most, so that a flood of bad ones does not swell every message."""
+MAX_REMEMBERED = 50
+"""Largest number of ended goals in a status message, so that a flood of bad goals does not swell every message."""
 
-LONGEST_ID = 255
-"""Characters of a goal's identifier: it is remembered, and told with every status."""
+MAX_ID_LENGTH = 255
+"""Largest length [characters] of a goal's identifier, which is stored and part of every status."""
 
-_LONGEST_TEXT = 500
+_MAX_TEXT_LENGTH = 500
 
 
 class TrajectoryAction(Device):
-    """The action server of one arm.
+    """Action server of one arm.
 
-    It remembers its goals as the original did, and what it remembers is part of the state: which goals a cancellation
-    is meant for depends on it.
+    Like the original, it remembers its goals. They are part of the state, because the effect of a cancellation depends
+    on them.
     """
 
     def __init__(self, arm: Arm) -> None:
         super().__init__(FOLLOW)
         self._arm = arm
         self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}
-        arm.on_goal_ended.append(self._tell_ended)
+        arm.on_goal_ended.append(self._publish_ended)
 
     def reset(self) -> None:
         """Forget all goals."""
         self._statuses = {}
 
     def get_state(self) -> dict[str, Any]:
-        """The goals that are remembered."""
+        """Return the remembered goals."""
         return {
             "goals": [
                 [name, nanoseconds(status.goal_id.stamp), status.status, status.text, ended]
@@ -61,7 +61,7 @@ class TrajectoryAction(Device):
         }
 
     def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
+        """Restore the state that `get_state` returned."""
         self._statuses = {
             name: (GoalStatus(GoalID(stamp(given), name), code, text), ended)
             for name, given, code, text, ended in state["goals"]
@@ -70,22 +70,22 @@ class TrajectoryAction(Device):
     def take_goal(self, _row: Row, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, or reject it with a result."""
         now = self.simulation.now
-        if len(message.goal_id.id) > LONGEST_ID:
+        if len(message.goal_id.id) > MAX_ID_LENGTH:
             raise RejectedTrajectoryError(
-                GoalResult.INVALID_GOAL, f"a goal's identifier may have {LONGEST_ID} characters"
+                GoalResult.INVALID_GOAL, f"a goal's identifier may have {MAX_ID_LENGTH} characters"
             )
-        # as in actionlib: what the sender left open is filled in, so that it can be cancelled all the same
-        name = message.goal_id.id or self._made_up(node)
+        # as in actionlib: an empty identifier or stamp is filled in, so that the goal can still be cancelled
+        name = message.goal_id.id or self._generated_id(node)
         goal_id = GoalID(stamp(nanoseconds(message.goal_id.stamp) or now), name)
         current = self._arm.controller.goal
         if current is not None and current.active and current.goal_id == name:
             raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
         try:
-            asked = message.goal
-            trajectory, patience = trajectory_of(asked.trajectory), nanoseconds(asked.goal_time_tolerance)
-            self._arm.accept(GoalRequest(name, trajectory, asked.path_tolerance, asked.goal_tolerance, patience))
+            goal = message.goal
+            trajectory, patience = trajectory_of(goal.trajectory), nanoseconds(goal.goal_time_tolerance)
+            self._arm.accept(GoalRequest(name, trajectory, goal.path_tolerance, goal.goal_tolerance, patience))
         except RejectedTrajectoryError as error:
-            reason = str(error)[:_LONGEST_TEXT]  # names in it come from outside
+            reason = str(error)[:_MAX_TEXT_LENGTH]  # it may contain names from outside
             self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)
             self._publish_result(name, int(error.result), reason)
             raise  # counted and reported with the other refusals
@@ -103,22 +103,22 @@ class TrajectoryAction(Device):
             self._arm.cancel()
 
     def goal_status(self, output: Output) -> None:
-        """What became of the goals."""
+        """Status of the goals."""
         self._status = output.sample(
             lambda: GoalStatusArray(header("", self.simulation.now), [each for each, _ in self._recent().values()])
         )
 
     def goal_feedback(self, output: Output) -> None:
-        """How the goal is followed, while there is one."""
+        """Feedback on the active goal, if there is one."""
         output.sample(self._progress)
 
     def goal_result(self, output: Output) -> None:
-        """How each goal ended."""
+        """Result of each goal."""
         self._result = output.advertise()
 
-    def _tell_ended(self, goal: TrajectoryGoal) -> None:
+    def _publish_ended(self, goal: TrajectoryGoal) -> None:
         if goal.goal_id not in self._statuses:
-            return  # somebody gave it to the arm by hand
+            return  # set directly on the arm, not through the topic
         goal_id = self._statuses[goal.goal_id][0].goal_id
         self._note(GoalStatus(goal_id, int(goal.status), goal.reason), ended=True)
         self._publish_result(goal.goal_id, 0 if goal.result is None else int(goal.result), goal.reason)
@@ -146,7 +146,7 @@ class TrajectoryAction(Device):
         )
 
     def _current(self) -> TrajectoryGoal | None:
-        """The goal that is being followed, if it came on the topic."""
+        """Return the active goal if it came on the topic."""
         goal = self._arm.controller.goal
         return goal if goal is not None and goal.active and goal.goal_id in self._statuses else None
 
@@ -157,7 +157,7 @@ class TrajectoryAction(Device):
         self._status.publish()
 
     def _recent(self) -> dict[str, tuple[GoalStatus, int | None]]:
-        """The goal that is being followed, and those that ended not long ago."""
+        """Return the active goal and those that ended recently."""
         now = self.simulation.now
         kept = {
             name: (status, ended)
@@ -165,12 +165,12 @@ class TrajectoryAction(Device):
             if ended is None or now - ended <= REMEMBERED
         }
         ended_ones = [name for name, (_, ended) in kept.items() if ended is not None]
-        for name in ended_ones[:-MOST_REMEMBERED]:
+        for name in ended_ones[:-MAX_REMEMBERED]:
             del kept[name]
         return kept
 
-    def _made_up(self, node: str) -> str:
-        """A name for a goal that came without one, in actionlib's form: node, number, time."""
+    def _generated_id(self, node: str) -> str:
+        """Generate an identifier in actionlib's form: node, number, time."""
         number = 1
         while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
             number += 1

@@ -22,10 +22,10 @@ from cellwright.util.errors import RejectedCommandError, ServiceFailedError, Unk
 
 
 def part_types_json(own: Mapping[str, OwnPartType]) -> str:
-    """The part types of a trial's own, by name, as a JSON object; lengths in m, mass in kg. A type takes some 30 ms.
+    """Return the trial's own part types by name as a JSON object; lengths in m, mass in kg.
 
-    Each has its `mass`, and `tops` with the fields of `cell.model.part_tops.PartTop`, the first as it was modelled.
-    Where parts are, this does not tell.
+    Each type has its `mass`, and `tops` with the fields of `cell.model.part_tops.PartTop`, the first one as modelled.
+    The object has no positions of parts. It takes about 30 ms a type.
     """
     found = {
         name: {"mass": each.form.mass, "tops": [asdict(top) for top in part_tops(each.form)]}
@@ -40,7 +40,7 @@ NOT_ALLOWED = "not allowed in a competition"
 class Commands:
     """Handlers of the topics and services that clients send to.
 
-    What is told of the trial's own part types is worked out at once, before time runs.
+    The reply about the trial's own part types is computed in the constructor, before time runs.
     """
 
     def __init__(self, cell: CellDevices, own_types: Mapping[str, OwnPartType]) -> None:
@@ -63,26 +63,26 @@ class Commands:
     def material_locations(
         self, _row: Row, request: osrf_gear.GetMaterialLocationsRequest, _node: str
     ) -> osrf_gear.GetMaterialLocationsResponse:
-        """Storage units of a type by name; none of an unknown type."""
+        """Storage units of a type by name; none for an unknown type."""
         units = self._cell.trial.material_locations.get(request.material_type, ())
         return osrf_gear.GetMaterialLocationsResponse([osrf_gear.StorageUnit(unit) for unit in sorted(units)])
 
     def part_types(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
-        """The part types of the trial's own."""
+        """The trial's own part types."""
         return TriggerResponse(success=True, message=self._own_types)
 
     def note_intention(self, _row: Row, message: String, node: str) -> None:
-        """Note what the agent says that it is about."""
+        """Record the agent's stated intention."""
         self._cell.intention.say(message.data, node, self._cell.simulation.now)
 
     def command_arm(self, _row: Row, message: JointTrajectoryMessage, _node: str) -> None:
-        """Have the arm follow a trajectory."""
+        """Make the arm follow a trajectory."""
         present(self._cell.arm).command(trajectory_of(message))
 
     def query_arm_state(
         self, _row: Row, request: QueryTrajectoryStateRequest, _node: str
     ) -> QueryTrajectoryStateResponse:
-        """The desired state of the joints at a time."""
+        """Desired state of the joints at a time."""
         controller = present(self._cell.arm).controller
         try:
             state = controller.query_state(nanoseconds(request.time))
@@ -98,14 +98,14 @@ class Commands:
         return osrf_gear.VacuumGripperControlResponse(success=True)
 
     def send_agv(self, row: Row, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:
-        """Send an AGV off."""
+        """Send an AGV to inspection."""
         return osrf_gear.AGVControlResponse(success=self._cell.agvs[int(row.subject or 0)].send(request.kit_type))
 
     def refuse(self, row: Row, _request: Message, node: str) -> Message:
-        """Refuse what is cheating in a competition, and report it."""
+        """Refuse a service that counts as cheating in a competition, and report the refusal."""
         source = f"{row.name} from {node}" if node else row.name
         self._cell.bus.refusals.refuse(source, f"{NOT_ALLOWED}; development mode (-d) allows it")
-        response = service_type(row.type).response()  # of all these services: without success
+        response = service_type(row.type).response()  # for all these services: without success
         if isinstance(response, TriggerResponse):
             response.message = NOT_ALLOWED
         return response
@@ -113,14 +113,14 @@ class Commands:
     def control_conveyor(
         self, _row: Row, request: osrf_gear.ConveyorBeltControlRequest, _node: str
     ) -> osrf_gear.ConveyorBeltControlResponse:
-        """Set the belt's power; one outside 0..100 leaves it as it is, and is answered with success all the same."""
+        """Set the belt's power; a value outside 0..100 changes nothing, and still succeeds."""
         self._cell.conveyor.set_power(request.state.power)
         return osrf_gear.ConveyorBeltControlResponse(success=True)
 
     def control_population(
         self, _row: Row, request: osrf_gear.PopulationControlRequest, _node: str
     ) -> osrf_gear.PopulationControlResponse:
-        """Steer the flow of parts onto the belt."""
+        """Pause, resume or restart the flow of parts onto the belt."""
         actions = get_args(PopulationAction)
         if request.action not in actions:
             raise ServiceFailedError(f"population/control: {request.action!r} is none of {', '.join(actions)}")
@@ -128,7 +128,7 @@ class Commands:
         return osrf_gear.PopulationControlResponse(success=True)
 
     def submit_tray(self, _row: Row, request: osrf_gear.SubmitTrayRequest, _node: str) -> osrf_gear.SubmitTrayResponse:
-        """Have a tray judged as a kit."""
+        """Judge a tray as a kit."""
         try:
             submitted = self._cell.competition.submit(request.tray_id, request.kit_type)
         except UnknownNameError:
@@ -138,16 +138,16 @@ class Commands:
         return osrf_gear.SubmitTrayResponse(success=True, inspection_result=submitted.score.total)
 
     def clear_tray(self, row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
-        """Take away all that lies on a tray."""
+        """Remove all objects from a tray."""
         self._cell.trays[int(row.subject or 0)].remove_all()
         return TriggerResponse(success=True, message="")
 
 
 def trajectory_of(message: JointTrajectoryMessage) -> JointTrajectory:
-    """A commanded trajectory from its message; a stamp of zero means now.
+    """Return the trajectory of a message; a stamp of zero means now.
 
     Raises:
-        RejectedTrajectoryError: it has too many points to be looked at.
+        RejectedTrajectoryError: it has too many points.
     """
     check_count(message.points)
     start = nanoseconds(message.header.stamp)

@@ -1,4 +1,4 @@
-"""Devices that the interface of the kit-building cell is bound to, and the intention that the agent states."""
+"""Devices behind the interface of the kit-building cell, and the intention that the agent states."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -17,35 +17,35 @@ from cellwright.middleware.bus import Bus
 from cellwright.util.errors import UsageError, showable
 
 MAX_INTENTION_LENGTH = 200
-"""Characters that are kept of it."""
+"""Largest length of a stored intention [characters]; the rest is cut off."""
 
 
 class Intention:
-    """The newest word of an agent about what it is doing."""
+    """The latest statement of an agent about its current activity."""
 
     def __init__(self) -> None:
         self.text = ""
-        """What it said; empty when nothing was said in this run."""
+        """The statement; empty if there was none in this run."""
         self.node = ""
-        """Who said it."""
+        """Name of the node that made it."""
         self.time = 0
-        """When [ns]."""
+        """Its simulation time [ns]."""
 
     def say(self, text: str, node: str, now: int) -> None:
-        """Take note of a word; it is made fit for a line of text."""
+        """Record a statement, reduced to one printable line."""
         line = " ".join(showable(text[: 4 * MAX_INTENTION_LENGTH], 4 * MAX_INTENTION_LENGTH).split())
         self.text = line if len(line) <= MAX_INTENTION_LENGTH else line[: MAX_INTENTION_LENGTH - 1] + "…"
         self.node, self.time = node, now
 
     def forget(self) -> None:
-        """Begin with nothing said."""
+        """Forget the statement."""
         self.text, self.node, self.time = "", "", 0
 
 
 class CellDevices:
-    """What a cell consists of, as its interface sees it.
+    """Devices of a cell, as its interface uses them.
 
-    Arm and gripper are None in a cell without an arm, the population without belt parts.
+    Arm and gripper are None in a cell without an arm, the population in one without belt parts.
     """
 
     trial: Trial
@@ -67,7 +67,7 @@ D = TypeVar("D")
 
 
 def present(device: D | None) -> D:
-    """A device that a cell may lack, where a row of the table is only there with it."""
+    """Return a device that a cell may lack, for rows that exist only with it."""
     if device is None:
         raise UsageError("this cell has no such device")
     return device

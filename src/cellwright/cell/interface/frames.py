@@ -1,4 +1,4 @@
-"""The tree of frames of the kit-building cell, as its topics /tf and /tf_static carry it."""
+"""The frame tree of the kit-building cell, as published on /tf and /tf_static."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from cellwright.rendering.camera import OPTICAL
 from cellwright.util.pose import Pose
 
 ARM_CHAIN = ("linear_arm_actuator", *(joint.link for joint in JOINTS))
-"""The rail and the links that the joints move, each in the frame of the one before."""
+"""The rail and the links that the joints move, each in the frame of the previous one."""
 
 BIN_FRAME_HEIGHT = 0.72
 
@@ -27,7 +27,7 @@ LINK_FRAMES = (
 
 
 def static_frames(trial: Trial) -> list[Frame]:
-    """Frames that never move: bins, load points, belt, sensors, and what is fixed to a link of the arm."""
+    """Return the frames that never move: bins, load points, belt, sensors, and frames fixed to a link of the arm."""
     frames = [
         Frame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_YAW)))
         for name, (x, y) in BIN_CENTRES.items()
@@ -49,7 +49,7 @@ def static_frames(trial: Trial) -> list[Frame]:
 
 
 def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Callable[[], list[Frame]]:
-    """A function that tells where links are now, each in the frame of the one before it."""
+    """Return a function that computes the present frames of links, each in the frame of the previous one."""
     bodies = np.array([simulation.model.body(name).id for name in links])
 
     def read() -> list[Frame]:
@@ -61,6 +61,6 @@ def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Calla
 
 
 def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
-    """Frames that are fixed to a link of the arm or to the world, with the digits of the engine."""
+    """Return the frames fixed to a link of the arm or to the world, with the engine's precision."""
     rail, gripper = ("world", ARM_CHAIN[0]), ("wrist_3_link", GRIPPER)
     return [*arm_chain(simulation, rail)(), *LINK_FRAMES, *arm_chain(simulation, gripper)()]

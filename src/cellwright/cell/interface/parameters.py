@@ -1,8 +1,8 @@
 """ROS parameters of the kit-building cell, with its robot description in URDF.
 
-`robot_state_publisher` makes /tf and /tf_static of it, and libraries that solve kinematics read the chain from it. The
-figures are those of the simulated arm. What an XML reader would refuse cannot come in: a frame has one parent, and of
-two with one name the later one holds, as in the tree of frames itself.
+`robot_state_publisher` makes /tf and /tf_static from it, and kinematics libraries read the chain from it. The figures
+are those of the simulated arm. The description is always valid for an XML reader. A frame has one parent, and of two
+frames with one name the later one counts, as in the frame tree itself.
 """
 
 import math
@@ -23,13 +23,13 @@ from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
 from cellwright.engine.shapes import Shape
 from cellwright.util.pose import Pose, Vector3
 
-_GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] is taken to stand there
+_GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] counts as being at it
 
 
 def rpy_of(pose: Pose) -> Vector3:
-    """Roll, pitch, yaw [rad] from which a reader of URDF makes the rotation of `pose` again.
+    """Return roll, pitch, yaw [rad] from which a URDF reader reconstructs the rotation of `pose`.
 
-    Where the pitch is +-pi/2, only the sum or the difference of roll and yaw is told by a rotation: roll is 0 there.
+    Where the pitch is +-pi/2, a rotation determines only the sum or the difference of roll and yaw: roll is 0 there.
     """
     forward, left = pose.rotate((1.0, 0.0, 0.0)), pose.rotate((0.0, 1.0, 0.0))
     level = math.hypot(forward[0], forward[1])
@@ -43,7 +43,15 @@ def rpy_of(pose: Pose) -> Vector3:
 def add_link(
     parent: Element, name: str, *, solid: Sequence[Shape] = (), seen: Sequence[Shape] = (), form: Cylinder | None = None
 ) -> None:
-    """Add a link that is touched as `solid` says, is seen as both say, and has mass and inertia of a cylinder."""
+    """Add a link with collision and visual shapes, and with the mass and inertia of a cylinder.
+
+    Args:
+        parent: element to add the link to.
+        name: name of the link.
+        solid: shapes for collision, which are drawn too.
+        seen: shapes that are only drawn.
+        form: source of mass and inertia; None for a link without mass.
+    """
     element = SubElement(parent, "link", name=name)
     if form is not None:
         inertial = SubElement(element, "inertial")
@@ -63,7 +71,19 @@ def add_link(
 
 
 def add_joint(parent: Element, kind: str, name: str, before: str, behind: str, pose: Pose) -> Element:
-    """Join the link `behind` to the link `before`; `pose` is where it stands in its frame, at joint value 0."""
+    """Add a joint between two links.
+
+    Args:
+        parent: element to add the joint to.
+        kind: type of the joint in URDF.
+        name: name of the joint.
+        before: parent link.
+        behind: child link.
+        pose: pose of the child link in the frame of the parent link, at joint value 0.
+
+    Returns:
+        The element of the joint.
+    """
     joint = SubElement(parent, "joint", name=name, type=kind)
     SubElement(joint, "parent", link=before)
     SubElement(joint, "child", link=behind)
@@ -80,7 +100,7 @@ def _add_axis(
     damping: float = 0.0,
     friction: float = 0.0,
 ) -> None:
-    """Say how a joint moves, with the figures of an `ArmJoint`."""
+    """Add axis, limits and dynamics to a joint, with the figures of an `ArmJoint`."""
     SubElement(joint, "axis", xyz=_number_text(axis))
     ends = {"lower": repr(-limit), "upper": repr(limit)}
     SubElement(joint, "limit", ends, effort=repr(float(effort)), velocity=repr(float(velocity)))
@@ -88,7 +108,7 @@ def _add_axis(
 
 
 def _urdf_forms(shape: Shape) -> list[tuple[str, dict[str, str], Pose]]:
-    """A shape in the three forms that URDF knows; it has no capsule, so that is a cylinder between two balls."""
+    """Return a shape as URDF forms: URDF has no capsule, so that becomes a cylinder between two spheres."""
     if shape.kind == "box":
         return [("box", {"size": _number_text([2 * half for half in shape.size])}, shape.pose)]
     radius = {"radius": repr(shape.size[0])}
@@ -111,16 +131,16 @@ def _add_origin(element: Element, pose: Pose) -> None:
 
 
 def _number_text(values: Sequence[float]) -> str:
-    """Numbers in a row, without the rounding noise of their last digit and without a minus before 0."""
+    """Format numbers in a row, without the rounding noise of their last digit and without a minus before 0."""
     return " ".join(repr(round(float(value), 15) + 0.0) for value in values)
 
 
 _RAIL_LINK = "linear_arm_actuator"
-_TINY_LIMIT = 1e-6  # [rad]; readers of URDF take equal limits for none, or refuse them
+_TINY_LIMIT = 1e-6  # [rad]; URDF readers take equal limits for none, or refuse them
 
 
 def robot_description(trial: Trial) -> str:
-    """The description of one cell, as its parameter `robot_description` has it: XML text in the URDF format."""
+    """Return a cell's parameter `robot_description`: XML text in the URDF format."""
     robot = Element("robot", name="ariac")
     add_link(robot, "world")
     fixed = {frame.child: frame for frame in static_frames(trial)}
@@ -149,8 +169,8 @@ def _add_arm(robot: Element) -> None:
         element = add_joint(robot, kind, joint.name, before, name, joint.pose)
         _add_axis(element, joint.axis, joint.limit, joint.effort, joint.velocity, joint.damping, joint.friction)
         before = name
-    # The cup is on a joint that does not turn: the joint states name it, and robot_state_publisher complains of a name
-    # that belongs to no joint or to a fixed one.
+    # The cup is on a joint that does not turn: the joint states include it, and robot_state_publisher warns about names
+    # of no joint or of a fixed one.
     add_link(robot, GRIPPER, solid=[arm_looks.CUP], form=BODIES[GRIPPER])
     element = add_joint(robot, "revolute", GRIPPER_JOINT, before, GRIPPER, WRIST_3_T_GRIPPER)
     _add_axis(element, (0.0, 0.0, 1.0), _TINY_LIMIT)
@@ -162,9 +182,9 @@ Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str
 
 
 def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
-    """The parameters of one cell, from the root on: nested dictionaries, as a parameter server holds them.
+    """Return the parameters of a cell, from the root on: nested dictionaries, as on a parameter server.
 
-    In competition mode the simulator's own services are said to be off the network.
+    In competition mode they state that the simulator's own services are off the network.
     """
     description = robot_description(trial)
     cell: dict[str, Parameter] = {"robot_description": description}
@@ -186,7 +206,7 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
 
 
 def _arm_parameters(settings: ArmSettings, rates: Mapping[str, float]) -> dict[str, Parameter]:
-    """The parameters of the arm's controller, in the shape of the original's file."""
+    """Return the parameters of the arm's controller, in the structure of the original's file."""
     constraints: dict[str, Parameter] = {
         "goal_time": settings.goal_time,
         "stopped_velocity_tolerance": settings.stopped_velocity_tolerance,

@@ -1,8 +1,8 @@
-"""Plugin sensors and devices: how those of other packages are made, and what the sensors publish.
+"""Plugin sensors and devices: their creation, and the topics of the sensors.
 
-An entry point of the group `cellwright.devices` names a function `make(name, settings, cell)` that returns a `Device`;
-a class whose constructor takes these does as well. The device lives as long as its cell, and acts in each tick after
-the cell's own.
+An entry point of the group `cellwright.devices` names a function `make(name, settings, cell)` that returns a `Device`,
+or a class whose constructor takes these arguments. The device lives as long as its cell, and acts in each tick after
+the cell's own devices.
 """
 
 from collections.abc import Callable
@@ -28,10 +28,10 @@ _HOOKS = ("attach", "reset", "before_step", "drive", "after_step", "handle", "ge
 
 
 def make_plugin_device(description: PluginDevice, cell: object) -> Device:
-    """The device as it was described, for a `Cell` whose own devices and bus are there.
+    """Make a plugin device from its description, for a `Cell` whose own devices and bus exist.
 
     Raises:
-        UnknownNameError: no package brings this type along.
+        UnknownNameError: no package provides this type.
         PluginError: it cannot be imported or made, or is no device.
     """
     kind = description.type
@@ -46,12 +46,12 @@ def make_plugin_device(description: PluginDevice, cell: object) -> Device:
 
 @dataclass(frozen=True, slots=True)
 class SensorPlugin:
-    """What an entry point of the group `cellwright.sensors` names; the entry point's name is the sensor type in files.
+    """Object of an entry point of the group `cellwright.sensors`; the entry point's name is the sensor type in files.
 
     Attributes:
-        make: the device for a sensor as it was described, in a scene of models to see.
-        row: the topic that it speaks on, with `{sensor}` where the sensor's name belongs.
-        message: the message for a reading, of the row's type.
+        make: makes the device from a sensor's description and the scene of models that it sees.
+        row: the topic of its readings, with `{sensor}` in place of the sensor's name.
+        message: converts a reading to a message of the row's type.
     """
 
     make: Callable[[SensorDescription, Scene], Sensor[Any]]
@@ -60,10 +60,10 @@ class SensorPlugin:
 
 
 def make_plugin_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
-    """The device for a sensor of another package's type.
+    """Make the device of a plugin sensor.
 
     Raises:
-        UnknownNameError: no package brings this type along.
+        UnknownNameError: no package provides this type.
         PluginError: it cannot be imported or made, or is no sensor.
     """
     kind = description.type
@@ -73,23 +73,23 @@ def make_plugin_sensor(description: SensorDescription, scene: Scene) -> Sensor[A
 
 
 def _make(group: plugins.Kind, kind: str, make: Callable[..., Any], base: type[Any], *arguments: object) -> Any:
-    """What a package makes for a type of its own: an instance of a class."""
+    """Call a plugin's `make`, and check that it returns an instance of `base`."""
     try:
         made = make(*arguments)
     except Exception as error:
         raise plugins.plugin_error(group, kind, f"cannot be made: {in_a_line(error)}") from error
     if not isinstance(made, base):
-        what = f"must make a {base.__name__}, and made something of the type {type(made).__name__}"
-        raise plugins.plugin_error(group, kind, what)
+        problem = f"must make a {base.__name__}, and made something of the type {type(made).__name__}"
+        raise plugins.plugin_error(group, kind, problem)
     return made
 
 
 def bind_plugin_sensors(bus: Bus, devices: CellDevices) -> None:
-    """Put the topics of all sensors of other packages on the bus.
+    """Put the topics of all plugin sensors on the bus.
 
     Raises:
-        PluginError: one of them cannot be used.
-        UsageError: it would publish where something else does, in another type.
+        PluginError: a plugin sensor cannot be used.
+        UsageError: a topic is already published with another type.
     """
     for description in devices.trial.sensors:
         if description.type not in SENSOR_TYPES and not isinstance(description, Camera):

@@ -1,4 +1,4 @@
-"""Published topics of the kit-building cell: messages made of readings, pictures of cameras, and when each is sent."""
+"""Published topics of the kit-building cell: messages from readings, camera images, and the time of each message."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -50,15 +50,15 @@ ULTRASOUND = 0
 FIELD_OF_VIEW = 0.125
 """sensor_msgs/Range.field_of_view of the proximity sensor [rad]."""
 
-# What is the same in each message of a sensor, in the order of its fields: dozens come in a second.
+# The part that is the same in each message of a sensor, in the order of its fields: dozens are sent each second.
 _BEAM_RANGES = single(BreakBeam.source[0]), single(BreakBeam.source[0] + BreakBeam.farthest)
 _CONE = single(FIELD_OF_VIEW), single(ProximitySensor.nearest), single(ProximitySensor.farthest)
 _FAN = (
     single(-FAN_HALF_ANGLE),
     single(FAN_HALF_ANGLE),
     single(FAN_ANGLE_STEP),
-    0.0,  # between two rays [s]
-    0.0,  # between two scans [s]
+    0.0,  # time between two rays [s]
+    0.0,  # time between two scans [s]
     single(LaserProfiler.nearest),
     single(LaserProfiler.farthest),
 )
@@ -66,7 +66,7 @@ _INTENSITIES = singles(np.zeros(FAN_RAY_COUNT))
 
 
 def order_message(order: Order) -> OrderMessage:
-    """An order as it is announced."""
+    """Return the message of an announced order."""
     return OrderMessage(
         order.order_id,
         [
@@ -79,7 +79,7 @@ def order_message(order: Order) -> OrderMessage:
 
 
 def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> osrf_gear.TrayContents:
-    """What a tray holds."""
+    """Return the message of a tray's contents."""
     return osrf_gear.TrayContents(
         tray_id,
         [osrf_gear.DetectedObject(each.type, each.is_faulty, pose_message(each.tray_T_object)) for each in objects],
@@ -87,22 +87,22 @@ def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> osrf_gear.TrayC
 
 
 def beam_message(reading: BeamReading, beam: BreakBeam) -> osrf_gear.Proximity:
-    """A break beam's reading. The ranges are those of the ray, seen from the sensor's pose."""
+    """Return the message of a break beam's reading; the ranges are those of the ray, from the sensor's pose."""
     return osrf_gear.Proximity(header(beam.frame, reading.time_ns), reading.detected, *_BEAM_RANGES)
 
 
 def range_message(reading: ProximityReading, sensor: ProximitySensor) -> Range:
-    """A proximity sensor's reading."""
+    """Return the message of a proximity sensor's reading."""
     return Range(header(sensor.frame, reading.time_ns), ULTRASOUND, *_CONE, single(reading.range), 0.0)
 
 
 def scan_message(reading: ProfileReading, profiler: LaserProfiler) -> LaserScan:
-    """A laser profiler's reading."""
+    """Return the message of a laser profiler's reading."""
     return LaserScan(header(profiler.frame, reading.time_ns), *_FAN, singles(reading.ranges), _INTENSITIES)
 
 
 def image_message(reading: CameraReading) -> osrf_gear.LogicalCameraImage:
-    """A logical camera's picture: model poses in the camera frame, the camera's own in the world frame."""
+    """Return the message of a logical camera's image, with model poses in the camera frame, its own in the world."""
     return osrf_gear.LogicalCameraImage(
         [osrf_gear.Model(each.type, pose_message(each.camera_T_model)) for each in reading.detections],
         pose_message(reading.world_T_camera),
@@ -110,24 +110,24 @@ def image_message(reading: CameraReading) -> osrf_gear.LogicalCameraImage:
 
 
 def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
-    """Coordinate frames at a time [ns]."""
+    """Return the message of coordinate frames at a time [ns]."""
     return TFMessage([transform_stamped(each.parent, each.child, each.pose, time) for each in frames])
 
 
 GRIPPER_JOINT = "vacuum_gripper_joint"
-"""A joint that does not move; the original's controller states it as an extra joint, always at 0."""
+"""A fixed joint; the original's controller publishes it as an extra joint, always at 0."""
 
 STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
-"""The names of the joint states, in their order."""
+"""Names in the joint states, in their order."""
 
 _PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 
 class Publications(Device):
-    """Handlers of the topics that the cell publishes, and their latched messages, which belong to a run.
+    """Handlers of the topics that the cell publishes, with their latched messages, which belong to a run.
 
-    A new run begins with nothing but the fixed frames, and one that goes on from a saved moment with the order that was
-    the newest then.
+    A new run starts with the fixed frames only. A run from a checkpoint also starts with the order that was the latest
+    then.
     """
 
     def __init__(self, cell: CellDevices) -> None:
@@ -135,18 +135,18 @@ class Publications(Device):
         self._cell = cell
 
     def reset(self) -> None:
-        """A new run: no message of the last one is left."""
+        """Start a new run, without messages of the previous one."""
         cell = self._cell
         cell.bus.forget_latched()
         arm = fixed_arm_frames(cell.simulation) if cell.arm is not None else []
         self._static.publish(frames_message([*static_frames(cell.trial), *arm], 0))
 
     def get_state(self) -> State:
-        """The newest message of each latched topic."""
+        """Return the latest message of each latched topic."""
         return {"latched": self._cell.bus.latched()}
 
     def set_state(self, state: State) -> None:
-        """Go on from a saved moment."""
+        """Restore the latched messages from a checkpoint."""
         self.reset()
         self._cell.bus.set_latched(state["latched"])
 
@@ -162,7 +162,7 @@ class Publications(Device):
         self._static = output.advertise()
 
     def camera_frames(self, output: Output) -> None:
-        """Frames of the logical cameras, and of what they see."""
+        """Frames of the logical cameras, and of the models that they see."""
         cameras = [each for each in self._cell.sensors.values() if isinstance(each, LogicalCamera)]
 
         def listen(take: Callable[[CameraReading], None]) -> Callable[[], None]:
@@ -185,22 +185,22 @@ class Publications(Device):
         """Each order when it is announced."""
         publisher = output.advertise()
 
-        def tell(effect: Effect) -> None:
+        def publish(effect: Effect) -> None:
             if isinstance(effect, OrderAnnounced):
                 publisher.publish(order_message(effect.order))
 
-        self._cell.competition.on_effect.append(tell)
+        self._cell.competition.on_effect.append(publish)
 
     def tray_contents(self, output: Output) -> None:
-        """What lies on each tray, when it reports."""
+        """Contents of each tray, at each of its reports."""
         publisher = output.advertise()
 
-        def tell(tray: KitTray) -> None:
+        def publish(tray: KitTray) -> None:
             if publisher.listeners:
                 publisher.publish(tray_message(tray.link, self._cell.competition.tray_objects(tray)))
 
         for tray in self._cell.trays.values():
-            tray.on_report.append(tell)
+            tray.on_report.append(publish)
 
     def silence(self, output: Output) -> None:
         """Publish nothing, in a competition."""
@@ -228,7 +228,7 @@ class Publications(Device):
         output.sample(build)
 
     def gripper_state(self, output: Output) -> None:
-        """Whether the suction is on, and holds something."""
+        """State of the suction, and whether the gripper holds something."""
         gripper = present(self._cell.gripper)
         make = cache(osrf_gear.VacuumGripperState)
         output.sample(lambda: make(gripper.enabled, gripper.attached))
@@ -240,7 +240,7 @@ class Publications(Device):
         output.sample(lambda: make(agv.state))
 
     def population_state(self, output: Output) -> None:
-        """Whether parts come onto the belt."""
+        """State of the flow of parts onto the belt."""
         population = present(self._cell.population)
         make = cache(osrf_gear.PopulationState)
         output.sample(lambda: make(population.running))
@@ -257,23 +257,23 @@ class Publications(Device):
     laser_profiler = partialmethod(_stream, message=scan_message)
 
     def break_beam_change(self, output: Output) -> None:
-        """Readings of a break beam that differ from the one before."""
+        """Readings of a break beam that differ from the previous one."""
         beam = self._sensor(output)
         output.stream(beam.listen_changes, lambda reading: beam_message(reading, beam))
 
     def logical_camera(self, output: Output) -> None:
-        """Pictures of a logical camera."""
+        """Images of a logical camera."""
         output.stream(self._sensor(output).listen, image_message, is_deferred=True)
 
     def quality_control_image(self, output: Output) -> None:
-        """Pictures of a quality control sensor."""
+        """Images of a quality control sensor."""
         camera = self._cell.quality[int(output.row.subject or 0)]
         output.stream(camera.listen, image_message, is_deferred=True)
 
     def _picture(self, output: Output, message: _PictureMessage, *, colour: bool = False, depth: bool = False) -> None:
         camera = self._sensor(output)
-        wanted = partial(camera.look, colour=colour and camera.description.has_colour, depth=depth)
-        output.stream(wanted, lambda picture: message(picture, camera))
+        listen = partial(camera.look, colour=colour and camera.description.has_colour, depth=depth)
+        output.stream(listen, lambda picture: message(picture, camera))
 
     colour_picture = partialmethod(_picture, message=pictures.colour_message, colour=True)
     depth_picture = partialmethod(_picture, message=pictures.depth_message, depth=True)

@@ -1,8 +1,8 @@
-"""Interface of the kit-building cell: every name that a client of the 2017 competition ("GEAR") knows.
+"""Interface of the kit-building cell: all topics and services of the 2017 competition ("GEAR"), as a table.
 
 Handlers are methods of `Commands`, `Publications` and `TrajectoryAction`. The names, types, rates and latches are the
-original's; "each step" means the simulation's own step. Two things count as cheating in the competition and are marked
-so: seeing what lies on the trays, and steering belt, parts and scoring.
+original's; "each step" means the simulation's own step. The rows mark two kinds of cheating in the competition:
+observing the trays, and controlling belt, parts and scoring.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,7 +22,7 @@ EACH_STEP, ON_EVENT = Pace.EACH_STEP, Pace.ON_EVENT
 ALWAYS, WITH_ARM, WITH_AGVS, EACH_AGV = Where.ALWAYS, Where.ARM, Where.AGVS, Where.EACH_AGV
 REFUSES, SILENCED, ABSENT = Competition.REFUSES, Competition.SILENCED, Competition.ABSENT
 
-# The parts of the original that the rows are taken from.
+# Plugins and nodes of the original that the rows are taken from.
 MANAGER = "ROSAriacTaskManagerPlugin"
 KIT_TRAY = "ROSAriacKitTrayPlugin"
 AGV = "ROSAGVPlugin"
@@ -161,10 +161,10 @@ PICTURES = (
          "The points that were measured, in the camera's frame.", handler="point_cloud"),
 )
 # fmt: on
-"""Topics of cameras, which were not there in 2017; the rate is that of the camera."""
+"""Camera topics, which did not exist in 2017; the rate is that of the camera."""
 
 GEAR: tuple[Row, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
-"""The whole contract, as templates."""
+"""The whole interface, as templates."""
 
 SENSOR_TYPES: dict[Where, tuple[SensorType | CameraType, ...]] = {
     Where.BREAK_BEAM: ("break_beam",),
@@ -178,10 +178,10 @@ SENSOR_TYPES: dict[Where, tuple[SensorType | CameraType, ...]] = {
 
 
 def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
-    """The contract as it holds in one cell, its templates filled in, in the order of the table.
+    """Return the interface of one cell, with its templates filled in, in the order of the table.
 
     Raises:
-        UsageError: a sensor's name makes it publish where something else does, in another type.
+        UsageError: a sensor's name leads to a topic that is already published with another type.
     """
     found = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
     if competition:
@@ -196,13 +196,13 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
 
 
 def camera_rows(camera: Camera) -> list[Row]:
-    """The rows of one camera, at its rate."""
+    """Return the rows of one camera, at its rate."""
     rate = Fraction(repr(camera.rate))
     return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in SENSOR_TYPES[row.where]]
 
 
 def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:
-    """What a row is there for in a cell: sensors, AGVs, or once (None), or not at all."""
+    """Return the subjects of a row in a cell: sensors, AGVs, None once, or nothing."""
     if where in SENSOR_TYPES:
         return [sensor.name for sensor in trial.sensors if sensor.type in SENSOR_TYPES[where]]
     agvs = trial.options.insert_agvs

@@ -1,4 +1,4 @@
-"""What the referee wants done or known: plain values, for the cell to carry out, publish and log."""
+"""Effects of the referee: plain values that the cell carries out, publishes and logs."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -11,7 +11,7 @@ from cellwright.config.trial.trial import Order
 
 
 class CompetitionState(StrEnum):
-    """The states of a competition, in the words of its topic."""
+    """States of a competition, as published on its topic."""
 
     INIT = "init"
     READY = "ready"
@@ -21,7 +21,7 @@ class CompetitionState(StrEnum):
 
 
 class AnnouncementReason(StrEnum):
-    """Why an order was announced when it was."""
+    """Reasons for announcing an order."""
 
     TIME = "time"
     IDLE = "no order in progress"
@@ -30,7 +30,7 @@ class AnnouncementReason(StrEnum):
 
 
 class EndReason(StrEnum):
-    """Why a trial ended."""
+    """Reasons for the end of a trial."""
 
     ORDERS_COMPLETE = "all orders complete"
     NO_ORDERS = "no orders"
@@ -40,26 +40,26 @@ class EndReason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class StateChanged:
-    """The competition is in another state."""
+    """The competition has entered another state."""
 
     state: CompetitionState
 
 
 @dataclass(frozen=True, slots=True)
 class ConveyorPower:
-    """The conveyor is to run at this power [%]."""
+    """Command to run the conveyor at this power [%]."""
 
     power: float
 
 
 @dataclass(frozen=True, slots=True)
 class PopulationRestart:
-    """The conveyor's parts are to begin from the first."""
+    """Command to restart the conveyor's parts from the first one."""
 
 
 @dataclass(frozen=True, slots=True)
 class OrderAnnounced:
-    """An order is announced and becomes the active one; `interrupts` is the id of the one that waits for its end."""
+    """An order is announced and becomes the active one. `interrupts` is the id of the order that it interrupts."""
 
     order: Order
     reason: AnnouncementReason
@@ -71,9 +71,9 @@ class KitSubmitted:
     """A tray was judged.
 
     Attributes:
-        score: the score of that kit, with the evidence, or with `refusal` when nobody asked for the kit.
-        is_repeated: the kit was submitted before; `score` is the one from then.
-        fates: for each ordered part what became of it if it is missing, else None; empty where nothing is known.
+        score: the score of that kit, with the evidence, or with `refusal` if no order in progress asks for the kit.
+        is_repeated: True if the kit was submitted before; `score` is then the first one.
+        fates: for each ordered part its fate if it is missing, else None; empty if unknown.
     """
 
     tray_id: str
@@ -85,7 +85,7 @@ class KitSubmitted:
 
 @dataclass(frozen=True, slots=True)
 class OrderCompleted:
-    """The active order has all its kits and is closed; `resumes` is the id of that which it had interrupted."""
+    """The active order has all its kits and is closed. `resumes` is the id of the order that it had interrupted."""
 
     score: OrderScore
     resumes: str | None = None
@@ -95,7 +95,7 @@ class OrderCompleted:
 class TrialEnded:
     """The trial is over and its score final.
 
-    `process_time` goes from the start until the end of the game [ns]; it is 0 when it was never started.
+    `process_time` is the time from the start to the end of the game [ns]; 0 if the game was never started.
     """
 
     reason: EndReason

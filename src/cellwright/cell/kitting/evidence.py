@@ -1,7 +1,7 @@
-"""Evidence of a score: what earned or lost each point of a trial, also as JSON values.
+"""Evidence of a score: reasons for each point that a trial earned or lost, also as JSON values.
 
-Where the `GameScore` has what was judged, this goes through the whole trial: also the kits that were never submitted
-and the orders that were never announced, with what could have been had there.
+A `GameScore` holds only judged kits. The evidence covers the whole trial: it also lists kits that were never submitted
+and orders that were never announced, with the points attainable there.
 """
 
 import math
@@ -32,7 +32,7 @@ NOT_ANNOUNCED = "not announced"
 OFF_TRAY = "off tray"
 
 MAX_TILT = 2.0 * math.acos(MIN_QUATERNION_DOT)
-"""How far a part may be turned about any axis [rad]: what `MIN_QUATERNION_DOT` says as an angle."""
+"""Largest accepted turn of a part about any axis [rad]; `MIN_QUATERNION_DOT` as an angle."""
 
 REASONS: Mapping[str, str] = MappingProxyType(
     {
@@ -50,22 +50,22 @@ REASONS: Mapping[str, str] = MappingProxyType(
         BonusVerdict.EXTRA_OBJECTS: "the tray holds more than was ordered, so there is no bonus",
     }
 )
-"""What the words for a loss stand for, in one sentence each."""
+"""Explanation of each cause of a loss, in one sentence."""
 
 
 def turn_angle(fit: Fit) -> float:
-    """The angle between the orientations of an object and of its place, about whatever axis [rad]."""
+    """Return the angle between the orientations of an object and of its place, about any axis [rad]."""
     return 2.0 * math.acos(min(1.0, fit.quaternion_dot))
 
 
 @dataclass(frozen=True, slots=True)
 class PartEvidence:
-    """What became of one ordered part.
+    """Evidence of one ordered part.
 
     Attributes:
-        cause: one word for it, a key of `REASONS`, or "placed".
-        finding: what the referee found; None when its kit was not judged.
-        fate: what became of it if it is missing; None where nothing is known.
+        cause: one word for the result, a key of `REASONS`, or "placed".
+        finding: the referee's finding; None if the kit was not judged.
+        fate: fate of a missing part; None if unknown.
     """
 
     reach: PartReach
@@ -84,7 +84,7 @@ class PartEvidence:
         return 0.0 if self.finding is None else self.finding.pose
 
     def sentence(self) -> str:
-        """What earned or lost its points, and by how much."""
+        """Explanation of the points earned or lost, with the measured values."""
         fit = None if self.finding is None else self.finding.fit
         if fit is None or self.cause == Verdict.FAULTY:
             more = fit.object_name if fit is not None else self.fate.sentence() if self.fate is not None else ""
@@ -105,7 +105,7 @@ class PartEvidence:
 
 @dataclass(frozen=True, slots=True)
 class KitEvidence:
-    """What became of one kit: what it could earn, what the referee says, and each ordered part."""
+    """Evidence of one kit: attainable points, the referee's score, and each ordered part."""
 
     reach: KitReach
     score: KitScore
@@ -113,7 +113,7 @@ class KitEvidence:
 
     @property
     def bonus_sentence(self) -> str:
-        """Why there is or is no bonus."""
+        """Explanation of the bonus, earned or not."""
         match self.score.bonus:
             case None:
                 return REASONS[self.parts[0].cause] if self.parts else ""
@@ -125,7 +125,7 @@ class KitEvidence:
 
 @dataclass(frozen=True, slots=True)
 class OrderEvidence:
-    """What became of one order; the score of one that never came up is all zero."""
+    """Evidence of one order; the score of an order that was never announced is zero."""
 
     score: OrderScore
     is_announced: bool
@@ -134,10 +134,10 @@ class OrderEvidence:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What became of a trial.
+    """Evidence of a trial.
 
     Attributes:
-        orders: those announced, in that order, then those that never came up.
+        orders: announced orders in that order, then the orders that were never announced.
         part_travel_time: how long the gripper was enabled and held something [ns].
         process_time: from the start to the end of the game, or until now [ns].
         system_cost: cost of the sensors [$].
@@ -158,10 +158,13 @@ class Evidence:
 def kit_evidence(
     score: KitScore, could: KitReach, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
 ) -> KitEvidence:
-    """The evidence of one kit, from what the referee says of it and what it could earn.
+    """Return the evidence of one kit, from the referee's score and the attainable points.
 
-    `is_announced` is for a kit that was not submitted. `fates` has one for each ordered part, or is empty where nothing
-    is known.
+    Args:
+        score: the referee's score of the kit.
+        could: the attainable points of the kit.
+        is_announced: True if its order was announced; used only for a kit that was not submitted.
+        fates: one for each ordered part; empty if unknown.
     """
     if score.is_submitted:
         parts = tuple(
@@ -187,10 +190,14 @@ def evidence(
     could: TrialReach | None = None,
     fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
 ) -> Evidence:
-    """The evidence for a score of the trial that was played.
+    """Return the evidence for a score of the trial that was played.
 
-    `process_time` goes from the start to the end of the game [ns], `could` is what can be earned, where that is known
-    already, and `fates` are those of the parts that judged kits lack, by kit type; see `kit_evidence`.
+    Args:
+        trial: the trial.
+        score: the score of the game.
+        process_time: time from the start to the end of the game [ns].
+        could: the attainable points, if known already.
+        fates: fates of the parts that judged kits lack, by kit type; see `kit_evidence`.
     """
     could = could or reach(trial)
     announced = {order.order_id: order for order in score.orders}
@@ -219,7 +226,7 @@ def evidence(
 
 
 def evidence_to_json(found: Evidence) -> dict[str, Any]:
-    """A trial's score with all its evidence."""
+    """Return a trial's score with all its evidence as JSON values."""
     return {
         "total": found.total,
         "reachable": found.reach.total,
@@ -233,7 +240,7 @@ def evidence_to_json(found: Evidence) -> dict[str, Any]:
 
 
 def kit_to_json(found: KitEvidence) -> dict[str, Any]:
-    """A kit's score with its evidence."""
+    """Return a kit's score with its evidence as JSON values."""
     score, could = found.score, found.reach
     return {
         "kit_type": score.kit_type,
@@ -253,7 +260,7 @@ def kit_to_json(found: KitEvidence) -> dict[str, Any]:
 
 
 def trial_score_to_json(score: TrialScore) -> dict[str, Any]:
-    """The score of a trial in the finals, term by term."""
+    """Return the score of a trial in the 2017 finals, term by term, as JSON values."""
     return {
         "total": score.total,
         "cost_factor": score.cost_factor,

@@ -1,6 +1,6 @@
-"""Fates of the parts that a kit wanted and its tray did not hold, from what was done with them before.
+"""Fates of parts that a kit needed and its tray lacked, from the record of how they were handled.
 
-The record explains the score and never changes it. It is an observation and no part of the state; snapshots carry it
+The record explains the score and never changes it. It is an observation and not part of the state; snapshots carry it
 beside the state.
 """
 
@@ -17,14 +17,14 @@ from cellwright.engine.clock import seconds
 from cellwright.util.pose import Vector3
 
 FALL = 0.03
-"""A part that lies lower than this [m] below the place where the cup let go of it was dropped, not put down."""
+"""A part that lies more than this [m] below its release position was dropped, not put down."""
 
 MOVED = 0.05
-"""A part that lies further than this [m] from there has its new place named too."""
+"""For a part that lies further than this [m] from its release position, the present position is named too."""
 
 
 class Removal(StrEnum):
-    """What takes a part out of the cell: the belt's end, an AGV that arrives with it, a hand that clears a tray."""
+    """Causes that remove a part from the cell: the belt's end, an arriving AGV, or the clearing of a tray."""
 
     DELETION_WALL = "deletion wall"
     DELIVERY = "delivery"
@@ -32,10 +32,10 @@ class Removal(StrEnum):
 
 
 class FateKind(StrEnum):
-    """What became of a part."""
+    """Kinds of fates of a part."""
 
     NEVER_HELD = "never held"
-    """No part of the type that could stand for it was ever in the gripper."""
+    """No part of the type that could fill the place was ever in the gripper."""
     HELD = "held"
     FORCED_DROP = "forced drop"
     DROPPED = "dropped"
@@ -43,7 +43,7 @@ class FateKind(StrEnum):
     UNREPORTED = "unreported"
     """On the tray, but put down after the last report before the tray was judged."""
     STACKED = "stacked"
-    """Above the tray without touching its plate: it lies on another part, and a tray reports what touches its plate."""
+    """On another part above the tray, without touching its plate; a tray reports only what touches its plate."""
     OTHER_TRAY = "other tray"
     FELL_OFF = "fell off"
     DELETION_WALL = "deletion wall"
@@ -66,18 +66,18 @@ _WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class Fate:
-    """What became of a wanted part that is not on the judged tray.
+    """Fate of a needed part that is not on the judged tray.
 
     Attributes:
-        kind: in a word.
+        kind: the kind of fate.
         part: full model name; empty for `NEVER_HELD`.
-        position: where the cup let go of it, world frame [m]; None if it never did.
-        time: when that was [ns].
-        held: how long it was in the gripper the last time [ns].
-        tray: the AGV whose tray it is on, is above or fell off; empty for none.
-        lies: where it was when the tray was judged, world frame [m]; None if it was out of the cell.
-        is_faulty: whether it was a faulty part, which earns nothing.
-        past: for `NEVER_HELD`, how many parts of the type the belt's deletion wall took.
+        position: release position, world frame [m]; None if the part was never released.
+        time: release time [ns].
+        held: duration of the last grasp [ns].
+        tray: AGV of the tray that the part lies on, is above or fell off; empty for none.
+        lies: position when the tray was judged, world frame [m]; None if the part had left the cell.
+        is_faulty: True for a faulty part, which earns nothing.
+        past: for `NEVER_HELD`, the number of parts of the type that the belt's deletion wall removed.
     """
 
     kind: FateKind
@@ -112,7 +112,7 @@ class Fate:
         return f"{name} {words}"
 
     def _now(self) -> str:
-        """Where it lies, if that is not where it was let go."""
+        """Describe the present position if it differs from the release position."""
         if self.lies is None or (self.position is not None and _apart(self.lies, self.position) < MOVED):
             return ""
         return f"; it lay at {_place(self.lies)}"
@@ -120,7 +120,7 @@ class Fate:
 
 @dataclass(frozen=True, slots=True)
 class PartNow:
-    """A part of the cell at the moment at which a tray is judged.
+    """A part of the cell at the time when a tray is judged.
 
     Attributes:
         position: of its origin, world frame [m].
@@ -138,7 +138,7 @@ class PartNow:
 
 @dataclass(slots=True)
 class _History:
-    """What was done with one part; times in ns."""
+    """Handling of one part; times in ns."""
 
     taken: int | None = None
     let_go: int | None = None
@@ -150,7 +150,7 @@ class _History:
 
 
 class HandlingRecord:
-    """Record of what gripper, trays and belt did with the parts of one run, and of the fates found at submissions."""
+    """Record of how gripper, trays and belt handled the parts of one run, and of the fates found at submissions."""
 
     def __init__(self) -> None:
         self._parts: dict[str, _History] = {}
@@ -158,45 +158,58 @@ class HandlingRecord:
 
     @property
     def held(self) -> str | None:
-        """Name of the part in the gripper."""
+        """Name of the part in the gripper, or None."""
         return next((name for name, each in self._parts.items() if each.taken is not None), None)
 
     def fates(self, kit_type: str) -> tuple[Fate | None, ...]:
-        """The fates found when this kit was judged, one for each ordered part; empty for a kit that was not."""
+        """Return the fates found when this kit was judged, one for each ordered part; empty if it was not judged."""
         return self._fates.get(kit_type, ())
 
     def take(self, name: str, now: int) -> None:
-        """The gripper took hold of a part at `now` [ns]."""
-        history = self._of(name)
+        """Record that the gripper took hold of a part at `now` [ns]."""
+        history = self._history_of(name)
         history.taken, history.tray, history.is_forced, history.removed = now, "", False, None
 
     def let_go(self, name: str, position: Vector3, now: int, *, is_forced: bool) -> None:
-        """The gripper let go of a part at `now` [ns], with its origin at a position of the world frame [m].
+        """Record that the gripper released a part at `now` [ns].
 
-        It is forced if one of the trial's drop regions took the part away.
+        Args:
+            name: full model name of the part.
+            position: of the part's origin, world frame [m].
+            now: simulation time [ns].
+            is_forced: True if one of the trial's drop regions took the part away.
         """
-        history = self._of(name)
+        history = self._history_of(name)
         history.held = 0 if history.taken is None else now - history.taken
         history.taken, history.let_go, history.position, history.is_forced = None, now, position, is_forced
 
     def report(self, tray_id: str, names: Iterable[str]) -> None:
-        """A tray reported these parts; one that hangs in the gripper is not on it yet."""
+        """Record the parts that a tray reported; a part still held by the gripper does not count."""
         for name in names:
-            if (history := self._of(name)).taken is None:
+            if (history := self._history_of(name)).taken is None:
                 history.tray = tray_id
 
     def remove(self, name: str, by: Removal) -> None:
-        """A part left the cell."""
-        self._of(name).removed = by
+        """Record that a part left the cell."""
+        self._history_of(name).removed = by
 
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
     ) -> tuple[Fate | None, ...]:
-        """Find and keep the fates of the parts that a judged kit lacks, at `now` [ns]; None for those that it has.
+        """Find and keep the fates of the parts that a judged kit lacks.
 
-        For each type the parts that were handled stand for the missing ones, the latest first. Good parts go before
-        faulty ones, and parts on another tray come last. No part stands for two. `reported` names the parts that were
-        judged; `parts` are those of the cell as they are now, where types that are not missing may be left out.
+        For each type, handled parts stand for the missing ones, the latest first. Good parts go before faulty ones, and
+        parts on another tray come last. No part stands for two.
+
+        Args:
+            score: the score of the judged kit.
+            tray_id: the judged tray.
+            reported: names of the judged parts.
+            parts: the cell's parts at `now`; types that are not missing may be left out.
+            now: simulation time [ns].
+
+        Returns:
+            A fate for each ordered part; None for a part that is present.
         """
         named = {fate.part for fates in self._fates.values() for fate in fates if fate is not None} | set(reported)
         candidates: dict[str, list[tuple[tuple[bool, bool, int, str], Fate]]] = {}
@@ -213,7 +226,7 @@ class HandlingRecord:
                 rank = (part.is_faulty, fate.kind is FateKind.OTHER_TRAY, -latest, part.name)
                 candidates.setdefault(part.type, []).append((rank, fate))
         for ranked in candidates.values():
-            ranked.sort(key=lambda each: each[0], reverse=True)  # the next one is at the end
+            ranked.sort(key=lambda each: each[0], reverse=True)  # pop() takes the last element
         fates: list[Fate | None] = []
         for finding in score.parts:
             if finding.verdict is not Verdict.MISSING:
@@ -226,22 +239,22 @@ class HandlingRecord:
         return tuple(fates)
 
     def get_record(self) -> dict[str, Any]:
-        """All that was recorded, as JSON values; nothing if nothing was."""
+        """Return the whole record as JSON values; empty if nothing was recorded."""
         parts = {name: asdict(history) for name, history in self._parts.items()}
         fates = {kit: [None if each is None else asdict(each) for each in found] for kit, found in self._fates.items()}
         return {"parts": parts, "fates": fates} if parts or fates else {}
 
     def set_record(self, record: Mapping[str, Any]) -> None:
-        """Take over what `get_record` returned; nothing begins a new run."""
+        """Restore a record from `get_record`; an empty one starts a new run."""
         self._parts = msgspec.convert(record.get("parts", {}), dict[str, _History])
         self._fates = msgspec.convert(record.get("fates", {}), dict[str, tuple[Fate | None, ...]])
 
-    def _of(self, name: str) -> _History:
+    def _history_of(self, name: str) -> _History:
         return self._parts.setdefault(name, _History())
 
 
 def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
-    """What became of a part that was handled and is not among those judged."""
+    """Return the fate of a part that was handled and is not among the judged ones."""
     lies = None if history.removed else part.position
     held = history.held if history.taken is None else now - history.taken
     kind, tray = _kind(part, history, tray_id)
@@ -249,7 +262,7 @@ def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
 
 
 def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str]:
-    """What became of it, and the tray that this is about."""
+    """Return the kind of fate, and the tray that it refers to."""
     if history.removed is not None:
         is_wall = history.removed is Removal.DELETION_WALL
         return (FateKind.DELETION_WALL, "") if is_wall else (FateKind.CLEARED, history.tray)

@@ -1,7 +1,7 @@
-"""Parts as kitting knows them: names and types, faults, storage units, drop regions and contents of trays.
+"""Inventory for kitting: names and types of parts, faults, storage units, drop regions and contents of trays.
 
-A model in the cell is called `bin7|piston_rod_part_3` or `populate_conveyor|gear_part_clone_0`: where it came from, its
-type, and a number. Faults and camera frames go by the name without its origin, kits by the type alone.
+A model in the cell is called `bin7|piston_rod_part_3` or `populate_conveyor|gear_part_clone_0`: origin, type and
+number. Faults and camera frames use the name without its origin, kits the type alone.
 """
 
 import re
@@ -13,32 +13,33 @@ from cellwright.config.trial.trial import DropRegion
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
-# A number or a clone mark is cut off only where at least two characters are left before it: the competition's own
-# rule, by which `a_2` is a type of its own.
+# A number or a clone mark is cut off only if at least two characters are left before it. This is the competition's own
+# rule: `a_2` is a type of its own.
 _NUMBER = re.compile(r"(?<=..)_[0-9]+\Z", re.DOTALL)
-_SHORTEST_TYPE = 2
+_MIN_TYPE_LENGTH = 2
 
 
 def trimmed_name(model_name: str) -> str:
-    """The name without its origin: `bin7|piston_rod_part_3` becomes `piston_rod_part_3`."""
+    """Return the name without its origin: `bin7|piston_rod_part_3` becomes `piston_rod_part_3`."""
     return model_name.rpartition("|")[2]
 
 
 def part_type(model_name: str) -> str:
-    """The type in a model name: of `bin7|piston_rod_part_3` and of `x|piston_rod_part_clone_0`, `piston_rod_part`.
+    """Return the type in a model name.
 
-    First the origin goes, then a trailing `_<number>`, then everything from the last `_clone` on.
+    Both `bin7|piston_rod_part_3` and `x|piston_rod_part_clone_0` have the type `piston_rod_part`. First the origin is
+    removed, then a trailing `_<number>`, then everything from the last `_clone` on.
     """
     name = _NUMBER.sub("", trimmed_name(model_name))
     clone = name.rfind("_clone")
-    return name[:clone] if clone >= _SHORTEST_TYPE else name
+    return name[:clone] if clone >= _MIN_TYPE_LENGTH else name
 
 
 class DropZones:
-    """The drop regions of a trial, and which types have been lost already.
+    """The drop regions of a trial, and the types that have been dropped already.
 
-    A type is lost once: after that all regions of the type are spent. Where regions of a type overlap, the one that
-    was written first counts.
+    A type is dropped once: after that all regions of the type are spent. Where regions of a type overlap, the first one
+    in the file counts.
     """
 
     def __init__(self, regions: Iterable[DropRegion]) -> None:
@@ -46,9 +47,13 @@ class DropZones:
         self._spent: set[str] = set()
 
     def drop(self, part_type: str, world_position: Vector3) -> DropRegion | None:
-        """The region that takes a part away that the gripper holds, or None; the type is spent from then on.
+        """Return the region that takes a held part away, or None; the type is spent from then on.
 
-        It is the part's origin that counts, in the world frame [m]. The regions are closed boxes.
+        The regions are closed boxes.
+
+        Args:
+            part_type: type of the part in the gripper.
+            world_position: of the part's origin, world frame [m].
         """
         if part_type in self._spent:
             return None
@@ -62,18 +67,18 @@ class DropZones:
         return None
 
     def reset(self) -> None:
-        """A new trial: nothing has been lost yet."""
+        """Start a new trial: no type is spent."""
         self._spent.clear()
 
     def get_state(self) -> dict[str, Any]:
-        """The types that are spent, as JSON values."""
+        """Return the spent types as JSON values."""
         return {"spent": sorted(self._spent)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` returned.
+        """Restore the state that `get_state` returned.
 
         Raises:
-            UnknownNameError: a type of which there is no region here.
+            UnknownNameError: no region exists for a type.
         """
         types = {region.type for region in self.regions}
         for part_type in state["spent"]:
@@ -84,9 +89,9 @@ class DropZones:
 
 @dataclass(frozen=True, slots=True)
 class TrayObject:
-    """Something that touches a tray's plate or is locked to it.
+    """An object that touches a tray's plate or is locked to it.
 
-    It has its full model name, and its type as kits name it; a faulty part earns nothing.
+    It has its full model name, and its type as kits name it. A faulty part earns nothing.
     """
 
     name: str
@@ -96,11 +101,11 @@ class TrayObject:
 
 
 TrayContents: TypeAlias = tuple[TrayObject, ...]
-"""The objects on one tray in the order in which they were reported; the scorer matches them in that order."""
+"""The objects on one tray in the order of the tray's report, which is also the order of matching."""
 
 
 def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:
-    """A tray's contents as JSON values; positions [m], quaternions (w, x, y, z)."""
+    """Return a tray's contents as JSON values; positions [m], quaternions (w, x, y, z)."""
     return [
         {
             "name": each.name,
@@ -114,7 +119,7 @@ def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:
 
 
 def contents_from_json(values: Iterable[Mapping[str, Any]]) -> TrayContents:
-    """A tray's contents from what `contents_to_json` returned."""
+    """Return a tray's contents from the values that `contents_to_json` returned."""
     return tuple(
         TrayObject(
             each["name"], each["type"], each["is_faulty"], Pose(tuple(each["position"]), tuple(each["quaternion"]))

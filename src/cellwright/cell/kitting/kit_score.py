@@ -1,7 +1,7 @@
-"""Score of a kit: a tray matched with what was ordered, and the finding behind every point.
+"""Score of a kit: matching of a tray with the ordered parts, and the finding behind every point.
 
-A `KitScore` holds what was found for each ordered part and for each object that was of no use; its points are computed
-from these findings, so a score can never disagree with its explanation.
+A `KitScore` holds the findings for each ordered part and each unused object. Its points are computed from these
+findings, so a score can never disagree with its explanation.
 """
 
 import math
@@ -15,32 +15,32 @@ from cellwright.util.errors import did_you_mean
 from cellwright.util.pose import Pose, normalized, rpy_from_quaternion
 
 PRESENCE_POINTS = 1.0
-"""For each ordered part of which one lies on the tray."""
+"""Points for each ordered part that is on the tray."""
 BONUS_POINTS = 1.0
-"""For each ordered part, if the tray holds exactly what was ordered."""
+"""Points for each ordered part, if the tray holds exactly the ordered parts."""
 POSE_POINTS = 1.0
-"""For each ordered part of which one lies where it should."""
+"""Points for each ordered part that lies in its place."""
 
 
 class Verdict(StrEnum):
-    """What became of an ordered part. The first failing check is named; they go from `TOO_FAR` to `TURNED`."""
+    """Result for an ordered part. It names the first failing check, in the order `TOO_FAR` to `TURNED`."""
 
     PLACED = "placed"
-    """One lies in its place: points for presence and pose."""
+    """A part lies in its place: points for presence and pose."""
     TOO_FAR = "too far"
-    """One is there, but its place is empty: points for presence."""
+    """A part is present, but its place is empty: points for presence."""
     TILTED = "tilted"
-    """One lies in its place, but not with the ordered side up: points for presence."""
+    """A part lies in its place, but not with the ordered side up: points for presence."""
     TURNED = "turned"
-    """One lies in its place, the right way up, with a wrong yaw: points for presence."""
+    """A part lies in its place, the right way up, with a wrong yaw: points for presence."""
     FAULTY = "faulty"
-    """There is none but a faulty one: no points."""
+    """Only a faulty part is present: no points."""
     MISSING = "missing"
-    """There is none: no points."""
+    """No part is present: no points."""
 
 
 class ExtraReason(StrEnum):
-    """Why an object on the tray was of no use."""
+    """Reasons why an object on the tray was not used."""
 
     FAULTY = "faulty"
     WRONG_TYPE = "wrong type"
@@ -50,7 +50,7 @@ class ExtraReason(StrEnum):
 
 
 class BonusVerdict(StrEnum):
-    """Whether the bonus for a complete tray was earned, or why not."""
+    """Result for the bonus of a complete tray: earned, or the reason why not."""
 
     EARNED = "earned"
     PARTS_SHORT = "parts short"
@@ -58,7 +58,7 @@ class BonusVerdict(StrEnum):
 
 
 class RefusalReason(StrEnum):
-    """Why a submission was not scored."""
+    """Reasons for not scoring a submission."""
 
     UNKNOWN_KIT_TYPE = "unknown kit type"
     NOT_ANNOUNCED = "order not announced"
@@ -67,13 +67,13 @@ class RefusalReason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """How an object on the tray compares with an ordered part.
+    """Comparison of an object on the tray with an ordered part.
 
     Attributes:
         object_name: full model name of the object.
-        distance: between the two origins along the tray, height left out [m].
+        distance: between the two origins along the tray, without height [m].
         quaternion_dot: |q1.q2| of the two orientations, 1 when they are equal.
-        yaw_difference: the shorter way round between the two yaws, 0 to pi [rad].
+        yaw_difference: smallest angle between the two yaws, 0 to pi [rad].
     """
 
     object_name: str
@@ -84,11 +84,11 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class PartFinding:
-    """What was found for one ordered part.
+    """Finding for one ordered part.
 
     Attributes:
-        tray_T_goal: where it was to be.
-        fit: the object that stands for it and how it lies; None when the part is missing.
+        tray_T_goal: ordered pose.
+        fit: the matched object and its comparison; None if the part is missing.
     """
 
     type: str
@@ -98,7 +98,7 @@ class PartFinding:
 
     @property
     def is_present(self) -> bool:
-        """Whether a good part of the type stands for it."""
+        """True if a good part of the type is matched."""
         return self.verdict not in (Verdict.MISSING, Verdict.FAULTY)
 
     @property
@@ -114,7 +114,7 @@ class PartFinding:
 
 @dataclass(frozen=True, slots=True)
 class ExtraObject:
-    """An object on the tray that stands for no ordered part."""
+    """An object on the tray that is matched with no ordered part."""
 
     name: str
     type: str
@@ -123,10 +123,10 @@ class ExtraObject:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A submission that earned nothing because its kit was not asked for at that time.
+    """A submission that earned nothing, because no order in progress asked for the kit.
 
     Attributes:
-        order_id: the order that the kit belongs to; None when there is none.
+        order_id: the order that the kit belongs to; None if there is none.
         wanted: the kit types that would have been scored.
     """
 
@@ -136,7 +136,7 @@ class Refusal:
     wanted: tuple[str, ...] = ()
 
     def sentence(self) -> str:
-        """The refusal in one sentence, for a person to read."""
+        """The refusal in one sentence, as a readable text."""
         known = ", ".join(self.wanted) or "none"
         match self.reason:
             case RefusalReason.UNKNOWN_KIT_TYPE:
@@ -153,10 +153,10 @@ class KitScore:
     """The score of one kit.
 
     Attributes:
-        is_submitted: whether a tray was judged; if not, there are no findings and no points.
+        is_submitted: True if a tray was judged; else there are no findings and no points.
         parts: a finding for each ordered part, in the order of the kit.
-        extras: the objects that were of no use, in the order in which the tray reported them.
-        refusal: why a submission was not judged.
+        extras: the unused objects, in the order of the tray's report.
+        refusal: the reason why a submission was not judged, or None.
     """
 
     kit_type: str
@@ -167,12 +167,12 @@ class KitScore:
 
     @property
     def part_presence(self) -> float:
-        """Points for parts that are there."""
+        """Points for ordered parts that are present."""
         return sum(part.presence for part in self.parts)
 
     @property
     def bonus(self) -> BonusVerdict | None:
-        """Whether the bonus was earned, or why not; None when no tray was judged."""
+        """Result for the bonus; None if no tray was judged."""
         if not self.is_submitted:
             return None
         if not all(part.is_present for part in self.parts):
@@ -181,12 +181,12 @@ class KitScore:
 
     @property
     def all_parts_bonus(self) -> float:
-        """Points for a tray that holds what was ordered and nothing else."""
+        """Points for a tray that holds exactly the ordered parts."""
         return BONUS_POINTS * len(self.parts) if self.bonus is BonusVerdict.EARNED else 0.0
 
     @property
     def part_pose(self) -> float:
-        """Points for parts that lie where they should."""
+        """Points for parts that lie in their places."""
         return sum(part.pose for part in self.parts)
 
     @property
@@ -196,36 +196,36 @@ class KitScore:
 
     @property
     def maximum(self) -> float:
-        """The points that the findings could have brought at best; 0 when no tray was judged."""
+        """Largest possible points of the findings; 0 if no tray was judged."""
         return (PRESENCE_POINTS + BONUS_POINTS + POSE_POINTS) * len(self.parts)
 
     @property
     def is_complete(self) -> bool:
-        """Whether every ordered part lies where it should."""
+        """True if every ordered part lies in its place."""
         return self.is_submitted and all(part.verdict is Verdict.PLACED for part in self.parts)
 
 
 MAX_DISTANCE = 0.03
-"""How far from its place a part may lie [m]."""
+"""Largest accepted distance of a part from its place [m]."""
 MIN_QUATERNION_DOT = 0.95
-"""How small |q1.q2| may be: 0.95 is a turn of 36 degrees about any axis."""
+"""Smallest accepted |q1.q2|; 0.95 is a turn of 36 degrees about any axis."""
 MAX_YAW_DIFFERENCE = 0.1
-"""How far a part may be turned on the tray [rad]."""
+"""Largest accepted yaw error of a part on the tray [rad]."""
 
 
 def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
-    """Judge what lies on a tray as a kit, by the rules of the 2017 competition.
+    """Judge the contents of a tray as a kit, by the rules of the 2017 competition.
 
-    Faulty objects never count. The others are taken in the order of the report, and each fills the first open place of
-    its type in which it lies well. Objects that are left stand for the places of their type that are still open, the
-    closest pair first: they earn the points for presence, and tell what was wrong with their pose.
+    Faulty objects never count. The others are taken in the order of the report. Each fills the first open place of its
+    type in which it lies within the tolerances. The remaining objects are matched with the open places of their type,
+    the closest pair first. They earn the points for presence, and show what is wrong with their pose.
     """
     matching = _Matching(kit)
     good = [index for index, each in enumerate(contents) if not each.is_faulty]
     faulty = [index for index, each in enumerate(contents) if each.is_faulty]
     unused = matching.place(good, contents)
     surplus = matching.pair_up(unused, contents)
-    matching.pair_up(faulty, contents)  # a faulty part fills no place, but is worth naming where one is open
+    matching.pair_up(faulty, contents)  # a faulty part fills no place, but is reported where one is open
     ordered = {goal.type for goal in kit.objects}
     extras = []
     for found in (contents[index] for index in sorted(surplus + faulty)):
@@ -235,7 +235,7 @@ def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
 
 
 def fit_of(goal: KitObject, found: TrayObject) -> Fit:
-    """How an object lies with respect to an ordered part."""
+    """Compare an object with an ordered part."""
     gx, gy, _ = goal.pose.position
     fx, fy, _ = found.tray_T_object.position
     goal_q, found_q = goal.pose.quaternion, found.tray_T_object.quaternion
@@ -245,7 +245,7 @@ def fit_of(goal: KitObject, found: TrayObject) -> Fit:
 
 
 def verdict_of(fit: Fit) -> Verdict:
-    """What a good part that lies like this is worth to its place."""
+    """Return the verdict for a good part with this fit."""
     if not fit.distance <= MAX_DISTANCE:
         return Verdict.TOO_FAR
     if not fit.quaternion_dot >= MIN_QUATERNION_DOT:
@@ -254,14 +254,14 @@ def verdict_of(fit: Fit) -> Verdict:
 
 
 class _Matching:
-    """The places of one kit while they are being filled; objects are told apart by their number on the tray."""
+    """Places of one kit while they are being filled; objects are identified by their index on the tray."""
 
     def __init__(self, kit: Kit) -> None:
         self._goals = kit.objects
         self._found: dict[int, tuple[Verdict, Fit]] = {}
 
     def place(self, indices: Sequence[int], contents: TrayContents) -> list[int]:
-        """Let objects fill the places in which they lie well; the objects that fill none."""
+        """Assign objects to the places in which they lie within the tolerances; return the unassigned ones."""
         unused = []
         for index in indices:
             for goal in self._open(contents[index].type):
@@ -274,7 +274,7 @@ class _Matching:
         return unused
 
     def pair_up(self, indices: Sequence[int], contents: TrayContents) -> list[int]:
-        """Let objects stand for places that are still open, the closest pair first; the objects that stand for none."""
+        """Assign objects to places that are still open, the closest pair first; return the unassigned ones."""
         pairs = [
             (fit.distance, goal, index, fit)
             for index in indices

@@ -1,12 +1,12 @@
-"""Attainable score: which points of a trial are out of reach before anything has moved, and why.
+"""Attainable score of a trial before anything has moved, with the reason for each unattainable point.
 
-Only what is certain is held against a point, so what is left is an upper bound:
+A point is unattainable only if that is certain, so the result is an upper bound:
 
 - A part earns points for its pose when it touches the tray's plate with its origin at most `MAX_DISTANCE` from its
-  place. Where the place lies further off the plate than that and the part's own radius together, no part can.
-- A part is there, and the bonus can be had, only when the cell has good parts of the type. Each kit is looked at
-  alone: two kits may count on the same part.
-- A cell without AGVs has no tray, and an order that comes after the time limit is never announced.
+  place. If the place lies further off the plate than that distance plus the part's radius, no part can.
+- Presence and bonus are attainable only if the cell has good parts of the type. Each kit is examined alone: two kits
+  may count on the same part.
+- A cell without AGVs has no tray, and an order that starts after the time limit is never announced.
 """
 
 import math
@@ -24,12 +24,12 @@ from cellwright.util.pose import Pose
 
 @dataclass(frozen=True, slots=True)
 class PartReach:
-    """What one ordered part can earn.
+    """Attainable points of one ordered part.
 
     Attributes:
-        off_plate: how far its place lies beside the tray's plate [m]; 0 on it.
-        nearest: how near to its place the origin of a part that touches the plate can be [m]; 0 when it can be there.
-        is_supplied: whether the cell has a good part for it.
+        off_plate: distance of its place from the tray's plate [m]; 0 on it.
+        nearest: smallest distance from its place to the origin of a part that touches the plate [m].
+        is_supplied: True if the cell has a good part for it.
     """
 
     type: str
@@ -40,21 +40,21 @@ class PartReach:
 
     @property
     def is_off_tray(self) -> bool:
-        """Whether no part can touch the plate and be near enough to its place."""
+        """True if no part can touch the plate and lie near enough to the place."""
         return self.nearest > MAX_DISTANCE
 
     @property
     def presence(self) -> float:
-        """Points for presence, at most."""
+        """Largest possible points for presence."""
         return PRESENCE_POINTS if self.is_supplied else 0.0
 
     @property
     def pose(self) -> float:
-        """Points for pose, at most."""
+        """Largest possible points for pose."""
         return POSE_POINTS if self.is_supplied and not self.is_off_tray else 0.0
 
     def reason(self) -> str:
-        """Why points for it are out of reach, in one sentence; empty when none are."""
+        """Reason why points of the part are unattainable, in one sentence; empty if all are attainable."""
         if not self.is_supplied:
             return f"the cell has too few good parts of type {self.type}"
         if not self.is_off_tray:
@@ -69,7 +69,7 @@ class PartReach:
 
 @dataclass(frozen=True, slots=True)
 class KitReach:
-    """What a kit can earn; an obstacle says why it can earn nothing at all."""
+    """Attainable points of a kit; an obstacle is the reason why all its points are unattainable."""
 
     kit_type: str
     parts: tuple[PartReach, ...]
@@ -77,48 +77,48 @@ class KitReach:
 
     @property
     def part_presence(self) -> float:
-        """Points for parts that are there, at most."""
+        """Largest possible points for parts that are present."""
         return 0.0 if self.obstacle else sum(part.presence for part in self.parts)
 
     @property
     def part_pose(self) -> float:
-        """Points for parts that lie where they should, at most."""
+        """Largest possible points for parts that lie in their places."""
         return 0.0 if self.obstacle else sum(part.pose for part in self.parts)
 
     @property
     def all_parts_bonus(self) -> float:
-        """Points for a tray that holds what was ordered and nothing else, at most."""
+        """Largest possible points for a tray that holds exactly the ordered parts."""
         is_possible = not self.obstacle and all(part.is_supplied for part in self.parts)
         return BONUS_POINTS * len(self.parts) if is_possible else 0.0
 
     @property
     def total(self) -> float:
-        """The most that this kit can earn."""
+        """Attainable points of this kit."""
         return self.part_presence + self.all_parts_bonus + self.part_pose
 
     @property
     def maximum(self) -> float:
-        """What a kit of so many parts would earn if nothing were out of reach."""
+        """Points of a kit with as many parts if everything were attainable."""
         return (PRESENCE_POINTS + BONUS_POINTS + POSE_POINTS) * len(self.parts)
 
     def summary(self) -> str:
-        """Which points of the kit are out of reach, and why, in one sentence; empty when none are."""
+        """Unattainable points of the kit and the reasons, in one sentence; empty if all are attainable."""
         if self.obstacle:
             return self.obstacle
         off = [part for part in self.parts if part.is_off_tray]
         short = Counter(part.type for part in self.parts if not part.is_supplied)
-        said = [f"{count} {kind} more than the cell has good ones" for kind, count in short.items()]
+        reasons = [f"{count} {kind} more than the cell has good ones" for kind, count in short.items()]
         if off:
-            least, most = min(part.off_plate for part in off), max(part.off_plate for part in off)
-            far = " to ".join(dict.fromkeys((f"{least:.2f}", f"{most:.2f}")))
-            said.append(
+            nearest_off, farthest_off = min(part.off_plate for part in off), max(part.off_plate for part in off)
+            far = " to ".join(dict.fromkeys((f"{nearest_off:.2f}", f"{farthest_off:.2f}")))
+            reasons.append(
                 f"{len(off)} of {len(self.parts)} places {'lie' if len(off) > 1 else 'lies'} {far} m off the tray, "
                 f"where a part on it stays at least {min(part.nearest for part in off) * 1e3:.0f} mm away"
             )
-        return "; ".join(said)
+        return "; ".join(reasons)
 
     def reasons(self) -> Iterator[str]:
-        """A sentence for each ordered part, or for the whole kit, of which points are out of reach."""
+        """Yield a sentence about unattainable points for each ordered part, or for the whole kit."""
         if self.obstacle:
             yield self.obstacle
             return
@@ -129,35 +129,35 @@ class KitReach:
 
 @dataclass(frozen=True, slots=True)
 class OrderReach:
-    """What an order can earn."""
+    """Attainable points of an order."""
 
     order_id: str
     kits: tuple[KitReach, ...]
 
     @property
     def total(self) -> float:
-        """The most that this order can earn."""
+        """Attainable points of this order."""
         return sum(kit.total for kit in self.kits)
 
 
 @dataclass(frozen=True, slots=True)
 class TrialReach:
-    """What a trial can earn; its orders stand in the order of the file."""
+    """Attainable points of a trial; the orders are in the order of the file."""
 
     orders: tuple[OrderReach, ...]
 
     @property
     def total(self) -> float:
-        """The most that anybody can earn in this trial."""
+        """Attainable points of this trial, for any agent."""
         return sum(order.total for order in self.orders)
 
     @property
     def maximum(self) -> float:
-        """What the same orders would earn if nothing were out of reach."""
+        """Points of the same orders if everything were attainable."""
         return sum(kit.maximum for order in self.orders for kit in order.kits)
 
     def kit(self, kit_type: str) -> KitReach:
-        """What a kit of the trial can earn.
+        """Return the attainable points of a kit of the trial.
 
         Raises:
             KeyError: the trial has no such kit.
@@ -165,7 +165,7 @@ class TrialReach:
         return {kit.kit_type: kit for order in self.orders for kit in order.kits}[kit_type]
 
     def sentence(self) -> str:
-        """The most that can be had, and why it is not everything; empty when everything can be had."""
+        """Attainable points and the reasons for the missing ones; empty if all are attainable."""
         if self.total == self.maximum:
             return ""
         kits = [kit for order in self.orders for kit in order.kits]
@@ -174,7 +174,7 @@ class TrialReach:
 
 
 def reach(trial: Trial) -> TrialReach:
-    """The most that a trial can earn."""
+    """Compute the attainable points of a trial."""
     supply = good_parts(trial)
     obstacles = _obstacles(trial)
     return TrialReach(
@@ -188,7 +188,7 @@ def reach(trial: Trial) -> TrialReach:
 
 
 def good_parts(trial: Trial) -> Counter[str]:
-    """How many parts of each type there are, or will come on the belt or with a full tray, that are not faulty."""
+    """Count the parts of each type that are not faulty, including those that arrive on the belt or with a full tray."""
     faulty = frozenset(trial.faulty_parts)
     supply = Counter(
         part.type for part in (*trial.bin_parts, *trial.extra_parts) if trimmed_name(part.name) not in faulty
@@ -199,13 +199,16 @@ def good_parts(trial: Trial) -> Counter[str]:
 
 
 def off_plate(tray_T_goal: Pose) -> float:
-    """How far a place lies beside the tray's plate [m]; 0 on it."""
+    """Return the distance of a place from the tray's plate [m]; 0 on it."""
     beside = (max(abs(at) - edge / 2, 0.0) for at, edge in zip(tray_T_goal.position, TRAY_PLATE, strict=False))
     return math.hypot(*beside)
 
 
 def nearest(part_type: str, tray_T_goal: Pose) -> float:
-    """How near to its place the origin of a part that touches the plate can be [m]; 0 for types of unknown size."""
+    """Return the smallest distance from a place to the origin of a part that touches the plate [m].
+
+    The distance is 0 for types of unknown size.
+    """
     return max(off_plate(tray_T_goal) - PART_RADII.get(part_type, math.inf), 0.0)
 
 
@@ -220,7 +223,7 @@ def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> KitReach:
 
 
 def _obstacles(trial: Trial) -> dict[str, str]:
-    """Why orders can earn nothing at all, by their id."""
+    """Return, by order id, the reasons why whole orders are unattainable."""
     if not trial.options.insert_agvs:
         return {order.order_id: "the cell has no AGV, and so no tray" for order in trial.orders}
     obstacles: dict[str, str] = {}

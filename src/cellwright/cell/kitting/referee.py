@@ -3,10 +3,11 @@
     init --start--> ready --next step--> go --orders done, time limit--> end_game --next step--> done
                                     (end, from any state, --> end_game)
 
-A step is a call of `update` that finds something to do: one announcement, one order closed, one change of state. Two
-steps never happen at the same time. Between inputs nothing is to be done before `next_deadline`, so a caller that calls
-`update` whenever `now >= referee.next_deadline` sees the same, and leaves the same state, as one that calls it at
-every tick.
+A step is a call of `update` that changes something: one announcement, one closed order, one change of state. Two steps
+never happen at the same time.
+
+Between inputs nothing happens before `next_deadline`. A caller may call `update` at every tick, or only when `now >=
+referee.next_deadline`: effects and state are the same.
 """
 
 import math
@@ -34,14 +35,14 @@ from cellwright.engine.clock import NEVER, nanoseconds
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 
 NOW = -NEVER
-"""A time [ns] before any other: due at once."""
+"""A time [ns] before any other: due immediately."""
 
 
 class Announcements:
-    """The orders of a trial, by start time, of which the first ones have been announced.
+    """The orders of a trial, sorted by start time, some of which have been announced.
 
-    Orders without a start time come after those with one; equals stay in the order of the file. Only the first of
-    those that wait is looked at, so an order behind a conditional one waits for it.
+    Orders without a start time come after those with one; equals stay in the order of the file. Only the first waiting
+    order is examined, so an order behind a conditional one waits for it.
     """
 
     def __init__(self, orders: Iterable[Order]) -> None:
@@ -56,9 +57,14 @@ class Announcements:
         return self.orders[self.announced :]
 
     def due(self, trays: Iterable[TrayContents], *, idle: bool) -> tuple[int, AnnouncementReason] | None:
-        """When [ns after the start] the next order is due with these contents of all trays, and for what reason.
+        """Return the due time [ns after the start] of the next order, and the reason for its announcement.
 
-        None when only a change of the trays can bring it. `idle` says that no order is in progress.
+        Args:
+            trays: present contents of all trays.
+            idle: True if no order is in progress.
+
+        Returns:
+            None if only a change of the trays can make the order due.
         """
         if self.announced == len(self.orders):
             return None
@@ -78,20 +84,20 @@ class Announcements:
         return None
 
     def announce(self) -> Order:
-        """Take the next order, of which there must be one, as announced."""
+        """Mark the next order as announced and return it; there must be one."""
         self.announced += 1
         return self.orders[self.announced - 1]
 
 
 def count_parts(order: Order, contents: TrayContents) -> tuple[int, int]:
-    """How many good parts on a tray the order can use, and how many it can't.
+    """Count the good parts on a tray that the order can use, and those that it cannot.
 
-    Each ordered part, over all kits of the order, can be served once. Faulty parts count on neither side.
+    Each ordered part, over all kits of the order, is used once. Faulty parts count on neither side.
     """
     ordered = Counter(each.type for kit in order.kits for each in kit.objects)
     good = Counter(each.type for each in contents if not each.is_faulty)
-    wanted = (ordered & good).total()
-    return wanted, good.total() - wanted
+    usable = (ordered & good).total()
+    return usable, good.total() - usable
 
 
 FULL_POWER = 100.0
@@ -99,10 +105,10 @@ FULL_POWER = 100.0
 
 
 class Referee:
-    """Runs one trial: announces orders, has trays judged, watches the time limit, ends the game.
+    """Referee of one trial: announces orders, judges trays, watches the time limit and ends the game.
 
-    Effects come back from the calls that cause them, in the order in which they are to be carried out. All times
-    `now` are in ns and never run backwards.
+    Each call returns the effects that it causes, in the order in which the caller must carry them out. All times `now`
+    are in ns and never decrease.
     """
 
     def __init__(self, trial: Trial) -> None:
@@ -110,33 +116,33 @@ class Referee:
         self._time_limit = nanoseconds(limit) if limit >= 0 else None
         self.scorer = Scorer(trial.orders)
         self.trays: dict[str, TrayContents] = {}
-        """The last report of each tray."""
+        """The latest report of each tray."""
         self._announcements = Announcements(trial.orders)
         self.active_orders: list[str] = []
-        """Ids of the orders in progress: the last is active, the others wait, interrupted."""
+        """Ids of the orders in progress: the last is active, the others are interrupted."""
         self.state = CompetitionState.INIT
         self._stepped = -1
         self._started: int | None = None
         self._ended: int | None = None
         self.end_reason: EndReason | None = None
-        """Why the game ended; None while it has not."""
+        """Reason for the end of the game; None before the end."""
         self._is_reported = False
         self.next_deadline = NEVER
-        """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
+        """Time [ns] from which `update` is due, or `NEVER`. An input may make it earlier."""
         self._blank = self.get_state()
 
     def score(self, now: int) -> GameScore:
-        """The score at this time."""
+        """Return the score at this time."""
         return self.scorer.game_score(now)
 
     def process_time(self, now: int) -> int:
-        """Time since the start [ns]; it stands still when the game is over."""
+        """Return the time since the start [ns]; it stops with the end of the game."""
         if self._started is None:
             return 0
         return (now if self._ended is None else self._ended) - self._started
 
     def start(self, now: int) -> tuple[Effect, ...]:
-        """Somebody starts the competition.
+        """Start the competition.
 
         Raises:
             RejectedCommandError: it was started or ended before.
@@ -146,20 +152,21 @@ class Referee:
         return self._enter(CompetitionState.READY, now)
 
     def end(self, now: int) -> tuple[Effect, ...]:
-        """Somebody ends the competition, in whatever state it is."""
+        """End the competition, in any state."""
         if self.state is CompetitionState.END_GAME:
             return ()
         return self._finish(EndReason.COMMAND, now)
 
     def tray_changed(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
-        """A tray reports what it holds; report empty trays at the start, so that they are known."""
+        """Record a tray's report. Report empty trays at the start, so that they are known."""
         self.trays[tray_id] = tuple(contents)
         self._plan()
 
     def submit(self, tray_id: str, kit_type: str, now: int) -> KitSubmitted:
-        """Judge what was last reported of a tray as a kit.
+        """Judge the latest report of a tray as a kit.
 
-        A kit that nobody asked for scores 0; `score.refusal` then says why and is worth being said loudly.
+        A kit that no order in progress asks for scores 0. `score.refusal` then has the reason, and callers should log
+        it clearly.
 
         Raises:
             RejectedCommandError: the competition is not running.
@@ -175,7 +182,7 @@ class Referee:
         return KitSubmitted(tray_id, kit_type, score, is_repeated=is_repeated and score.is_submitted)
 
     def update(self, now: int) -> tuple[Effect, ...]:
-        """Take a step if one is due: it is not before `next_deadline`, nor at the time of the step before."""
+        """Take a step if one is due: not before `next_deadline`, and not at the time of the previous step."""
         if now < self.next_deadline:
             return ()
         self._stepped = now
@@ -215,17 +222,17 @@ class Referee:
 
     def _conclude(self, now: int) -> tuple[Effect, ...]:
         effects = self._enter(CompetitionState.DONE, now)
-        if self.end_reason is None or self._is_reported:  # ended once more after it was done: that is no news
+        if self.end_reason is None or self._is_reported:  # a second end after the report changes nothing
             return effects
         self._is_reported = True
         return (*effects, TrialEnded(self.end_reason, self.score(now), self.process_time(now)))
 
     def reset(self) -> None:
-        """A new run of the same trial: as it was made, no tray known."""
+        """Start a new run of the same trial, in the initial state and without trays."""
         self.set_state(self._blank)
 
     def get_state(self) -> dict[str, Any]:
-        """All that the referee remembers, as JSON values."""
+        """Return the whole state as JSON values."""
         return {
             "state": self.state.value,
             "stepped": self._stepped,
@@ -240,10 +247,10 @@ class Referee:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` of a referee of the same trial returned.
+        """Restore the state that `get_state` returned from a referee of the same trial.
 
         Raises:
-            UnknownNameError: it speaks of an order or a kit that this trial has not.
+            UnknownNameError: it names an order or a kit that this trial does not have.
         """
         self.scorer.set_state(state["scorer"])
         self.trays = {tray_id: contents_from_json(contents) for tray_id, contents in state["trays"].items()}
@@ -261,7 +268,7 @@ class Referee:
         return self.active_orders[-1] if self.active_orders else None
 
     def _enter(self, state: CompetitionState, now: int) -> tuple[Effect, ...]:
-        # A command counts as a step, so that what follows from it happens at a later time.
+        # A command counts as a step, so that its consequences happen at a later time.
         self.state = state
         self._stepped = now
         self._plan()
@@ -278,7 +285,7 @@ class Referee:
         self.next_deadline = max(self._due(), self._stepped + 1)
 
     def _due(self) -> int:
-        """When the next step has something to do [ns]."""
+        """Return the time of the next step that has something to do [ns]."""
         if self.state in (CompetitionState.READY, CompetitionState.END_GAME):
             return NOW
         if self.state is not CompetitionState.GO or self._started is None:

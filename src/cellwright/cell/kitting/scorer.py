@@ -1,7 +1,7 @@
-"""Scores of a game and of a trial: orders, the time they took, carrying time, and the formula of the 2017 finals.
+"""Scores of a game and of a trial: points and times of orders, carrying time, and the formula of the 2017 finals.
 
-The formula of the 2017 finals, with CS the points of an order, OT the time it took, SC the cost of the sensors, and AC
-and AT the averages of cost and times over all teams:
+In the formula, CS is the points of an order, OT the time it took, and SC the cost of the sensors. AC and AT are the
+averages of cost and times over all teams:
 
     CF = (AC / SC - 1) * 4 + 1        EF_i = AT_i / OT_i
     trial = CF * (CS_1 + CS_2) / 2 + EF_1 * CS_1 + 3 * EF_2 * CS_2
@@ -22,44 +22,44 @@ from cellwright.util.errors import UnknownNameError, UsageError
 
 
 class Stopwatch:
-    """Adds up the time [ns] between `run` and `halt`."""
+    """Stopwatch that adds up the time [ns] between `run` and `halt`."""
 
     def __init__(self) -> None:
         self._before = 0
         self._since: int | None = None
 
     def run(self, now: int) -> None:
-        """Run from `now` [ns] on; while it runs already, nothing changes."""
+        """Run from `now` [ns] on; no effect while it runs already."""
         if self._since is None:
             self._since = now
 
     def halt(self, now: int) -> None:
-        """Stand still from `now` [ns] on."""
+        """Stop at `now` [ns]."""
         self._before = self.elapsed(now)
         self._since = None
 
     def elapsed(self, now: int) -> int:
-        """Time it has run until `now` [ns]."""
+        """Return the running time until `now` [ns]."""
         return self._before if self._since is None else self._before + now - self._since
 
     def get_state(self) -> list[int | None]:
-        """Time before the present run and when that began, as JSON values."""
+        """Return the time before the present run, and the start of that run, as JSON values."""
         return [self._before, self._since]
 
     def set_state(self, state: Sequence[int | None]) -> None:
-        """Take over what `get_state` returned."""
+        """Restore the state that `get_state` returned."""
         before, self._since = state
         self._before = before or 0
 
 
 @dataclass(frozen=True, slots=True)
 class OrderScore:
-    """The score of one order that was announced.
+    """The score of an announced order.
 
     Attributes:
-        kits: the scores of its kits in the order of the order; zero for those not submitted yet.
+        kits: the scores of its kits, in the sequence of the order; zero for those not submitted yet.
         time_taken: from its announcement until it was complete, or until now [ns].
-        is_complete: whether every kit of it was submitted, whatever it scored.
+        is_complete: True if every kit of it was submitted, with any score.
     """
 
     order_id: str
@@ -90,7 +90,7 @@ class GameScore:
 
 
 class _Announced:
-    """An order since its announcement."""
+    """State of an order since its announcement."""
 
     def __init__(self, order: Order) -> None:
         self.order = order
@@ -115,10 +115,13 @@ class _Announced:
 
 
 class Scorer:
-    """Keeps the score of one game in which `orders` may be announced. Times `now` are in ns and never run backwards.
+    """Scorer of one game. Times `now` are in ns and never decrease.
+
+    Args:
+        orders: the orders that may be announced.
 
     Raises:
-        UsageError: two orders of one id, or two kits of one type.
+        UsageError: two orders have the same id, or two kits the same type.
     """
 
     def __init__(self, orders: Iterable[Order]) -> None:
@@ -138,19 +141,19 @@ class Scorer:
         self._travel = Stopwatch()
 
     def begin(self, now: int) -> None:
-        """The game begins: time counts from here."""
+        """Start the game: time counts from here."""
         self._is_running = True
         self._time_travel(now)
 
     def end(self, now: int) -> None:
-        """The game is over: all clocks stand still."""
+        """End the game: all clocks stop."""
         self._is_running = False
         self._time_travel(now)
         for each in self._announced.values():
             each.clock.halt(now)
 
     def announce(self, order_id: str, now: int) -> None:
-        """An order is announced: its clock runs, and its kits are scored from here."""
+        """Announce an order: its clock runs, and its kits are scored from here."""
         announced = self._announced[order_id] = _Announced(self._orders[order_id])
         if not announced.is_complete:
             announced.clock.run(now)
@@ -159,7 +162,7 @@ class Scorer:
         """Score a tray as a kit.
 
         The first submission of a kit counts; later ones return its score again. A kit that no order in progress asks
-        for scores 0 and says why in `refusal`.
+        for scores 0, with the reason in `refusal`.
         """
         order, kit = self._kits.get(kit_type, (None, None))
         if order is None or kit is None:
@@ -176,39 +179,39 @@ class Scorer:
         return announced.judged[kit_type][1]
 
     def withdraw(self, order_id: str, now: int) -> OrderScore:
-        """Take an order back; what it has earned stays, and once it is complete no kit of it is scored any more.
+        """Withdraw an order. Its points stay; once it is complete, its kits are scored no more.
 
-        Of one that is not complete the clock runs on from its announcement, and a kit that is submitted later is scored
-        in full, as in the original.
+        The clock of an incomplete order keeps running from its announcement. A kit that is submitted later is scored in
+        full, as in the original.
         """
         if order_id in self._announced:
             self._announced[order_id].is_withdrawn = True
         return self.order_score(order_id, now)
 
     def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
-        """The gripper was switched, took something or let go of it."""
+        """Update the carrying time after the gripper was switched, grasped a part or released it."""
         self._is_carrying = enabled and attached
         self._time_travel(now)
 
     def is_submitted(self, kit_type: str) -> bool:
-        """Whether a tray was judged as this kit."""
+        """Return True if a tray was judged as this kit."""
         return any(kit_type in each.judged for each in self._announced.values())
 
     def is_complete(self, order_id: str) -> bool:
-        """Whether an order was announced and every kit of it submitted."""
+        """Return True if an order was announced and every kit of it submitted."""
         return order_id in self._announced and self._announced[order_id].is_complete
 
     def order_score(self, order_id: str, now: int) -> OrderScore:
-        """The score of an order; zero for one that was not announced."""
+        """Return the score of an order; zero if it was not announced."""
         announced = self._announced.get(order_id)
         return OrderScore(order_id) if announced is None else announced.score(now)
 
     def game_score(self, now: int) -> GameScore:
-        """The score of the game so far."""
+        """Return the score of the game so far."""
         return GameScore(tuple(each.score(now) for each in self._announced.values()), self._travel.elapsed(now))
 
     def get_state(self) -> dict[str, Any]:
-        """All that the scorer remembers, as JSON values. Scores are not kept: they follow from the trays judged."""
+        """Return the state as JSON values. It has no scores: they follow from the judged trays."""
         return {
             "running": self._is_running,
             "carrying": self._is_carrying,
@@ -225,10 +228,10 @@ class Scorer:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` of a scorer with the same orders returned.
+        """Restore the state that `get_state` returned from a scorer with the same orders.
 
         Raises:
-            UnknownNameError: it speaks of an order or a kit that is not known here.
+            UnknownNameError: it names an order or a kit that this scorer does not have.
         """
         announced: dict[str, _Announced] = {}
         for entry in state["announced"]:
@@ -255,26 +258,26 @@ class Scorer:
             self._travel.halt(now)
 
     def _refuse(self, reason: RefusalReason, kit_type: str, order_id: str | None = None) -> KitScore:
-        wanted = tuple(
+        accepted = tuple(
             kit.kit_type for each in self._announced.values() if not each.is_closed for kit in each.order.kits
         )
-        return KitScore(kit_type, refusal=Refusal(reason, kit_type, order_id, wanted))
+        return KitScore(kit_type, refusal=Refusal(reason, kit_type, order_id, accepted))
 
 
 LOGICAL_CAMERA_COST = 500.0
-"""What a logical camera costs [$]."""
+"""Cost of a logical camera [$]."""
 OTHER_SENSOR_COST = 100.0
-"""What any other sensor costs [$]."""
+"""Cost of any other sensor [$]."""
 COST_WEIGHT = 4.0
-"""How much the cost factor changes when the average costs twice as much."""
+"""Change of the cost factor when the average cost is twice as high."""
 SECOND_ORDER_WEIGHT = 3.0
-"""How much more the efficiency of the second, more urgent order counts."""
-MOST_ORDERS = 2
+"""Weight of the second, more urgent order's efficiency."""
+MAX_ORDERS = 2
 
 
 @dataclass(frozen=True, slots=True)
 class Averages:
-    """What all teams spent on a trial, on average: cost of the sensors, AC [$], and time for each order, AT [s]."""
+    """Averages over all teams in a trial: cost of the sensors, AC [$], and time for each order, AT [s]."""
 
     system_cost: float
     order_times: tuple[float, ...]
@@ -282,9 +285,10 @@ class Averages:
 
 @dataclass(frozen=True, slots=True)
 class OrderShare:
-    """What an order adds to a trial's score: its points, CS, in the time OT [s].
+    """Share of an order in a trial's score: its points, CS, in the time OT [s].
 
-    The efficiency EF is 0 for an order that earned nothing, whose time does not matter; `weight` is how much it counts.
+    The efficiency EF is 0 for an order that earned nothing; its time does not matter. `weight` is the factor of the
+    efficiency term.
     """
 
     order_id: str
@@ -301,7 +305,7 @@ class OrderShare:
 
 @dataclass(frozen=True, slots=True)
 class TrialScore:
-    """The score of a trial: from the cost of the sensors, SC [$], the cost factor, CF, and a share of each order."""
+    """The score of a trial: cost of the sensors, SC [$], cost factor, CF, and a share of each order."""
 
     system_cost: float
     cost_factor: float
@@ -310,7 +314,7 @@ class TrialScore:
     @property
     def cost_points(self) -> float:
         """The cost term: the cost factor times half the points of the orders."""
-        return self.cost_factor * sum(order.completion for order in self.orders) / MOST_ORDERS
+        return self.cost_factor * sum(order.completion for order in self.orders) / MAX_ORDERS
 
     @property
     def total(self) -> float:
@@ -319,22 +323,27 @@ class TrialScore:
 
 
 def system_cost(sensors: Iterable[Sensor]) -> float:
-    """What the sensors somebody put into the cell cost [$]; those that come with the AGVs are free."""
+    """Return the total cost of the trial's sensors [$]; those that come with the AGVs are free."""
     return sum((LOGICAL_CAMERA_COST if each.type == "logical_camera" else OTHER_SENSOR_COST for each in sensors), 0.0)
 
 
 def trial_score(sensors: Iterable[Sensor], orders: Sequence[OrderScore], averages: Averages) -> TrialScore:
-    """Score a trial, with the scores of its orders in the order of announcement.
+    """Score a trial by the formula of the 2017 finals.
+
+    Args:
+        sensors: the trial's sensors.
+        orders: scores of at most two orders, in the order of announcement.
+        averages: averages over all teams.
 
     Raises:
-        UsageError: the formula has no value: no sensors, more than two orders, no average for an order, averages that
-            are not positive numbers, or points earned in no time.
+        UsageError: the formula has no value. Causes are: no sensors, more than two orders, no average for an order,
+            averages that are not positive numbers, or points earned in no time.
     """
     cost = system_cost(sensors)
     if cost == 0.0:
         raise UsageError("a trial without sensors has no score: the cost factor divides by their cost")
-    if len(orders) > MOST_ORDERS:
-        raise UsageError(f"a trial is scored with at most {MOST_ORDERS} orders, not {len(orders)}")
+    if len(orders) > MAX_ORDERS:
+        raise UsageError(f"a trial is scored with at most {MAX_ORDERS} orders, not {len(orders)}")
     if len(averages.order_times) < len(orders):
         raise UsageError(f"{len(orders)} orders need as many average times, not {len(averages.order_times)}")
     for value in (averages.system_cost, *averages.order_times):
