@@ -123,18 +123,18 @@ def test_velocity_limits_are_not_enforced() -> None:
 
 
 @pytest.mark.slow
-def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> None:
-    most = controller()
-    most.command(with_times(*range(SECOND, SECOND + MAX_POINTS)), 0)
-    before = most.get_state()
+def test_too_many_points_are_refused_and_the_maximum_is_followed() -> None:
+    arm = controller()
+    arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS)), 0)
+    before = arm.get_state()
     with pytest.raises(RejectedTrajectoryError, match=f"{MAX_POINTS + 1} points are too many"):
-        most.command(with_times(*range(SECOND, SECOND + MAX_POINTS + 1)), 0)
-    assert most.get_state() == before
+        arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS + 1)), 0)
+    assert arm.get_state() == before
 
 
 @pytest.mark.slow
-def test_commands_for_later_do_not_pile_up_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each leaves one segment more to follow before it begins."""
+def test_delayed_commands_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command leaves one segment more to follow before it begins."""
     kept = MAX_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one
     assert kept < MAX_KEPT_SEGMENTS
     monkeypatch.setattr(checks, "MAX_KEPT_SEGMENTS", kept)
@@ -148,5 +148,5 @@ def test_commands_for_later_do_not_pile_up_for_ever(monkeypatch: pytest.MonkeyPa
             assert "other segments to follow before it starts" in str(error)  # noqa: PT017
             refused += 1
     assert 0 < refused < 10
-    busy.command(with_times(SECOND), 0)  # one that begins now takes the place of all
+    busy.command(with_times(SECOND), 0)  # a command that begins now replaces all
     assert busy.end == SECOND

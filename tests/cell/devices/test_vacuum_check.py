@@ -22,7 +22,7 @@ def enabled(at: int = 0) -> VacuumCheck:
 
 
 def look(check: VacuumCheck, *contacts: CupContact) -> str | None:
-    """What is held after the look."""
+    """Return the held part after the check."""
     check.check(check.next_look, contacts)
     return check.part
 
@@ -150,23 +150,23 @@ def test_whatever_happens_looks_are_a_period_apart_and_state_is_kept(
     story: list[tuple[int, str | tuple[CupContact, ...]]],
 ) -> None:
     check, now, last = VacuumCheck(), 0, -CHECK_PERIOD
-    for steps, what in story:
+    for steps, event in story:
         now += steps * STEP
-        if what == "enable":
+        if event == "enable":
             check.enable(now)
-        elif what == "disable":
+        elif event == "disable":
             held = check.part
             assert check.disable() == held
-        elif now >= check.next_look and not isinstance(what, str):
+        elif now >= check.next_look and not isinstance(event, str):
             assert now - last >= CHECK_PERIOD
             last = now
             counter, held = check.counter, check.part
-            check.check(now, what)
+            check.check(now, event)
             assert abs(check.counter - counter) <= 1
             if check.part != held:
                 assert held is None
                 assert check.counter > 1
-                assert any(contact.name == check.part and contact.alignment > 0.95 for contact in what)
+                assert any(contact.name == check.part and contact.alignment > 0.95 for contact in event)
         assert check.attached == (check.part is not None)
         assert check.enabled or not check.attached
         assert bool(check.reason) != check.attached
