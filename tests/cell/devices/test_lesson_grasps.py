@@ -1,7 +1,7 @@
 """Grasps of the scripted lesson, with parts, friction and the gripper's clock varied.
 
-Its waypoints were tuned by hand against the original: the cup is pressed a few millimetres into a piston rod, and meets
-a gear on the running belt by the gear's small mark only.
+Its waypoints were tuned by hand against the original. They press the cup a few millimetres into a piston rod. On the
+running belt the cup meets a gear by the gear's small mark only.
 """
 
 import math

@@ -32,7 +32,7 @@ class JointReadings(NamedTuple):
 class Arm(Device):
     """Arm with its controller. It holds its initial posture from the first step on.
 
-    The servos get the desired position at the start of a step and the desired velocity at its end: both at the end
+    The servos get the desired position at the start of a step and the desired velocity at its end. Both at the end
     would cost one step of lag.
     """
 

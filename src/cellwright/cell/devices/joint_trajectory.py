@@ -1,7 +1,7 @@
 """Joint trajectories: polynomial segments in time, and the desired joint states at a given time.
 
-A segment between two knots is a straight line, a cubic or a quintic: both knots have positions only, velocities as
-well, or accelerations as well. Time is in whole nanoseconds; inside a segment it is seconds since the segment's start.
+A segment between two knots is a straight line, a cubic or a quintic. A cubic needs velocities at both knots, a quintic
+accelerations as well. Time is in whole nanoseconds; inside a segment it is seconds since the segment's start.
 Positions are in rad for revolute and in m for prismatic joints.
 
 Everything is computed on plain floats with a fixed order of operations, so a trajectory is the same on every host.
@@ -107,8 +107,8 @@ def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
 def stop_segment(start: int, position: float, velocity: float, duration: int) -> Segment:
     """Return the segment that brings a joint to rest in `duration` [ns], without reversing.
 
-    It is the first half of the quintic that would bring the joint back to `position` with `-velocity` after twice the
-    duration, with no acceleration at its ends. The joint comes to rest 5/8 velocity x duration further on, and
+    It is the first half of a quintic of twice the duration, with no acceleration at its ends. That quintic would
+    bring the joint back to `position` with `-velocity`. The joint comes to rest 5/8 velocity x duration further on, and
     decelerates by at most 3/2 velocity / duration.
     """
     if duration <= 0 or velocity == 0.0:

@@ -198,8 +198,8 @@ class Detection:
     Attributes:
         name: its full name in the cell, which a message does not contain.
         camera_T_model: its measured pose.
-        frames: the frames that the camera publishes for it; none for a tray, two for an AGV (its own and that of the
-            tray on it).
+        frames: the frames that the camera publishes for it. A tray has none, an AGV has two: its own and that of its
+            tray.
     """
 
     name: str
@@ -326,7 +326,7 @@ WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
 class QualityControlSensor(LogicalCamera):
     """Sensor `quality_control_sensor_N` over the tray of AGV N. It reports the faulty parts.
 
-    Faulty parts are listed by the part of a model's name after the last `|`.
+    Faulty parts are listed by the section of a model's name after the last `|`.
     """
 
     near: ClassVar[float] = 0.73

@@ -1,7 +1,7 @@
 """Parts in the cell: their poses, how they appear and disappear, the welds that hold them, and overlapping parts.
 
 The original's contact surfaces correct a penetration at a limited speed; the engine's would push parts apart at metres
-per second. So this module tracks the pairs of bodies that overlap at the start of a run, or after a part was placed,
+per second. So this module tracks the pairs of bodies that overlap when a run starts, or after a part was placed,
 until they are apart. Their initial penetration counts as none, except for what the limited speed needs. Deeper
 penetration is pushed back, friction holds, and no energy comes out of the overlap. Where no pair overlaps the device
 stops stepping and costs nothing.
@@ -28,8 +28,8 @@ MAX_PART_SIZE = 0.4
 def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose) -> None:
     """Engage a weld: from the next step on it keeps the other of its two bodies at a pose in the frame of `body`.
 
-    The engine keeps the pose of the weld's second body in the frame of its first (`eq_data` 3:6 and 6:10), and the
-    anchor point in the second body's frame (0:3).
+    The engine's `eq_data` holds the pose of the weld's second body in the frame of its first (3:6 and 6:10). At 0:3 it
+    holds the anchor point in the second body's frame.
     """
     model, data = simulation.model, simulation.data
     is_first = int(model.eq_obj1id[weld]) == body
@@ -157,12 +157,12 @@ _AWAKE = 1  # value of MjData.body_awake; 0 is asleep, -1 static
 
 
 class Overlaps(Device):
-    """Device that separates overlapping parts slowly."""
+    """Device that limits the speed at which overlapping parts separate."""
 
     def __init__(self, parts: Parts) -> None:
         super().__init__("overlaps")
         self._parts = parts
-        self._put: set[int] | None = None
+        self._placed: set[int] | None = None
         self._pairs: dict[int, tuple[int, float]] = {}
         parts.on_placed.append(self._take_placed)
 
@@ -183,7 +183,7 @@ class Overlaps(Device):
 
     def reset(self) -> None:
         """Begin a run: every part was just placed."""
-        self._put = {part.body for part in self._parts.all}
+        self._placed = {part.body for part in self._parts.all}
         self._set_pairs({})
         self.set_stepping(True)
 
@@ -195,32 +195,32 @@ class Overlaps(Device):
         """
         return {
             "pairs": [[key, apart, depth] for key, (apart, depth) in sorted(self._pairs.items())],
-            "put": sorted(self._put or ()),
+            "put": sorted(self._placed or ()),
         }
 
     def set_state(self, state: State) -> None:
         """Restore what `get_state` returned."""
-        self._put = set(state["put"])
+        self._placed = set(state["put"])
         self._set_pairs({key: (apart, depth) for key, apart, depth in state["pairs"]})
 
     def _take_placed(self, body: int) -> None:
-        self._put = {*(self._put or ()), body}
+        self._placed = {*(self._placed or ()), body}
         self.set_stepping(True)
 
     def drive(self) -> None:
         """Find new overlapping pairs, and hold back the contact forces that would push the known ones apart."""
         data = self.simulation.data
-        if not (self._put or self._is_counting or (data.body_awake[self._watched] == _AWAKE).any()):
+        if not (self._placed or self._is_counting or (data.body_awake[self._watched] == _AWAKE).any()):
             self.set_stepping(bool(self._pairs))
             return
         bodies = self._bodies[data.contact.geom]
         keys = bodies.min(axis=1) * len(self._is_part) + bodies.max(axis=1)
         depths = -data.contact.dist
-        if self._put:
-            is_new = np.isin(bodies, list(self._put)).any(axis=1) & self._is_part[bodies].any(axis=1)
+        if self._placed:
+            is_new = np.isin(bodies, list(self._placed)).any(axis=1) & self._is_part[bodies].any(axis=1)
             found = _deepest(keys, depths, is_new & (depths > OVERLAP_DEPTH))
             self._set_pairs({**self._pairs, **{key: (0, depth) for key, depth in found.items()}})
-            self._put = None
+            self._placed = None
         watched = np.isin(keys, self._keys)
         for index in np.flatnonzero(watched).tolist():
             self._hold_back(data, index, bodies[index], self._pairs[int(keys[index])][1])

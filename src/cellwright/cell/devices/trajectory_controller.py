@@ -62,7 +62,11 @@ class CheckedTrajectory:
 
 
 def check_count(points: Sequence[object]) -> None:
-    """Refuse too many points with a RejectedTrajectoryError."""
+    """Refuse more than `MAX_POINTS` points.
+
+    Raises:
+        RejectedTrajectoryError: there are too many.
+    """
     if len(points) > MAX_POINTS:
         raise _invalid_goal(f"{len(points)} points are too many: {MAX_POINTS} are the most")
 

@@ -35,7 +35,7 @@ ALIGNMENT_NEEDED: Final = 0.95
 """The cosine between contact normal and cup axis must be above this value (18.2 deg)."""
 
 
-class Touched(Enum):
+class ContactKind(Enum):
     """Kind of object in contact with the cup."""
 
     PART = "a part"
@@ -53,7 +53,7 @@ class CupContact:
     """
 
     name: str
-    kind: Touched
+    kind: ContactKind
     alignment: float
 
 
@@ -119,13 +119,13 @@ class VacuumCheck(PlainState):
         """
         self._last_look = now
         self.next_look = self._look_after(now + 1)
-        counted = [contact for contact in contacts if contact.kind is not Touched.FIXED]
+        counted = [contact for contact in contacts if contact.kind is not ContactKind.FIXED]
         self.counter = self.counter + 1 if counted else max(0, self.counter - 1)
         if self.part is not None:
             if is_dropped:
                 self.lose("forced drop")
             return
-        parts = [contact for contact in counted if contact.kind is Touched.PART]
+        parts = [contact for contact in counted if contact.kind is ContactKind.PART]
         square = [contact for contact in parts if contact.alignment > ALIGNMENT_NEEDED]
         self.reason = _no_grip_reason(contacts, counted, parts)
         if square and self.counter > CONTACTS_NEEDED:
@@ -155,7 +155,7 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
 
 
 _NEAR = 1e-3
-"""Maximum distance [m] from the cup of what is in contact with it; the engine reports contacts from it on."""
+"""Maximum distance [m] of a contact with the cup; the engine reports contacts from this distance on."""
 
 
 class VacuumGripper(VacuumCheck, Device):
@@ -251,11 +251,11 @@ class VacuumGripper(VacuumCheck, Device):
             return self._touched(part, alignment)
         name = model.geom(geom).name or model.body(body).name
         moves = geom == self._belt or int(model.body_treeid[body]) >= 0
-        return CupContact(name, Touched.MOVABLE if moves else Touched.FIXED, alignment)
+        return CupContact(name, ContactKind.MOVABLE if moves else ContactKind.FIXED, alignment)
 
     def _touched(self, part: WorldPart, alignment: float) -> CupContact:
         """Return the contact with a part; a part that is locked to a tray counts as fixed."""
-        return CupContact(part.name, Touched.FIXED if self.parts.is_locked(part) else Touched.PART, alignment)
+        return CupContact(part.name, ContactKind.FIXED if self.parts.is_locked(part) else ContactKind.PART, alignment)
 
     def _hold(self, part: WorldPart) -> None:
         """Weld the part to the cup in its present pose, without pulling in or centring it."""

@@ -25,8 +25,8 @@ STIFFNESS, DAMPING = DRIVE_MASS * 30.0**2, DRIVE_MASS * 30.0
 
 Stiffer is not better. The engine damps a drive implicitly, but computes the friction under the kit with the drive's
 force at the start of the step. While the AGV accelerates, the kit therefore creeps ahead of the tray in proportion to
-damping times timestep over mass. On the way to 0.5 m/s that is 0.06 mm with these figures, and 4 mm with a damping of
-1e5 on the bare mass of the AGV.
+damping times timestep over mass. On the way to 0.5 m/s it creeps 0.06 mm with these figures. With a damping of 1e5 on
+the bare mass of the AGV it creeps 4 mm.
 """
 
 _COLOURS = {"agv1": colours.AGV1, "agv2": colours.AGV2}
@@ -80,8 +80,8 @@ def _fill_agv(body: Any, colour: Colour) -> None:
 def _fill_tray(tray: Any, plate_geom: str) -> None:
     """Add the plate and its four rims; the plate is thicker below than it looks, so that nothing falls through.
 
-    A rim is a stack of thin capsules. A flat part that lands on the narrow top of a box gets, about once in a thousand
-    times, a contact that points sideways, which flings it off.
+    A rim is a stack of thin capsules. A flat part that lands on the narrow top of a box gets a contact that points
+    sideways about once in a thousand times. That contact flings it off.
     """
     top = TRAY_SURFACE - AGV_T_TRAY.position[2]
     thick = 0.08

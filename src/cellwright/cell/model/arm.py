@@ -39,7 +39,7 @@ class ArmJoint:
         effort: maximum force [N] or torque [N m] of the drive.
         velocity: published limit [m/s] or [rad/s]. As in the original, no command is clamped to it.
         damping: viscous [N s/m] or [N m s/rad].
-        friction: dry [N] or [N m], as published. In the original it never acted: the engine dropped the motor that
+        friction: dry [N] or [N m], as published. In the original it never acted. The engine dropped the motor that
             carries it, since it sets both stops of a damped joint to one value. Only the URDF contains it.
         stiffness: position gain of the `precise` profile.
         armature: inertia of the drive at the joint, `precise` profile [kg] or [kg m^2].

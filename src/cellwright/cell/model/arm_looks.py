@@ -1,8 +1,8 @@
 """Collision and visual shapes of the arm, link by link, and its suction cup.
 
-The solid shapes lie within 2 mm of the original's collision meshes: tubes and collars as cylinders, housings of joints
-as drums with slanted, rounded ends. With them the arm rests on a bin's rim when a program drives the tool into a part,
-and passes the posts beside the bins or hits them.
+The solid shapes lie within 2 mm of the original's collision meshes. Tubes and collars are cylinders, housings of joints
+are drums with slanted, rounded ends. With them the arm rests on a bin's rim when a program drives the tool into a part.
+It passes the posts beside the bins or hits them.
 """
 
 import math
@@ -25,7 +25,7 @@ class Housing:
 
     Attributes:
         axis: the drum's axis is parallel to this axis of the link.
-        sections: cross-sections from the lowest coordinate along the axis upward; they shift and slant along z where
+        sections: cross-sections from the lowest coordinate along the axis upward. They shift and slant along z where
             the axis is y, along y where it is z.
     """
 

@@ -24,8 +24,8 @@ from cellwright.util.pose import Pose
 def contact_time(timestep: float) -> float:
     """Return the time constant [s] of contacts: as stiff as the step allows.
 
-    With the engine's default of 20 ms a part sinks 0.1 mm into its support, and an arm pressed onto a part by its
-    servos sinks in by millimetres.
+    With the engine's default of 20 ms a part sinks 0.1 mm into its support. An arm pressed onto a part by its servos
+    sinks in by millimetres.
     """
     return max(0.004, 2 * timestep)
 

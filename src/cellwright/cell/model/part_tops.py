@@ -30,8 +30,10 @@ _CYLINDER_SIDES = 64  # sides of the prism that stands for a cylinder
 class Grid:
     """Grid of square cells over the floor plan of a box with these corners [m].
 
-    `x`, shape (1, columns), holds the middles of the columns, `y`, shape (rows, 1), those of the rows. `cell` is the
-    edge of a cell [m].
+    Attributes:
+        x: middles of the columns, shape (1, columns) [m].
+        y: middles of the rows, shape (rows, 1) [m].
+        cell: edge of a cell [m].
     """
 
     def __init__(self, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> None:
@@ -151,7 +153,7 @@ def _highest(surfaces: list[tuple[Heights, Mask]]) -> tuple[Heights, Mask]:
 
 
 LEVEL = 0.001
-"""Maximum difference in height [m] from a spot of what is level with it."""
+"""Maximum difference in height [m] between a spot and surfaces that are level with it."""
 
 CLEARANCE = CUP.size[0] + 0.002
 """Minimum distance [m] of a spot from anything higher: room for the cup, which is widest behind its face."""
@@ -161,7 +163,7 @@ _QUARTER = math.pi / 2
 _ROLL_AND_PITCH = (0.0, 0.0), (math.pi, 0.0), (0.0, _QUARTER), (0.0, -_QUARTER), (-_QUARTER, 0.0), (_QUARTER, 0.0)
 
 TURNS = tuple(Pose.from_rpy((0.0, 0.0, 0.0), (*angles, 0.0)) for angles in _ROLL_AND_PITCH)
-"""part_T_top for each side that may be up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
+"""part_T_top for each side up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
 
 _MAX_SPOTS = 8
 _AWARD = 0.02  # [m] a flat spot of a larger radius is no better
