@@ -185,9 +185,13 @@ class Cell(CellDevices):
         return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
-        """Return what viewers draw beside the scene: `kind`, `sensors` as they describe themselves, `tools`: the cup.
+        """Return what viewers draw beside the scene.
 
-        `body_index` maps a body id of the engine to the index in the scene's bodies, 0 for fixed bodies.
+        Args:
+            body_index: maps a body id of the engine to the index in the scene's bodies, 0 for fixed bodies.
+
+        Returns:
+            `kind`, `sensors` as they describe themselves, and `tools`: the cup.
         """
         tools = []
         if self.gripper is not None:

@@ -42,7 +42,7 @@ def test_what_stands_before_the_rays_begin_is_left_behind() -> None:
 
 
 def test_the_cone_is_as_wide_as_its_outer_rays() -> None:
-    reach = 0.1 * math.tan(0.0625)  # height of the outermost ray at 0.1 m
+    reach = 0.1 * math.tan(0.0625)  # offset of the outermost ray at 0.1 m
     inside = facing(0.1, half=0.01, offset=0.01 + reach - 1e-4, noise=0.0).read().range
     assert inside == pytest.approx(0.1 / math.cos(0.0625), abs=1e-9)
     # a ray passes the front beside the block and the near end of its side still lies outside the cone

@@ -100,7 +100,7 @@ def test_housings_are_as_round_as_the_meshes(link: str, height: str, side: int) 
 
 
 def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
-    """Yield paths down to the corners of the bins, with the rail at an offset [m] from the straight way to them."""
+    """Yield paths down to the corners of the bins, with the rail offset [m] from where the arm points at them."""
     rest = Joints(*(INITIAL_POSITIONS[name] for name in ARM_JOINTS))
     for name, (x, y) in BIN_CENTRES.items():
         for corner in ((x + side, y + end) for side in (-0.25, 0.25) for end in (-0.25, 0.25)):

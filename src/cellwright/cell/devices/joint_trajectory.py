@@ -80,7 +80,7 @@ def rest_segment(time: int, position: float) -> Segment:
 
 
 def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
-    """Return the segment from knot `a` at `start` to knot `b` at `end` [ns].
+    """Return the segment from knot `a` at time `start` [ns] to knot `b` at time `end` [ns].
 
     It is a straight line unless both knots have velocities, then a cubic unless both have accelerations too, then a
     quintic. The coefficients solve the Hermite conditions at both ends. With no time between the knots it is a jump to

@@ -112,7 +112,7 @@ class Parts(Device):
             listener(part.body)
 
     def put_away(self, part: WorldPart, by: Removal = Removal.CLEARING) -> None:
-        """Take a part out of play, onto its shelf slot."""
+        """Take a part out of play, onto its shelf slot; `by` is the reason."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
         for listener in self.on_removed:
@@ -126,7 +126,14 @@ class Parts(Device):
             listener(part)
 
     def touches(self, part: WorldPart, geom: int, *, within: float = 0.0, cutoff: float) -> bool:
-        """Return whether a part is at most `within` [m] from a geom; up to `cutoff` [m] distances are exact."""
+        """Return whether a part is near a geom.
+
+        Args:
+            part: the part.
+            geom: id of the geom.
+            within: maximum distance [m].
+            cutoff: distance [m] up to which distances are exact.
+        """
         model, data = self.simulation.model, self.simulation.data
         return any(mujoco.mj_geomDistance(model, data, each, geom, cutoff, None) <= within for each in part.geoms)
 

@@ -191,14 +191,14 @@ class BreakBeam(RangeSensor[BeamReading]):
 
     def measure(self, index: int) -> BeamReading:
         """Measure whether the beam is interrupted now."""
-        found = float(self._rays.cast(self.simulation)[0])
-        if math.isfinite(found):
-            noisy = found + RANGE_SD * float(self.normal(index, 1)[0])
-            found = min(max(noisy, 0.0), self.farthest)
+        distance = float(self._rays.cast(self.simulation)[0])
+        if math.isfinite(distance):
+            noisy = distance + RANGE_SD * float(self.normal(index, 1)[0])
+            distance = min(max(noisy, 0.0), self.farthest)
         # at either end of the ray the beam counts as whole, as in the original cell
-        detected = 0.0 < found < self.farthest
+        detected = 0.0 < distance < self.farthest
         return BeamReading(
-            time_ns=self.simulation.now, sample=index, detected=detected, range=found if detected else math.inf
+            time_ns=self.simulation.now, sample=index, detected=detected, range=distance if detected else math.inf
         )
 
     def overlay(self) -> dict[str, Any]:
@@ -278,8 +278,8 @@ class ProximitySensor(RangeSensor[ProximityReading]):
 
     def overlay(self) -> dict[str, Any]:
         """Return the overlay of a reading now, for viewers."""
-        found = self.read().range
-        return {"sees": found < self.farthest, "ranges": [_shown(found)]}
+        distance = self.read().range
+        return {"sees": distance < self.farthest, "ranges": [_shown(distance)]}
 
 
 FAN_HALF_ANGLE = 0.251

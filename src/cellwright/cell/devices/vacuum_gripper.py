@@ -161,9 +161,14 @@ _NEAR = 1e-3
 class VacuumGripper(VacuumCheck, Device):
     """Gripper device: `set_enabled` switches the vacuum, and each result of the suction logic is carried out.
 
-    The callbacks in `on_change` run when it is switched, grips or releases. If `drop_target(name, world_T_part)` is
-    set, each check calls it for a held part: it returns the pose to drop the part at, or None. For `phase` see
-    `VacuumCheck`.
+    Args:
+        parts: the parts of the cell.
+        phase: see `VacuumCheck`.
+
+    Attributes:
+        on_change: callbacks that run when it is switched, grips or releases.
+        drop_target: each check calls it with name and world_T_part of a held part. It returns the pose to drop the
+            part at, or None.
     """
 
     def __init__(self, parts: Parts, phase: int | None = None) -> None:

@@ -158,7 +158,10 @@ def check_joints(*names: str) -> None:
 def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
     """Add rail, arm and cup to a model specification, before everything else: the solver prefers the long tree first.
 
-    `contact_time` is the time constant [s] of the cup's contacts.
+    Args:
+        spec: model specification.
+        settings: servo profile and gains.
+        contact_time: time constant [s] of the cup's contacts.
     """
     rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
     arm_looks.dress_rail(rail, spec.worldbody)

@@ -31,9 +31,12 @@ def contact_time(timestep: float) -> float:
 
 
 def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
-    """Set integrator, solver and contact defaults of a model specification with steps of `timestep` [s].
+    """Set integrator, solver and contact defaults of a model specification.
 
-    `friction` is the default coefficient of dry friction.
+    Args:
+        spec: model specification.
+        timestep: time step [s].
+        friction: default coefficient of dry friction.
     """
     option = spec.option
     option.timestep = timestep

@@ -71,9 +71,12 @@ def load_point(agv: str) -> Pose:
 
 
 def shelf_slot(index: int, count: int, lower: float) -> Pose:
-    """Return the shelf slot of part number `index` of `count`; the slots form a square grid.
+    """Return the shelf slot of a part; the slots form a square grid.
 
-    `lower` is the lowest point [m] of the part below its origin, usually 0 or negative.
+    Args:
+        index: number of the part, from 0.
+        count: number of parts on the shelf.
+        lower: lowest point [m] of the part below its origin, usually 0 or negative.
     """
     columns = shelf_columns(count)
     row, column = divmod(index, columns)

@@ -152,14 +152,14 @@ def own_part_type(name: str, model: Model) -> OwnPartType:
 
 def model_problems(trial: Trial) -> list[str]:
     """Return the engine's errors about a trial's user-defined models; the description has been checked before."""
-    found = []
+    problems = []
     models = [*trial.part_models.items(), *((f"furniture|{piece.name}", piece.model) for piece in trial.furniture)]
     for name, model in models:
         try:
             form_of(name, model) if "|" in name else own_part_type(name, model)
         except ModelFileError as error:
-            found.append(str(error))
-    return found
+            problems.append(str(error))
+    return problems
 
 
 def add_furniture(spec: Any, pieces: Iterable[Furniture]) -> None:
@@ -189,9 +189,9 @@ def form_of(name: str, model: Model) -> Form:
     read = [(shape, _mesh_of(shape)) for shape in model.shapes]
     mass = model.mass or 0.0
     if model.mjcf is not None:
-        found = read_mjcf(model.mjcf)
-        read = [(shape, mesh) for shape, mesh in found.shapes]
-        mass = found.mass if model.mass is None else model.mass
+        mjcf_file = read_mjcf(model.mjcf)
+        read = [(shape, mesh) for shape, mesh in mjcf_file.shapes]
+        mass = mjcf_file.mass if model.mass is None else model.mass
     volumes = [_volume(shape, mesh) if shape.is_touched else 0.0 for shape, mesh in read]
     whole = sum(volumes)
     meshes: dict[str, Mesh] = {}

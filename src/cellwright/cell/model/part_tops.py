@@ -76,9 +76,9 @@ def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
         (ax, ay, _), (bx, by, _) = corners[1] - corners[0], corners[2] - corners[0]
         along_a, along_b = (dx * by - dy * bx) / normal[2], (dy * ax - dx * ay) / normal[2]
         is_inside = (along_a >= -1e-9) & (along_b >= -1e-9) & (along_a + along_b <= 1 + 1e-9)
-        found = np.where(is_inside, corners[0, 2] - (normal[0] * dx + normal[1] * dy) / normal[2], -np.inf)
-        is_higher = found > heights[rows, columns]
-        heights[rows, columns][is_higher] = found[is_higher]
+        surface = np.where(is_inside, corners[0, 2] - (normal[0] * dx + normal[1] * dy) / normal[2], -np.inf)
+        is_higher = surface > heights[rows, columns]
+        heights[rows, columns][is_higher] = surface[is_higher]
         is_flat[rows, columns][is_higher] = normal[2] >= math.cos(MAX_TILT) * length
     return heights, is_flat
 

@@ -209,9 +209,16 @@ def add_part_meshes(spec: Any) -> None:
 
 
 def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
-    """Add a free part to a model specification with the meshes of `add_part_meshes`, and return its body.
+    """Add a free part to a model specification.
 
-    Body and free joint have the name, and the origin is at `pose` in the world frame.
+    Args:
+        spec: model specification with the meshes of `add_part_meshes`.
+        name: name of the body and of its free joint.
+        kind: type of the part.
+        pose: world_T_part.
+
+    Returns:
+        The body of the part.
     """
     body = spec.worldbody.add_body(name=name, pos=pose.position, quat=pose.quaternion)
     body.add_freejoint(name=name)
