@@ -225,8 +225,8 @@ class Overlaps(Device):
         depths = -data.contact.dist
         if self._placed:
             is_new = np.isin(bodies, list(self._placed)).any(axis=1) & self._is_part[bodies].any(axis=1)
-            found = _deepest(keys, depths, is_new & (depths > OVERLAP_DEPTH))
-            self._set_pairs({**self._pairs, **{key: (0, depth) for key, depth in found.items()}})
+            overlaps = _deepest(keys, depths, is_new & (depths > OVERLAP_DEPTH))
+            self._set_pairs({**self._pairs, **{key: (0, depth) for key, depth in overlaps.items()}})
             self._placed = None
         watched = np.isin(keys, self._keys)
         for index in np.flatnonzero(watched).tolist():
@@ -271,7 +271,7 @@ class Overlaps(Device):
 
 def _deepest(keys: NDArray[np.int64], depths: NDArray[np.float64], chosen: NDArray[np.bool_]) -> dict[int, float]:
     """Return the maximum depth [m] of each pair among the chosen contacts."""
-    found: dict[int, float] = {}
+    deepest: dict[int, float] = {}
     for key, depth in zip(keys[chosen].tolist(), depths[chosen].tolist(), strict=True):
-        found[key] = max(depth, found.get(key, 0.0))
-    return found
+        deepest[key] = max(depth, deepest.get(key, 0.0))
+    return deepest

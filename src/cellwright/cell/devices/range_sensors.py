@@ -77,8 +77,8 @@ class Rays:
         distances = self._fixed.copy()
         near = self._near(simulation)
         if near.size:
-            found = self._cast_rays(simulation.model, simulation.data, self._directions[near], with_fixed=False)
-            distances[near] = np.minimum(distances[near], found)
+            to_movable = self._cast_rays(simulation.model, simulation.data, self._directions[near], with_fixed=False)
+            distances[near] = np.minimum(distances[near], to_movable)
         if self.nearest > 0.0:
             for ray in np.flatnonzero(distances < self.nearest):
                 distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
@@ -116,18 +116,18 @@ class Rays:
     ) -> NDArray[np.float64]:
         """Return the lengths of rays from the source to their first hit [m], shape (count,); `inf` without a hit."""
         count = len(directions)
-        found = np.empty(count)
+        lengths = np.empty(count)
         flat, geoms, without = directions.ravel(), np.empty(count, dtype=np.int32), -1  # -1: exclude no body
-        options = (flat, _SOLID_GROUP_MASK, with_fixed, without, geoms, found, None, count, self.farthest)
+        options = (flat, _SOLID_GROUP_MASK, with_fixed, without, geoms, lengths, None, count, self.farthest)
         mujoco.mj_multiRay(model, data, self._source, *options)
-        return np.where((found >= 0.0) & (found <= self.farthest), found, math.inf)
+        return np.where((lengths >= 0.0) & (lengths <= self.farthest), lengths, math.inf)
 
     def _beyond_nearest(self, simulation: Simulation, direction: NDArray[np.float64]) -> float:
         """Return the distance of one ray that would be stopped before it begins [m]."""
         start = self._source + self.nearest * direction
-        found = mujoco.mj_ray(simulation.model, simulation.data, start, direction, _SOLID_GROUP_MASK, True, -1, None)
-        distance = self.nearest + float(found)
-        return distance if found >= 0.0 and distance <= self.farthest else math.inf
+        beyond = mujoco.mj_ray(simulation.model, simulation.data, start, direction, _SOLID_GROUP_MASK, True, -1, None)
+        distance = self.nearest + float(beyond)
+        return distance if beyond >= 0.0 and distance <= self.farthest else math.inf
 
 
 R = TypeVar("R", bound=Reading)

@@ -223,13 +223,13 @@ class VacuumGripper(VacuumCheck, Device):
         data = self.simulation.data
         pairs = data.contact.geom
         axis = np.array(data.xmat[self._body].reshape(3, 3)[:, 2])
-        found = []
+        touching = []
         for row in np.flatnonzero((pairs == self._cup).any(axis=1)).tolist():
             first, second = pairs[row].tolist()
             towards_cup = 1.0 if second == self._cup else -1.0
             alignment = towards_cup * float(data.contact.frame[row][:3] @ axis)
-            found.append(self._contact(first if second == self._cup else second, alignment))
-        return found + self._before_face()
+            touching.append(self._contact(first if second == self._cup else second, alignment))
+        return touching + self._before_face()
 
     def _before_face(self) -> list[CupContact]:
         """Return the contacts of the parts that the plain disc touches."""
@@ -239,14 +239,14 @@ class VacuumGripper(VacuumCheck, Device):
         axis = data.xmat[self._body].reshape(3, 3)[:, 2]
         centre = data.xpos[self._body]
         ends: NDArray[np.float64] = np.zeros(6)
-        found = []
+        touching = []
         for part in self.parts.inside(centre - MAX_PART_SIZE, centre + MAX_PART_SIZE):
             for geom in part.geoms:
                 distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
                 if distance < _NEAR and distance != 0.0:
                     normal = (ends[:3] - ends[3:]) / distance  # from the part to the disc, also where they overlap
-                    found.append(self._touched(part, float(normal @ axis)))
-        return found
+                    touching.append(self._touched(part, float(normal @ axis)))
+        return touching
 
     def _contact(self, geom: int, alignment: float) -> CupContact:
         model = self.simulation.model

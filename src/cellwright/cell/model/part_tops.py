@@ -146,9 +146,9 @@ def _ball(grid: Grid, centre: Vector3, radius: float) -> tuple[Heights, Mask]:
 
 def _highest(surfaces: list[tuple[Heights, Mask]]) -> tuple[Heights, Mask]:
     heights, is_flat = surfaces[0]
-    for found, flat in surfaces[1:]:
-        is_flat = np.where(found > heights, flat, is_flat)
-        heights = np.maximum(heights, found)
+    for surface, flat in surfaces[1:]:
+        is_flat = np.where(surface > heights, flat, is_flat)
+        heights = np.maximum(heights, surface)
     return heights, is_flat
 
 
@@ -236,7 +236,7 @@ def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
 def _spots(grid: Grid, heights: Heights, is_flat: Mask, centre: Vector3) -> tuple[FlatSpot, ...]:
     """Return the best spot at each height that has a flat surface, the best of all first."""
     aside = np.hypot(grid.x - centre[0], grid.y - centre[1])
-    found: list[tuple[float, FlatSpot]] = []
+    rated: list[tuple[float, FlatSpot]] = []
     left = is_flat.copy()
     for _ in range(_MAX_SPOTS):
         if not left.any():
@@ -251,8 +251,8 @@ def _spots(grid: Grid, heights: Heights, is_flat: Mask, centre: Vector3) -> tupl
             value = np.where(is_free, np.minimum(room, _AWARD) - _PENALTY * aside, -np.inf)
             row, column = np.unravel_index(int(value.argmax()), value.shape)
             place = (float(grid.x[0, column]), float(grid.y[row, 0]), float(heights[row, column]))
-            found.append((float(value[row, column]), FlatSpot(place, float(room[row, column]))))
-    return tuple(spot for _, spot in sorted(found, key=lambda each: -each[0]))
+            rated.append((float(value[row, column]), FlatSpot(place, float(room[row, column]))))
+    return tuple(spot for _, spot in sorted(rated, key=lambda each: -each[0]))
 
 
 def _commonest(heights: Heights) -> float:
