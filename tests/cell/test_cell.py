@@ -1,4 +1,4 @@
-"""A cell as a whole: the same run everywhere, whoever watches, and from wherever it is taken up."""
+"""Cell as a whole: the same run everywhere, with any subscribers, and from any checkpoint."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def reference() -> str:
-    """The state hash at the end of the scenario."""
+    """State hash at the end of the scenario."""
     return play(Cell(TRIAL)).state_hash()
 
 
 def elsewhere(*arguments: str) -> str:
-    """What another process prints of the scenario."""
+    """Return what another process prints of the scenario."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
     command = [sys.executable, "-m", "tests.scenario", *arguments]
     done = subprocess.run(
@@ -49,7 +49,7 @@ def elsewhere(*arguments: str) -> str:
 
 
 def test_all_that_can_happen_does() -> None:
-    """What the tests below lean on."""
+    """The tests below rely on these events."""
     cell = play(Cell(TRIAL), MIDDLE)
     assert (cell.arm, cell.gripper) != (None, None)
     assert cell.agvs[1].state == "delivering"
@@ -73,7 +73,7 @@ def test_the_same_run_in_two_processes_one_of_them_watched(reference: str) -> No
 
 
 @pytest.mark.slow
-def test_whoever_listens_the_run_is_the_same(reference: str) -> None:
+def test_the_run_is_the_same_with_any_subscribers(reference: str) -> None:
     cell = Cell(TRIAL, competition=False)
     heard = listen_to_all(cell)
     assert play(cell).state_hash() == reference
@@ -93,7 +93,7 @@ def test_coming_and_going_listeners_change_nothing(reference: str) -> None:
 
 @pytest.mark.slow
 def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is() -> None:
-    """There is no device whose draws decide what happens: all chance is noise of sensors."""
+    """No device decides anything by a random draw: all randomness is noise of sensors."""
     found = []
     states = []
     for seed in (0, 1):
@@ -151,7 +151,7 @@ def test_a_snapshot_disturbs_nothing_and_is_gone_back_to(reference: str) -> None
 def test_a_snapshot_goes_on_in_another_cell(reference: str) -> None:
     moment = take_snapshot(play(Cell(TRIAL), MIDDLE).simulation)
     other = Cell(TRIAL)
-    play(other, 1.5)  # has a past of its own
+    play(other, 1.5)  # has a history of its own
     restore_snapshot(other.simulation, moment)
     heard = listen_to_all(other)
     assert play(other).state_hash() == reference
@@ -191,7 +191,7 @@ def test_declared_checkpoints_belong_to_the_run(tmp_path: Path, reference: str) 
     cell.checkpoints.declare(nanoseconds(MIDDLE), file)
     cell.reset()
     here = play(cell).state_hash()
-    assert here != reference  # when it was saved is part of what a run is
+    assert here != reference  # the time of saving is part of a run
     other = Cell(TRIAL)
     read_checkpoint(other.simulation, file)
     assert play(other).state_hash() == here

@@ -1,4 +1,4 @@
-"""A trial on the floor: what the referee says is done, and what is done is judged."""
+"""Trial in a running cell: the cell carries out the referee's decisions, and the referee judges the results."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ from tests.cells import (
 
 
 def effects_of(cell: Cell) -> list[Effect]:
-    """What the referee does from now on."""
+    """Collect the referee's effects from now on."""
     heard: list[Effect] = []
     cell.competition.on_effect.append(heard.append)
     return heard
 
 
-def kinds(effects: list[Effect], *wanted: type) -> list[Effect]:
-    return [effect for effect in effects if isinstance(effect, wanted)]
+def kinds(effects: list[Effect], *types: type) -> list[Effect]:
+    return [effect for effect in effects if isinstance(effect, types)]
 
 
 def test_a_trial_from_its_start_to_its_end() -> None:
@@ -156,7 +156,7 @@ def test_an_agv_drives_whether_it_is_a_competition_or_not() -> None:
     assert cell.competition.score().total == 0.0
 
 
-def test_a_kit_that_nobody_ordered_drives_off_for_nothing() -> None:
+def test_a_kit_that_was_not_ordered_drives_off_for_nothing() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
@@ -232,7 +232,7 @@ def test_the_score_is_the_scorers(parts: tuple[KitObject, ...], faulty: tuple[st
 
 
 def test_parts_of_an_announced_order_bring_on_the_next() -> None:
-    """Wanted: parts of the order to come. One tray must hold them; faulty ones do not count."""
+    """Wanted parts are those of the next order. One tray must hold them; faulty ones do not count."""
     disks = (KitObject("disk_part", Pose((0.1, -0.1, 0.0))), KitObject("disk_part", Pose((-0.1, -0.1, 0.0))))
     orders = (order(0, GEARS), order(1, disks, wanted_parts=2))
     parts = (*on_tray(disks[0]), *on_tray(disks[1], number=2, first=2))
@@ -253,7 +253,7 @@ def test_parts_of_an_announced_order_bring_on_the_next() -> None:
 
 
 @pytest.mark.parametrize(("faulty", "announced"), [((), 2), (("gasket_part_1",), 1)])
-def test_parts_that_nobody_wants_bring_on_the_next(faulty: tuple[str, ...], announced: int) -> None:
+def test_unwanted_parts_bring_on_the_next(faulty: tuple[str, ...], announced: int) -> None:
     orders = (order(0, GEARS), order(1, GEARS, unwanted_parts=1))
     parts = on_tray(KitObject("gasket_part", Pose((0.0, -0.2, 0.0))))
     cell = Cell(replace(KITTING, orders=orders, extra_parts=parts, faulty_parts=frozenset(faulty)))
@@ -352,7 +352,7 @@ RODS = replace(WHOLE, orders=(ROD_ORDER,), extra_parts=())
 
 
 def carry(cell: Cell, seconds: float = 1.5) -> None:
-    """Take hold of the rod that the cup stands on, and lift it."""
+    """Grip the rod below the cup, and lift it."""
     run(cell, 0.2)
     start(cell)
     grip(cell)
@@ -365,21 +365,21 @@ def let_go(cell: Cell) -> None:
     cell.gripper.set_enabled(False)
 
 
-def told(cell: Cell, number: int = 1) -> PartEvidence:
-    """What the score says of the only ordered part, once the tray is submitted."""
+def submitted_part(cell: Cell, number: int = 1) -> PartEvidence:
+    """Submit the tray, and return the score's evidence for the only ordered part."""
     cell.agvs[number].send("order_0_kit_0")
     run(cell, 0.8)
     ((part,),) = [kit.parts for order in cell.competition.evidence().orders for kit in order.kits]
     return part
 
 
-def test_a_part_that_was_dropped_over_its_bin_is_told() -> None:
+def test_a_part_that_was_dropped_over_its_bin_is_reported() -> None:
     cell = Cell(RODS)
     effects = effects_of(cell)
     carry(cell)
     let_go(cell)
     run(cell, 1.0)
-    part = told(cell)
+    part = submitted_part(cell)
     assert part.fate is not None
     assert (part.fate.kind, part.fate.part) == ("dropped", ROD_IN_REACH.name)
     x, y, _ = part.fate.position or (0.0, 0.0, 0.0)
@@ -394,11 +394,11 @@ def test_a_part_that_was_dropped_over_its_bin_is_told() -> None:
     assert cell.competition.score().total == 0.0
 
 
-def test_a_forced_drop_is_told_with_where_the_part_came_to_lie() -> None:
+def test_a_forced_drop_is_reported_with_the_final_place_of_the_part() -> None:
     destination = Pose((-1.0, 0.23, 0.75))
     cell = Cell(replace(RODS, drop_regions=(region((-1.0, -1.0, 0.8), (1.0, 1.0, 2.0), destination),)))
     carry(cell)
-    part = told(cell)
+    part = submitted_part(cell)
     assert part.fate is not None
     assert part.fate.kind == "forced drop"
     assert part.fate.position is not None
@@ -406,17 +406,17 @@ def test_a_forced_drop_is_told_with_where_the_part_came_to_lie() -> None:
     assert part.sentence().endswith("s in the gripper; it lay at (-1.00, 0.23) m")
 
 
-def test_a_part_that_was_left_on_the_other_tray_is_told() -> None:
+def test_a_part_that_was_left_on_the_other_tray_is_reported() -> None:
     cell = Cell(RODS)
     carry(cell)
     let_go(cell)
     rod = cell.parts.part(ROD_IN_REACH.name)
     cell.parts.place(rod, cell.trays[2].world_T_tray @ Pose((0.0, 0.0, 0.006)))
     run(cell, 1.2)
-    assert told(cell).sentence().endswith(f"{ROD_IN_REACH.name} was on agv2's tray")
+    assert submitted_part(cell).sentence().endswith(f"{ROD_IN_REACH.name} was on agv2's tray")
 
 
-def test_a_part_that_lies_on_another_one_is_told() -> None:
+def test_a_part_that_lies_on_another_one_is_reported() -> None:
     disk = Part("tray1|disk_part_1", "disk_part", Pose((0.0, 0.0, 0.006)), TRAY_1)
     cell = Cell(replace(RODS, extra_parts=(disk,)))
     carry(cell)
@@ -424,16 +424,18 @@ def test_a_part_that_lies_on_another_one_is_told() -> None:
     rod = cell.parts.part(ROD_IN_REACH.name)
     cell.parts.place(rod, cell.trays[1].world_T_tray @ Pose((0.0, -0.05, 0.03)))
     run(cell, 1.2)
-    assert told(cell).sentence().endswith("lay above agv1's tray without touching its plate, at (0.30, 3.20) m")
+    assert (
+        submitted_part(cell).sentence().endswith("lay above agv1's tray without touching its plate, at (0.30, 3.20) m")
+    )
 
 
-def test_a_part_that_was_never_gripped_is_told_and_so_are_those_that_the_wall_took() -> None:
+def test_a_part_that_was_never_gripped_and_those_that_the_wall_took_are_reported() -> None:
     gears = replace(RODS, orders=(order(0, GEARS[:1]),))
     cell = Cell(gears)
     start(cell)
     for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
         cell.parts.put_away(cell.parts.part(name), Removal.DELETION_WALL)
-    assert told(cell).sentence() == (
+    assert submitted_part(cell).sentence() == (
         "none on the tray when it was submitted: never taken hold of; the deletion wall of the belt took 2 of its type"
     )
 
@@ -450,13 +452,13 @@ def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path)
     assert cell.competition.get_record() == record
     let_go(cell)
     run(cell, 1.0)
-    first = told(cell)
+    first = submitted_part(cell)
     path = tmp_path / "judged.npz"
     write_checkpoint(cell.simulation, path)
     restore_snapshot(cell.simulation, before)
     let_go(cell)
     run(cell, 1.0)
-    assert told(cell) == first
+    assert submitted_part(cell) == first
     other = Cell(RODS)
     read_checkpoint(other.simulation, path)
     ((part,),) = [kit.parts for order in other.competition.evidence().orders for kit in order.kits]

@@ -1,4 +1,4 @@
-"""Variation: within its bounds, the same everywhere, nothing on top of anything, and still a sound cell."""
+"""Variation: within its bounds, the same everywhere, without overlaps, and with a valid cell."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LESSON = load_trial([find_trial("lesson")]).trial
 
 
 def grid(kind: str, number: int, spacing: float, *, where: str = "bin6", yaw: float = 0.0) -> tuple[Part, ...]:
-    """number x number parts about the middle of a bin."""
+    """Return number x number parts around the middle of a bin."""
     cx, cy = BIN_CENTRES[where]
     steps = [spacing * (n - (number - 1) / 2) for n in range(number)]
     places = [(cx + dx, cy + dy) for dx in steps for dy in steps]
@@ -42,7 +42,7 @@ def turned(before: Part, after: Part) -> float:
     return math.remainder(after.pose.rpy[2] - before.pose.rpy[2], 2 * math.pi)
 
 
-def least_gap(parts: tuple[Part, ...]) -> float:
+def min_gap(parts: tuple[Part, ...]) -> float:
     covered = [footprint(part.type, part.pose) for part in parts]
     return min(a.gap(b, 0.01) for a, b in combinations(covered, 2))
 
@@ -85,7 +85,7 @@ def test_parts_of_a_dense_grid_do_not_come_to_lie_on_one_another(
     parts = grid(kind, number, spacing, yaw=yaw)
     for seed in range(8):
         varied = vary_parts(parts, seed)
-        assert least_gap(varied) >= min(CLEARANCE, least_gap(parts)) - 1e-12
+        assert min_gap(varied) >= min(CLEARANCE, min_gap(parts)) - 1e-12
         assert sum(a != b for a, b in zip(parts, varied, strict=True)) >= len(parts) / 2
 
 
@@ -95,14 +95,14 @@ def test_a_part_without_room_stays_where_it_is() -> None:
     for seed in range(8):
         varied = vary_parts(order, seed)
         assert varied[0] == tight[4]
-        assert least_gap(varied) >= least_gap(tight) - 1e-12
+        assert min_gap(varied) >= min_gap(tight) - 1e-12
 
 
 def test_parts_that_lay_on_one_another_come_no_nearer() -> None:
     pile = grid("pulley_part", 2, 0.2)
     for seed in range(8):
         for before, after in zip(combinations(pile, 2), combinations(vary_parts(pile, seed), 2), strict=True):
-            assert least_gap(after) >= min(CLEARANCE, least_gap(before)) - 1e-12
+            assert min_gap(after) >= min(CLEARANCE, min_gap(before)) - 1e-12
 
 
 def test_parts_stay_on_the_floor_of_their_bin() -> None:
@@ -118,7 +118,7 @@ def test_only_parts_in_bins_are_moved() -> None:
     elsewhere = (
         Part("floor|gear_part_1", "gear_part", Pose((3.0, 0.0, 0.0))),
         Part("tray|gear_part_2", "gear_part", Pose(), "agv1::kit_tray_1::kit_tray_1::tray"),
-        Part("bin6|other_1", "a type of somebody's own", Pose((-0.3, -0.535, 0.725))),
+        Part("bin6|other_1", "a user-defined type", Pose((-0.3, -0.535, 0.725))),
     )
     assert vary_parts(elsewhere, 1) == elsewhere
     in_frame = Part("bin8|gear_part_1", "gear_part", Pose((0.1, 0.05, 0.725)), "bin8::link")
@@ -142,8 +142,10 @@ def test_a_variation_is_the_same_in_any_process() -> None:
         "from cellwright.cell.variation import vary\n"
         "print(vary(load_trial([find_trial('lesson')]).trial, 12))"
     )
-    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=TIMEOUT)
-    assert told.stdout.strip() == str(vary(LESSON, 12))
+    process = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=TIMEOUT
+    )
+    assert process.stdout.strip() == str(vary(LESSON, 12))
 
 
 def test_no_bounds_no_variation() -> None:

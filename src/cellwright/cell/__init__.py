@@ -2,7 +2,7 @@
 
 
 def __getattr__(name: str) -> object:
-    """`Cell`, which programs of version 0.1 imported from here."""
+    """Return `Cell`, which programs of version 0.1 imported from here."""
     if name != "Cell":
         raise AttributeError(f"module 'cellwright.cell' has no attribute {name!r}")
     from cellwright.cell.cell import Cell

@@ -52,14 +52,14 @@ _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
 
 
 class Cell(CellDevices):
-    """A kit-building cell, ready to run: `reset` begins a run, `step` lets a tick pass.
+    """Kit-building cell, ready to run: `reset` begins a run, `step` advances one tick.
 
     Args:
-        trial: what was written about it.
-        seed: root of all chance; None takes the trial's own.
-        servo: servo profile of the arm; None takes the trial's own.
-        competition: whether what a competition refuses (belt control, submitting a tray by hand, …) is refused.
-        report: takes a line about refused input, at most one a second from each source.
+        trial: description of the cell and its orders.
+        seed: root of all random streams; None uses the trial's own.
+        servo: servo profile of the arm; None uses the trial's own.
+        competition: true refuses everything that a competition refuses (belt control, submitting a tray by hand, …).
+        report: receives a line about refused input, at most one a second from each source.
 
     Raises:
         UnknownNameError: a frame or a joint that does not exist.
@@ -113,12 +113,12 @@ class Cell(CellDevices):
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
         self.studio = Studio(self.simulation, hidden=self.out_of_sight, report=report)
-        """Where the pictures of cameras are drawn."""
+        """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
         self.checkpoints = Checkpoints(report)
         self.intention = Intention()
-        """What the agent says that it is about; no part of the state."""
+        """Announced intention of the agent; not part of the state."""
         devices = (  # in the order in which they act in a tick
             self.parts,
             self.overlaps,
@@ -138,7 +138,7 @@ class Cell(CellDevices):
         for device in filter(None, devices):
             self.simulation.add(device)
         self.in_competition = competition
-        """Whether what a competition refuses is refused."""
+        """True if the cell refuses what a competition refuses."""
         self.bus = Bus(lambda: self.simulation.now, report)
         handlers: list[Device] = [Publications(self)]
         if self.arm is not None:
@@ -148,8 +148,8 @@ class Cell(CellDevices):
         table = rows(trial, competition=competition)
         bind(self.bus, self.simulation, table, (Commands(self, self.world.own_types), *handlers))
         bind_plugin_sensors(self.bus, self)
-        for brought in trial.devices:
-            self.simulation.add(make_plugin_device(brought, self))
+        for description in trial.devices:
+            self.simulation.add(make_plugin_device(description, self))
         self.reset()
 
     @property
@@ -159,35 +159,39 @@ class Cell(CellDevices):
 
     @property
     def servo(self) -> ServoProfile:
-        """The servo profile of the arm."""
+        """Servo profile of the arm."""
         return self.trial.settings.arm.servo
 
     @property
     def seen(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """The engine's model and data, for taking a picture."""
+        """The engine's model and data, for rendering."""
         return self.simulation.model, self.simulation.data
 
     def reset(self) -> None:
-        """Begin a run: time 0, everything in its first place."""
+        """Begin a run at time 0, with everything in its initial place."""
         self.intention.forget()
         self.simulation.reset()
 
     def step(self) -> None:
-        """Let one tick pass."""
+        """Advance the simulation by one tick."""
         self.simulation.step()
 
     def topics(self) -> list[str]:
-        """Names of all topics that leave the cell."""
+        """Return the names of all topics that the cell publishes."""
         return [topic.name for topic in self.bus.topics() if topic.publishers]
 
     def out_of_sight(self) -> list[int]:
-        """Ids of the bodies of parts that are not in play, which stand on a shelf far off."""
+        """Return the body ids of parts that are not in play, which stand on a distant shelf."""
         return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
-        """What viewers draw beside the scene: `kind`, `sensors` as they describe themselves, `tools`: the cup.
+        """Return what viewers draw beside the scene.
 
-        `body_index` gives the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        Args:
+            body_index: maps a body id of the engine to the index in the scene's bodies, 0 for fixed bodies.
+
+        Returns:
+            `kind`, `sensors` as they describe themselves, and `tools`: the cup.
         """
         tools = []
         if self.gripper is not None:
@@ -196,14 +200,14 @@ class Cell(CellDevices):
         return {"kind": "cell", "sensors": [each.describe() for each in self.sensors.values()], "tools": tools}
 
     def sensor_overlay(self) -> dict[str, Any]:
-        """What viewers draw of each sensor's reading, by name; None for one that is switched off. See `Sensor.overlay`.
+        """Return the overlay of each sensor's reading, by name; None for a sensor that is switched off.
 
-        A reading is a function of state and time, so it leaves no trace that it was made.
+        A reading is a function of state and time, so making one leaves no trace. See `Sensor.overlay`.
         """
         return {name: sensor.overlay() if sensor.enabled else None for name, sensor in self.sensors.items()}
 
     def state_hash(self) -> str:
-        """SHA-256 of the whole state: engine, events, devices, referee and score."""
+        """Return the SHA-256 of the whole state: engine, events, devices, referee and score."""
         return self.simulation.state_hash()
 
     def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:

@@ -1,4 +1,4 @@
-"""The competition on the floor: the referee's word carried out by belt and population, its eyes on trays and gripper.
+"""Competition in the cell: belt and population carry out the referee's decisions, trays and gripper report to it.
 
 It joins the kitting logic, which knows no physics, with the devices, which know no orders.
 """
@@ -30,9 +30,9 @@ _AFTER_DEVICES = 10
 
 
 class Competition(Device):
-    """Runs a trial: announces its orders, has kits judged and ends the game.
+    """Device that runs a trial: announces its orders, has kits judged and ends the game.
 
-    `on_effect` hears everything that the referee does, in order.
+    The callbacks in `on_effect` receive every effect of the referee, in order.
     """
 
     def __init__(
@@ -71,39 +71,39 @@ class Competition(Device):
 
     @property
     def state(self) -> game_effects.CompetitionState:
-        """The state of the competition."""
+        """State of the competition."""
         return self.referee.state
 
     @property
     def is_timed_out(self) -> bool:
-        """Whether the time limit ended the game."""
+        """True if the time limit ended the game."""
         return self.referee.end_reason is game_effects.EndReason.TIME_LIMIT
 
     def score(self) -> GameScore:
-        """The score at this moment."""
+        """Return the score at this moment."""
         return self.referee.score(self.simulation.now)
 
     @property
     def process_time(self) -> int:
-        """From the start to the end of the game, or until now [ns]."""
+        """Time from the start to the end of the game, or until now [ns]."""
         return self.referee.process_time(self.simulation.now)
 
     def evidence(self) -> Evidence:
-        """The score at this moment, with what earned or lost each point."""
+        """Return the score at this moment, with the evidence for each point earned or lost."""
         return evidence(self.trial, self.score(), self.process_time, fates=self.fates())
 
     def fates(self) -> dict[str, tuple[Fate | None, ...]]:
-        """What became of the parts that judged kits lack, by kit type, for each ordered part."""
+        """Return the fates of the parts that judged kits lack, by kit type, for each ordered part."""
         return {kit.kit_type: self._handling.fates(kit.kit_type) for order in self.trial.orders for kit in order.kits}
 
     def tray_objects(self, tray: KitTray) -> tuple[TrayObject, ...]:
-        """What a tray last reported, with types and faults, as the referee sees it."""
+        """Return the last report of a tray as the referee sees it, with types and faults."""
         return tuple(
             TrayObject(each.name, part_type(each.name), self._is_faulty(each.name), each.pose) for each in tray.contents
         )
 
     def start(self) -> None:
-        """Start the competition; it goes with the next step. See `Referee.start`."""
+        """Start the competition with the next step. See `Referee.start`."""
         self._carry_out(self.referee.start(self.simulation.now))
 
     def end(self) -> None:
@@ -118,7 +118,7 @@ class Competition(Device):
         return submitted
 
     def reset(self) -> None:
-        """A new run: nothing announced, every tray empty."""
+        """Begin a new run: nothing announced, every tray empty."""
         self.referee.reset()
         self.drops.reset()
         self.announced = []
@@ -127,11 +127,11 @@ class Competition(Device):
             self.referee.tray_changed(tray.link, ())
 
     def handle_step(self) -> None:
-        """The referee's next step is due."""
+        """Run the referee's next step, which is due."""
         self._carry_out(self.referee.update(self.simulation.now))
 
     def get_state(self) -> dict[str, Any]:
-        """What referee and drop regions remember."""
+        """Return the state of referee and drop regions."""
         return {
             "referee": self.referee.get_state(),
             "drops": self.drops.get_state(),
@@ -139,17 +139,17 @@ class Competition(Device):
         }
 
     def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
+        """Restore what `get_state` returned."""
         self.referee.set_state(state["referee"])
         self.drops.set_state(state["drops"])
         self.announced = [order for name in state["announced"] for order in self.trial.orders if order.order_id == name]
 
     def get_record(self) -> State:
-        """What was done with the parts, and what became of those that judged kits lack."""
+        """Return how the parts were handled, and the fates of those that judged kits lack."""
         return self._handling.get_record()
 
     def set_record(self, record: State) -> None:
-        """Take over what `get_record` returned."""
+        """Restore what `get_record` returned."""
         self._handling.set_record(record)
 
     def _carry_out(self, effects: tuple[game_effects.Effect, ...]) -> None:
@@ -198,7 +198,7 @@ class Competition(Device):
             self._handling.take(gripper.part, now)
 
     def _fates_of(self, submitted: game_effects.KitSubmitted) -> tuple[Fate | None, ...]:
-        """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
+        """Return the fates of the parts that a judged kit lacks; for a kit judged before, the fates found then."""
         score = submitted.score
         if submitted.is_repeated or not score.is_submitted:
             return self._handling.fates(score.kit_type) if score.is_submitted else ()
@@ -207,7 +207,7 @@ class Competition(Device):
         return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
 
     def _parts_now(self, score: KitScore) -> Iterator[PartNow]:
-        """The parts of the types that a kit lacks, where they are now."""
+        """Yield the parts of the types that a kit lacks, where they are now."""
         missing = {finding.type for finding in score.parts if finding.verdict is Verdict.MISSING}
         if not missing:
             return
@@ -228,5 +228,5 @@ class Competition(Device):
 
 
 def is_done(effect: game_effects.Effect) -> bool:
-    """Whether this is the end: the competition is done."""
+    """Return whether this is the end: the competition is done."""
     return isinstance(effect, game_effects.StateChanged) and effect.state is game_effects.CompetitionState.DONE

@@ -1,16 +1,14 @@
-"""Variation: the same trial as it would be in another cell on another day, so that winning is not memory.
+"""Variation: the same trial as in another cell on another day, so that an agent cannot win by memory.
 
-What is varied, within `Bounds`, and drawn from which child of the seed:
+These quantities vary within `Bounds`, each drawn from its own child of the seed:
 
-| what | child |
-|---|---|
-| place and turn of each part in a bin | `vary/PART`, a child for each part |
-| friction, one coefficient for the whole cell | `vary/friction` |
-| when the belt's first parts come | `vary/belt` |
-| when in each 0.1 s the gripper looks for parts | `vary/gripper` |
+- place and turn of each part in a bin: `vary/PART`, a child for each part
+- friction, one coefficient for the whole cell: `vary/friction`
+- delay of the belt's first parts: `vary/belt`
+- phase of the gripper's checks within 0.1 s: `vary/gripper`
 
 The sensors' noise follows the cell's own seed and needs no variation. The same trial and seed give the same variation
-in any process; a trial that is not varied is not touched.
+in any process. A trial without variation stays untouched.
 """
 
 import math
@@ -34,32 +32,32 @@ from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose, quaternion_from_rpy, quaternion_product
 
 CLEARANCE = 0.0005
-"""How near [m] a part may be put to another, or to the edge of its bin's floor, if it was not nearer before."""
+"""Minimum gap [m] between a moved part and another, or the edge of its bin's floor, if it was not nearer before."""
 
 TRIES = 64
-"""How often a place is drawn for a part before it stays where it is."""
+"""Maximum number of draws for the place of a part; after that it stays where it is."""
 
 GRIPPER_PERIOD = 0.1
-"""The gripper looks for parts so often [s]."""
+"""Period [s] of the gripper's checks for parts."""
 
 _HEIGHT = 0.3
-"""A part in a bin is at most so far [m] above or below the origin of the bin's grid."""
+"""Maximum height [m] of a part in a bin above or below the origin of the bin's grid."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """How far a variation goes. Everything is drawn uniformly.
+    """Bounds of a variation. Everything is drawn uniformly.
 
     Attributes:
-        shift: how far a part in a bin is moved along x, and along y, to either side [m].
-        turn: how far it is turned about the vertical to either side [rad].
-        least_friction: least coefficient of dry friction.
-        most_friction: most of it.
-        belt_delay: how much later the belt's parts begin to come, at most, in mean distances between two of them.
-        gripper_phase: how much of the gripper's 0.1 s its first look is spread over, 0 to 1.
+        shift: maximum shift of a part in a bin along x, and along y, to either side [m].
+        turn: maximum turn of it about the vertical to either side [rad].
+        least_friction: minimum coefficient of dry friction.
+        most_friction: maximum coefficient of dry friction.
+        belt_delay: maximum delay of the belt's first parts, in mean distances between two of them.
+        gripper_phase: share of the gripper's 0.1 s over which its first check is spread, 0 to 1.
 
     Raises:
-        UsageError: a bound that cannot be.
+        UsageError: a bound is out of range.
     """
 
     shift: float = 0.006
@@ -84,16 +82,16 @@ class Bounds:
 
 
 USUAL = Bounds()
-"""The bounds of `--vary`."""
+"""Bounds of `--vary`."""
 
 
 def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
-    """A variation of a trial: other places of the parts that lie in bins, and other circumstances.
+    """Return a variation of a trial: other places of the parts that lie in bins, and other circumstances.
 
     Args:
-        trial: the trial as it is written.
-        seed: root of all chance.
-        bounds: how far to go.
+        trial: the trial as written.
+        seed: root of all random streams.
+        bounds: limits of the variation.
 
     Raises:
         UnknownNameError: a part stands in a frame that does not exist.
@@ -111,11 +109,11 @@ def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
 
 
 def vary_parts(parts: Sequence[Part], seed: int, bounds: Bounds = USUAL) -> tuple[Part, ...]:
-    """Move those parts that lie in bins, each within its bounds.
+    """Move the parts that lie in bins, one after the other, each within its bounds.
 
-    One after the other: a place is drawn anew while the part would come nearer than `CLEARANCE` to another part, those
-    included that have not been moved yet, or to the edge of its bin's floor. Where it was nearer from the beginning, it
-    may stay as near. A part that finds no place in `TRIES` draws stays where it is, and so does one of unknown size.
+    A place is drawn again while the part would come nearer than `CLEARANCE` to another part or to the edge of its bin's
+    floor. The other parts include those that have not been moved yet. A part that was nearer from the beginning may
+    stay as near. A part without a place after `TRIES` draws stays where it is, and so does one of unknown size.
     """
     places = [_world_pose(part) for part in parts]
     before = [footprint(part.type, place) for part, place in zip(parts, places, strict=True)]
@@ -164,7 +162,7 @@ def _world_pose(part: Part) -> Pose:
 
 
 def _bin_centre(place: Pose) -> tuple[float, float] | None:
-    """Centre of the bin that a part lies in; None when it lies in none."""
+    """Return the centre of the bin that a part lies in, or None if it lies in none."""
     x, y, z = place.position
     for centre in BIN_CENTRES.values():
         if max(abs(x - centre[0]), abs(y - centre[1])) <= BIN_WIDTH / 2 and abs(z - BIN_PART_HEIGHT) <= _HEIGHT:

@@ -1,4 +1,4 @@
-"""A running cell, and short words for what the tests of devices do with it."""
+"""Running cell with short helpers for the tests of devices."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cellwright.util.pose import Pose
 MM = 1e-3
 MILLISECOND = 1_000_000
 OVER_BINS = (0.25, 3.2, -0.47, 2.09, 3.1, -1.51, 0.0)
-"""An arm posture with the cup over bin 7."""
+"""Arm posture with the cup over bin 7."""
 CUP_FACE = 0.005
 """Distance from the gripper link to the face of the cup [m]."""
 
@@ -33,12 +33,12 @@ LESSON_ORDER = (1, 3, 2, 0, 4, 5, 6)
 
 
 def in_order(lesson_waypoint: Sequence[float]) -> list[float]:
-    """A waypoint of the lesson in the controller's order."""
+    """Return a waypoint of the lesson in the controller's order."""
     return [lesson_waypoint[k] for k in LESSON_ORDER]
 
 
 class Floor:
-    """A cell, and what one does in it with bare hands."""
+    """Cell with helpers that move things by hand."""
 
     def __init__(self, trial: Trial, servo: ServoProfile | None = None) -> None:
         self.cell = Cell(trial, servo=servo, competition=False)
@@ -59,7 +59,7 @@ class Floor:
         self.simulation.step_until(self.simulation.now + nanoseconds(seconds))
 
     def run_until(self, condition: Callable[[], bool], limit: float) -> float:
-        """Step until something is so; how long that took [s]."""
+        """Step until a condition holds; return the time that took [s]."""
         start = self.simulation.now
         end = start + nanoseconds(limit)
         while not condition():
@@ -92,7 +92,7 @@ class Floor:
         self.cell.parts.place(self.part(name), pose)
 
     def lay(self, name: str, x: float, y: float, surface: float, yaw: float = 0.0, above: float = 1e-4) -> None:
-        """Put a part upright a hair above a surface at height `surface` [m]."""
+        """Place a part upright, `above` [m] over a surface at height `surface` [m]."""
         part = self.part(name)
         z = surface - part_type(part.type).bottom + above
         self.place(name, Pose.from_rpy((x, y, z), (0.0, 0.0, yaw)))
@@ -112,7 +112,7 @@ class Floor:
         return self.body_pose("vacuum_gripper_link")
 
     def put_arm(self, positions: Sequence[float]) -> None:
-        """The arm there at once, at rest, and told to stay there."""
+        """Move the arm to these positions at once, at rest, and hold it there."""
         data = self.simulation.data
         for name, value in zip(ARM_JOINTS, positions, strict=True):
             data.joint(name).qpos[0] = value
@@ -122,7 +122,7 @@ class Floor:
         self.arm.set_stepping(True)
 
     def reach(self, world_T_gripper: Pose) -> list[float]:
-        """Joint positions for a pose of the gripper link, found by damped least squares from where the arm is."""
+        """Return joint positions for a pose of the gripper link, by damped least squares from the present posture."""
         data, model = self._scratch, self.model
         data.qpos[:] = self.simulation.data.qpos
         joints = [model.joint(name) for name in ARM_JOINTS]
@@ -148,7 +148,7 @@ class Floor:
         raise AssertionError(f"the arm does not reach {world_T_gripper}")
 
     def send(self, *waypoints: Sequence[float], seconds: float = 1.0) -> None:
-        """Command the arm through waypoints (controller order), so many seconds each."""
+        """Command the arm through waypoints (controller order), `seconds` each."""
         points = [
             TrajectoryPoint(list(waypoint), time_from_start_ns=nanoseconds(seconds * (k + 1)))
             for k, waypoint in enumerate(waypoints)
@@ -156,18 +156,18 @@ class Floor:
         self.arm.command(JointTrajectory(ARM_JOINTS, points))
 
     def swing(self, waypoint: Sequence[float], seconds: float) -> None:
-        """Command the arm to a place, at rest, with no jump in acceleration."""
+        """Command the arm to a posture, at rest, with no jump in acceleration."""
         still = [0.0] * len(ARM_JOINTS)
         point = TrajectoryPoint(list(waypoint), still, still, nanoseconds(seconds))
         self.arm.command(JointTrajectory(ARM_JOINTS, [point]))
 
     def set_cup(self, world_T_gripper: Pose) -> None:
-        """The cup there at once, with the arm over the bins."""
+        """Move the cup to a pose at once, with the arm over the bins."""
         self.put_arm(OVER_BINS)
         self.put_arm(self.reach(world_T_gripper))
 
     def grasp(self, kind: str, x: float = -0.3, y: float = 0.23, surface: float = BIN_SURFACE) -> str:
-        """Have the cup hold the middle of the part of a type, which lies on a bin; the part's name."""
+        """Grip the middle of the part of a type, which lies on a bin; return the part's name."""
         name = named(kind)
         self.lay(name, x, y, surface)
         self.set_cup(down(x, y, surface + part_type(kind).top - part_type(kind).bottom - 0.5 * MM))
@@ -177,14 +177,14 @@ class Floor:
 
 
 def down(x: float, y: float, z: float, tilt: float = 0.0) -> Pose:
-    """world_T_gripper with the face of the cup at a height [m], looking down, tilted about x [rad]."""
+    """Return world_T_gripper with the face of the cup at a height [m], facing down, tilted about x [rad]."""
     turned = Pose.from_rpy((0.0, 0.0, 0.0), (tilt, 0.0, 0.0))
     lifted = turned.rotate((0.0, 0.0, CUP_FACE))
     return Pose((x + lifted[0], y + lifted[1], z + lifted[2]), turned.quaternion)
 
 
 def one_of_each(*, has_arm: bool = True, **more: Any) -> Trial:
-    """A cell with one part of each type, named as `named` says, side by side on the floor out of the arm's reach."""
+    """Return a cell with one part of each type, named by `named`, side by side on the floor beyond the arm's reach."""
     parts = tuple(
         Part(named(kind), kind, Pose((-4.0 + 0.5 * k, -3.0, 0.0001 - part_type(kind).bottom)))
         for k, kind in enumerate(PART_TYPES)
@@ -193,5 +193,5 @@ def one_of_each(*, has_arm: bool = True, **more: Any) -> Trial:
 
 
 def named(kind: str) -> str:
-    """The part of a type in the cell `one_of_each`."""
+    """Return the name of the part of a type in the cell `one_of_each`."""
     return f"floor|{kind}_1"

@@ -1,4 +1,4 @@
-"""Small scenes for tests of sensors: solid blocks, housings that are only drawn, parts and an AGV, without gravity."""
+"""Small scenes for tests of sensors: solid blocks, visual housings, parts and an AGV, without gravity."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def empty_spec() -> mujoco.MjSpec:
 
 
 def add_block(spec: mujoco.MjSpec, centre: Vector3, half: Vector3, *, group: int = SOLID_ONLY) -> None:
-    """A static box; it touches nothing when it is only drawn."""
+    """Add a static box; it does not collide when it is only drawn."""
     touches = 0 if group == DRAWN_ONLY else 1
     spec.worldbody.add_geom(type=BOX, pos=centre, size=half, group=group, contype=touches, conaffinity=touches)
 
@@ -38,7 +38,7 @@ def add_part(
     shape: Any = BOX,
     centre: Vector3 = (0.0, 0.0, 0.0),
 ) -> None:
-    """A free body with one collision shape and something larger around it that is only drawn."""
+    """Add a free body with one collision shape and a larger visual shape around it."""
     body = spec.worldbody.add_body(name=name, pos=pose.position, quat=pose.quaternion)
     body.add_freejoint(name=name)
     body.add_geom(type=shape, size=half, pos=centre, group=SOLID_ONLY, mass=0.5)
@@ -46,7 +46,7 @@ def add_part(
 
 
 def add_agv(spec: mujoco.MjSpec, number: int, position: Vector3, quaternion: Quaternion = IDENTITY_QUATERNION) -> None:
-    """An AGV with a column and, on a body of its own, a tray."""
+    """Add an AGV with a column and, on a body of its own, a tray."""
     agv = spec.worldbody.add_body(name=f"agv{number}", pos=position, quat=quaternion)
     agv.add_geom(type=BOX, size=[0.28, 0.51, 0.2], pos=[0, 0, 0.3], group=SOLID_ONLY)
     agv.add_geom(type=CYLINDER, size=[0.087, 0.4375, 0], pos=[0, -0.275, 0.4375], group=SOLID_ONLY)
@@ -57,7 +57,7 @@ def add_agv(spec: mujoco.MjSpec, number: int, position: Vector3, quaternion: Qua
 def make_simulation(
     spec: mujoco.MjSpec, *devices: Device, timestep: Fraction = Fraction(1, 500), seed: int = 0
 ) -> Simulation:
-    """A simulation at the beginning of its run."""
+    """Return a simulation at the beginning of its run."""
     simulation = Simulation(spec.compile(), timestep=timestep, seed=seed)
     for device in devices:
         simulation.add(device)
@@ -66,7 +66,7 @@ def make_simulation(
 
 
 def scene_of(simulation: Simulation, *models: tuple[str, str]) -> Scene:
-    """A scene of (full name, type); a tray is nested in the AGV of its number."""
+    """Return a scene of (full name, type); a tray is nested in the AGV of its number."""
     model = simulation.model
     found = []
     for name, kind in models:
@@ -80,7 +80,7 @@ def scene_of(simulation: Simulation, *models: tuple[str, str]) -> Scene:
 
 
 def move(simulation: Simulation, name: str, pose: Pose) -> None:
-    """Put a part elsewhere, by hand."""
+    """Move a part elsewhere, by hand."""
     address = int(simulation.model.joint(name).qposadr[0])
     simulation.data.qpos[address : address + 7] = [*pose.position, *pose.quaternion]
     simulation.touch()

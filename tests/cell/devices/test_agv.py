@@ -1,4 +1,4 @@
-"""An AGV and its kit under way, in the running cell."""
+"""AGV and its kit on the way, in the running cell."""
 
 import math
 from fractions import Fraction
@@ -20,7 +20,7 @@ KIT = {
     "pulley_part": (-0.1, -0.2),
     "part2": (0.12, -0.2),
 }
-"""Where the parts of a kit lie around the middle of a tray [m]."""
+"""Positions of a kit's parts around the middle of a tray [m]."""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def in_tray(floor: Floor, tray: KitTray) -> dict[str, tuple[float, float, float]
 
 
 def slip_on_the_way(floor: Floor, agv: Agv) -> float:
-    """The furthest that any part of the kit moves against the tray from departure to arrival [m]."""
+    """Return the maximum movement of any part of the kit against the tray from departure to arrival [m]."""
     floor.run_until(lambda: agv.state == "delivering", 1.0)
     before = in_tray(floor, agv.tray)
     worst = 0.0
@@ -113,7 +113,7 @@ def test_friction_alone_carries_a_kit_too(floor: Floor, monkeypatch: pytest.Monk
     floor.run(1.5)
     agv.send("kit")
     slip = slip_on_the_way(floor, agv)
-    assert 0.05 * MM < slip < 0.5 * MM  # 0.2: the engine's friction yields a little, it does not let go
+    assert 0.05 * MM < slip < 0.5 * MM  # 0.2: the engine's friction yields a little, without release
 
 
 @pytest.mark.slow
@@ -219,7 +219,7 @@ def test_an_agv_pulls_away_under_a_part_that_the_cup_presses_into_its_tray(floor
     agv.send("kit")
     agv.tray.contents = ()
     floor.run_until(lambda: agv.state == "delivered", 10.0)
-    assert not any(floor.simulation.data.warning.number)  # an engine that gives up says so here, and starts anew
+    assert not any(floor.simulation.data.warning.number)  # an engine that diverges reports it here, and resets itself
     assert math.dist(floor.body_pose("agv1").position[:2], DELIVERY_FRAMES[-1][1:]) < 5 * MM
 
 

@@ -18,7 +18,7 @@ def times_of(frames: KeyFrames) -> list[int]:
 
 
 def original_position(frames: KeyFrames, time: int) -> tuple[float, float]:
-    """The original's spline: tangents by key frame number, interpolated within each interval by its fraction."""
+    """Return the position on the original's spline: tangents by key frame number, interpolated within each interval."""
     key_times, points = times_of(frames), [(x, y) for _, x, y in frames]
     i = max(k for k in range(len(frames) - 1) if key_times[k] <= time)
     u = (time - key_times[i]) / (key_times[i + 1] - key_times[i])
@@ -78,7 +78,7 @@ def test_agv_2_mirrors_agv_1(time: int, frames: KeyFrames) -> None:
 
 
 def ends(segment: Segment) -> tuple[float, float]:
-    """Acceleration at start and end of a cubic, in between which it is linear in time."""
+    """Return the accelerations at start and end of a cubic, in between which it is linear in time."""
     _, _, square, cube, _, _ = segment.coefficients
     return 2.0 * square, 2.0 * square + 6.0 * cube * (segment.end - segment.start) * 1e-9
 

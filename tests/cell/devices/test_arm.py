@@ -1,4 +1,4 @@
-"""The arm on its servos, in the running cell."""
+"""Arm on its servos, in the running cell."""
 
 import math
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ from tests.cell.devices.floor import MM, Floor, named, one_of_each
 INITIAL = (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0)
 FREE = (0.0, 3.2, -1.2, 2.5, 3.5, -1.51, 0.0)
 MOVED = (0.4, 2.6, -1.4, 2.2, 3.9, -1.2, 0.5)
-# rail, pan, lift, elbow, wrists 1 to 3 of the lesson, and how far gravity lets the cup sink there [m]: a calculation
+# rail, pan, lift, elbow, wrists 1 to 3 of the lesson, and the sag of the cup there under gravity [m]: a calculation
 # of the original's gains against its masses
-PICK = (2.05, 3.2, -0.47, 2.09, 3.1, -1.51, 0.0)  # on the rail where no bin carries the cup
+PICK = (2.05, 3.2, -0.47, 2.09, 3.1, -1.51, 0.0)  # on the rail where no bin supports the cup
 ON_BELT = (1.84, 0.0, -0.66, 1.65, 3.7, -1.57, 0.0)
 ON_TRAY = (2.0, 1.5, -0.27, 1.02, 4.0, -1.51, 0.0)
 SAGS = [(PICK, -1.24), (ON_BELT, -2.06), (ON_TRAY, -2.98), ((0.0,) * 7, -3.25)]
@@ -55,7 +55,7 @@ def positions(floor: Floor) -> list[float]:
 
 
 def is_driven(floor: Floor) -> bool:
-    """Whether the setpoints of the servos are written in each step."""
+    """Return whether the setpoints of the servos are written in each step."""
     return floor.arm.stepping
 
 
@@ -81,7 +81,7 @@ def test_it_holds_its_first_posture_from_the_first_step(precise: Floor) -> None:
 
 
 def test_the_original_servo_gives_way_to_gravity_only(original: Floor) -> None:
-    """With integral terms aside a servo of gain p yields by torque / p; nothing else moves."""
+    """Except for integral terms a servo of gain p yields by torque / p; nothing else moves."""
     data, model = original.simulation.data, original.model
     gravity = [float(data.qfrc_bias[model.joint(name).dofadr[0]]) for name in ARM_JOINTS]
     gains = (10000, 10000, 50000, 50000, 100, 75, 25)
@@ -142,7 +142,7 @@ def test_it_rests_when_there_is_nothing_to_do_and_still_holds(precise: Floor) ->
 
 
 def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
-    """Every joint at once, 2 rad/s^2 at the peak of the quintic (5.77 way / time^2)."""
+    """Every joint at once, 2 rad/s^2 at the peak of the quintic (5.77 distance / time^2)."""
     goal = [start + way for start, way in zip(INITIAL, (0.8, 1.0, -0.5, 0.8, -1.0, 1.0, -1.0), strict=True)]
     precise.arm.command(smooth(goal, math.sqrt(5.77 / 2.0)))
     worst, fastest = 0.0, 0.0
@@ -272,15 +272,15 @@ def test_a_partial_command_where_the_settings_allow_it(precise: Floor) -> None:
 
 def test_effort_is_limited(original: Floor) -> None:
     original.arm.command(trajectory(((2.0, *INITIAL[1:]), 0.1)))
-    most = 0.0
+    max_effort = 0.0
     for _ in range(200):
         original.cell.step()
-        most = max(most, abs(original.arm.read().efforts[0]))
-    assert most == 1000.0
+        max_effort = max(max_effort, abs(original.arm.read().efforts[0]))
+    assert max_effort == 1000.0
 
 
 def test_the_arm_is_stopped_by_what_it_runs_into(original: Floor) -> None:
-    """Sent far below the floor of a bin the cup stays on it, and the arm comes back unharmed."""
+    """On a command far below the floor of a bin the cup stays on it, and the arm returns unharmed."""
     original.put_arm((0.25, *PICK[1:]))
     start = original.cup().position
     deep = original.reach(Pose((start[0], start[1], 0.68), original.cup().quaternion))
@@ -293,7 +293,7 @@ def test_the_arm_is_stopped_by_what_it_runs_into(original: Floor) -> None:
 
 
 def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> TrajectoryGoal:
-    """The goal as it was when listeners heard that it had ended."""
+    """Return the goal as listeners got it at its end."""
     ended: list[TrajectoryGoal] = []
     floor.arm.on_goal_ended.append(ended.append)
     try:
@@ -329,7 +329,7 @@ def test_a_goal_is_aborted_when_the_arm_does_not_arrive(original: Floor) -> None
     assert goal.reason.startswith("wrist_1_joint had not arrived")
     assert original.now == pytest.approx(1.6, abs=0.0021)
     original.run(0.5)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3  # it went there all the same
+    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3  # it went there anyway
 
 
 def test_the_settings_tolerances_hold() -> None:
@@ -340,7 +340,7 @@ def test_the_settings_tolerances_hold() -> None:
     assert floor.now == pytest.approx(1.2, abs=0.0021)
 
 
-def test_a_goal_ends_when_something_else_is_asked_for(original: Floor) -> None:
+def test_a_goal_ends_on_another_command(original: Floor) -> None:
     for other in (
         lambda: original.arm.command(trajectory((INITIAL, 1.0))),
         lambda: original.arm.accept(GoalRequest("next", smooth(INITIAL, 1.0))),
@@ -389,7 +389,7 @@ def test_a_snapshot_in_the_middle_of_a_motion_goes_on_bit_for_bit(original: Floo
 
 @pytest.mark.parametrize("seconds", [1.0, 6.0])
 def test_a_new_run_begins_like_the_first(original: Floor, seconds: float) -> None:
-    """Whether the arm was moving when the last one ended, or at rest."""
+    """The arm was moving when the last run ended, or at rest."""
     original.arm.accept(GoalRequest("g", smooth(MOVED, 5.0)))
     original.run(seconds)
     original.reset()

@@ -88,7 +88,7 @@ def test_a_gear_interrupts_the_beam_for_as_long_as_it_is_wide() -> None:
     assert last - first == pytest.approx(0.392)
     expected = [n * 0.05 for n in range(1, 81) if first < n * 0.05 < last]
     assert during == pytest.approx(expected)
-    assert len(during) == 7  # 0.392 s at 20 Hz: 7 or 8, by where it falls
+    assert len(during) == 7  # 0.392 s at 20 Hz: 7 or 8, depending on the phase
 
 
 def test_a_quick_beam_measures_the_width_of_a_gear() -> None:
@@ -101,7 +101,7 @@ def test_a_quick_beam_measures_the_width_of_a_gear() -> None:
     assert (end.time_ns - begin.time_ns) / 1e9 * BELT_SPEED == pytest.approx(2 * GEAR_RADIUS, abs=BELT_SPEED / 500)
 
 
-def test_changes_tell_the_transitions() -> None:
+def test_changes_are_the_transitions() -> None:
     beam = BreakBeam("break_beam", BEAM_POSE)
     simulation = gear_on_the_belt(beam)
     every: list[BeamReading] = []
@@ -142,7 +142,7 @@ def test_changes_do_not_depend_on_other_listeners() -> None:
         return changes
 
     alone = changes_of_a_late_listener(with_others=False)
-    assert [reading.detected for reading in alone] == [False]  # that it was interrupted is no change any more
+    assert [reading.detected for reading in alone] == [False]  # the earlier interruption is no change any more
     assert alone == changes_of_a_late_listener(with_others=True)
 
 

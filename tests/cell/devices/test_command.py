@@ -7,8 +7,8 @@ import pytest
 from cellwright.cell.devices import trajectory_controller as checks
 from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.trajectory_controller import (
-    MOST_KEPT,
-    MOST_POINTS,
+    MAX_KEPT_SEGMENTS,
+    MAX_POINTS,
     RejectedTrajectoryError,
     check_trajectory,
 )
@@ -123,30 +123,30 @@ def test_velocity_limits_are_not_enforced() -> None:
 
 
 @pytest.mark.slow
-def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> None:
-    most = controller()
-    most.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
-    before = most.get_state()
-    with pytest.raises(RejectedTrajectoryError, match=f"{MOST_POINTS + 1} points are too many"):
-        most.command(with_times(*range(SECOND, SECOND + MOST_POINTS + 1)), 0)
-    assert most.get_state() == before
+def test_too_many_points_are_refused_and_the_maximum_is_followed() -> None:
+    arm = controller()
+    arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS)), 0)
+    before = arm.get_state()
+    with pytest.raises(RejectedTrajectoryError, match=f"{MAX_POINTS + 1} points are too many"):
+        arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS + 1)), 0)
+    assert arm.get_state() == before
 
 
 @pytest.mark.slow
-def test_commands_for_later_do_not_pile_up_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each leaves one segment more to follow before it begins."""
-    kept = MOST_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one
-    assert kept < MOST_KEPT
-    monkeypatch.setattr(checks, "MOST_KEPT", kept)
+def test_delayed_commands_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command leaves one segment more to follow before it begins."""
+    kept = MAX_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one
+    assert kept < MAX_KEPT_SEGMENTS
+    monkeypatch.setattr(checks, "MAX_KEPT_SEGMENTS", kept)
     busy = controller()
-    busy.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
+    busy.command(with_times(*range(SECOND, SECOND + MAX_POINTS)), 0)
     refused = 0
-    for number in range(kept - MOST_POINTS + 5):
+    for number in range(kept - MAX_POINTS + 5):
         try:
             busy.command(replace(with_times(SECOND), start_ns=2 * SECOND + number), 0)
         except RejectedTrajectoryError as error:
             assert "other segments to follow before it starts" in str(error)  # noqa: PT017
             refused += 1
     assert 0 < refused < 10
-    busy.command(with_times(SECOND), 0)  # one that begins now takes the place of all
+    busy.command(with_times(SECOND), 0)  # a command that begins now replaces all
     assert busy.end == SECOND

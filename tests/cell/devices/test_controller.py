@@ -93,8 +93,8 @@ def test_a_new_command_takes_over_without_a_jump(
     for point in second.points:
         due = now + delay + point.time_from_start_ns
         if due > now:
-            wanted = dict(zip(second.joint_names, point.positions, strict=True))
-            assert arm.positions(due) == [wanted[name] for name in JOINTS]
+            expected = dict(zip(second.joint_names, point.positions, strict=True))
+            assert arm.positions(due) == [expected[name] for name in JOINTS]
     assert arm.end == now + delay + 9 * SECOND
 
 
@@ -116,7 +116,7 @@ def test_points_in_the_past_are_dropped_and_the_rest_is_reached_on_time() -> Non
     assert arm.end == 4 * SECOND
 
 
-def test_a_first_point_at_no_time_is_passed_over() -> None:
+def test_a_first_point_at_no_time_is_ignored() -> None:
     arm = controller()
     points = [TrajectoryPoint(OTHER, time_from_start_ns=0), TrajectoryPoint(TARGET, time_from_start_ns=SECOND)]
     arm.command(JointTrajectory(JOINTS, points), 0)
@@ -172,7 +172,7 @@ def test_parts_of_the_joints_only_when_allowed_and_the_others_go_on() -> None:
     assert arm.positions(at_rest + SECOND) == [1.0 if k == elbow else OTHER[k] for k in range(7)]
 
 
-def test_the_state_can_be_asked_for_ahead_but_not_before_what_is_remembered() -> None:
+def test_the_state_can_be_queried_ahead_but_not_before_the_stored_motion() -> None:
     arm = controller()
     arm.command(to(TARGET, OTHER), SECOND)
     assert arm.query_state(0).positions == list(START)
@@ -210,10 +210,10 @@ def test_a_saved_controller_goes_on_to_the_last_bit(story: list[tuple[JointTraje
     assert other.end == arm.end
 
 
-def test_asking_leaves_no_trace() -> None:
-    asked, left_alone = controller(), controller()
-    for arm in (asked, left_alone):
+def test_a_query_leaves_no_trace() -> None:
+    queried, left_alone = controller(), controller()
+    for arm in (queried, left_alone):
         arm.command(to(TARGET, OTHER), 0)
     for time in (SECOND, 5 * SECOND, 0, SECOND // 2):
-        asked.state(time)
-    assert asked.get_state() == left_alone.get_state()
+        queried.state(time)
+    assert queried.get_state() == left_alone.get_state()

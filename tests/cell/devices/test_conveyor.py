@@ -1,4 +1,4 @@
-"""The belt under parts, in the running cell."""
+"""Belt under parts, in the running cell."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def places(floor: Floor) -> NDArray[np.float64]:
 
 
 def speeds(floor: Floor) -> NDArray[np.float64]:
-    """Speed of each part the way the belt runs [m/s]."""
+    """Return the speed of each part in the belt's direction [m/s]."""
     return np.array([-floor.velocity(named(kind))[1] for kind in PART_TYPES])
 
 
@@ -75,10 +75,10 @@ def test_parts_that_sleep_on_the_belt_wake_whenever_it_starts(floor: Floor) -> N
 @pytest.mark.parametrize("power", [-1.0, -1e-9, 100.001, float("nan"), float("inf"), -float("inf")])
 def test_other_powers_are_ignored(floor: Floor, power: float) -> None:
     conveyor = floor.cell.conveyor
-    told: list[float] = []
+    powers: list[float] = []
 
     def listen(device: Conveyor) -> None:
-        told.append(device.power)
+        powers.append(device.power)
 
     conveyor.on_power.append(listen)
     try:
@@ -86,7 +86,7 @@ def test_other_powers_are_ignored(floor: Floor, power: float) -> None:
         assert not conveyor.set_power(power)
     finally:
         conveyor.on_power.remove(listen)
-    assert told == [40.0]
+    assert powers == [40.0]
     assert conveyor.power == 40.0
     floor.run(0.3)
     assert speeds(floor) == pytest.approx(0.08, rel=0.01)

@@ -10,7 +10,7 @@ from cellwright.util.pose import Pose
 from tests.cell.devices.floor import MM, Floor, named, one_of_each
 
 FRONT = -4.05
-"""The wall's face towards the belt: y in the world frame [m]."""
+"""Face of the wall towards the belt: y in the world frame [m]."""
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_a_part_that_rides_into_the_wall_ends_on_the_shelf_and_stays(floor: Floo
     floor.lay(name, 1.21, -3.7, BELT_SURFACE)
     floor.cell.conveyor.set_power(100.0)
     took = floor.run_until(lambda: is_gone(floor, name), 2.0)
-    front = min(-part_type(kind).box[0][1], 0.2)  # how far it reaches ahead of its origin [m]
+    front = min(-part_type(kind).box[0][1], 0.2)  # its extent ahead of its origin [m]
     reached = (-3.7 - FRONT - front) / 0.2
     assert reached - 0.01 < took < reached + 0.25
     floor.run(2.0)

@@ -1,4 +1,4 @@
-"""The tray filled for demonstration, in the running cell."""
+"""Demonstration tray in the running cell."""
 
 import math
 

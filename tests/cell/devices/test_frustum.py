@@ -20,7 +20,7 @@ sizes = st.tuples(*[st.floats(0.001, 0.3)] * 3)
 
 
 def sees(pose: Pose, point: Vector3, half: Vector3 = (0.0, 0.0, 0.0)) -> bool:
-    """Whether a box about a point in the camera's frame, along the world's axes, is in view."""
+    """Return whether a box around a point in the camera's frame, along the world's axes, is in view."""
     centre = pose.transform(point)
     return bool(Frustum(pose, **LOGICAL).meets(np.array([centre]), np.array([half]))[0])
 
@@ -50,7 +50,7 @@ def test_points_are_seen_exactly_within_the_six_planes(pose: Pose, x: float, y: 
 
 @given(st.floats(0.0, 1.0), st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), sizes)
 def test_the_view_is_the_same_left_and_right_and_up_and_down(x: float, y: float, z: float, half: Vector3) -> None:
-    """With the camera along the world's axes, so that mirrored boxes are boxes again."""
+    """The camera looks along the world's axes, so that mirrored boxes are boxes again."""
     pose = Pose()
     views = {sees(pose, (x, sy * y, sz * z), half) for sy in (1, -1) for sz in (1, -1)}
     assert len(views) == 1
@@ -76,7 +76,7 @@ def test_the_view_is_wider_than_high() -> None:
 
 
 def test_outside_across_an_edge_a_box_counts_as_seen() -> None:
-    """As the original has it: no single plane has this box behind it, though no point of it is in the view."""
+    """As in the original: no single plane has this box behind it, though no point of it is in view."""
     half = (0.3, 0.3, 0.3)
     centre = (0.75 + 0.29, 0.0, TAN_Z * 0.75 + 0.29 + 0.1)
     box = np.array([centre]), np.array([half])

@@ -19,7 +19,7 @@ ELBOW = JOINTS.index("elbow_joint")
 
 
 def off(arm: JointTrajectoryController, time: int, error: float, joint: int = ELBOW) -> list[float]:
-    """Actual positions where one joint lags by `error`."""
+    """Return actual positions where one joint lags by `error`."""
     positions = arm.positions(time)
     positions[joint] -= error
     return positions
@@ -66,7 +66,7 @@ def test_arriving_within_the_goal_time_is_enough_and_once_is_enough_for_a_joint(
     arm = controller()
     arm.accept(REQUEST, 0)
     assert judge(arm, SECOND, 0.11) is GoalStatus.ACTIVE
-    # all the others have arrived by now: what they do later makes no difference
+    # all the others have arrived by now: their later motion makes no difference
     time = SECOND + 600_000_000
     others = [value + 1.0 for value in arm.positions(time)]
     others[ELBOW] -= 1.0

@@ -1,4 +1,4 @@
-"""The sensors of the lesson's cell look at what stands and moves there."""
+"""Sensors of the lesson's cell measure what stands and moves there."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def lesson() -> Cell:
 
 @pytest.fixture
 def cell(lesson: Cell) -> Iterator[Cell]:
-    """The cell at the beginning of a run."""
+    """Return the cell at the beginning of a run."""
     lesson.reset()
     yield lesson
     for sensor in (*lesson.sensors.values(), *lesson.quality.values()):
@@ -53,7 +53,7 @@ def a_gear(cell: Cell) -> WorldPart:
 
 
 def test_no_solid_shape_of_the_cell_is_hidden_from_rays(cell: Cell) -> None:
-    """The engine lets rays pass what is wholly transparent, whatever its group."""
+    """The engine lets rays pass fully transparent geoms, whatever their group."""
     model = cell.world.model
     touching = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     in_play = np.isin(model.geom_group, SOLID_GROUPS)
@@ -75,7 +75,7 @@ def test_a_gear_on_the_belt_interrupts_the_beam_for_its_width(cell: Cell, start:
     assert [reading.detected for reading in changes] == [True, False]
     count = sum(reading.detected for reading in every)
     assert count * 0.05 == pytest.approx(2 * GEAR_RADIUS / 0.2, abs=0.05)
-    # it meets the beam when its rim is at y 2.25, give or take a sample and the start of the belt
+    # it meets the beam when its rim is at y 2.25, within a sample and the start of the belt
     met = (start - 2.25 - GEAR_RADIUS) / 0.2
     assert changes[0].time_ns / 1e9 == pytest.approx(met + 0.025, abs=0.05)
     nearest = min(reading.range for reading in every)
@@ -126,7 +126,7 @@ def test_the_camera_over_the_agv_sees_agv_and_tray(cell: Cell) -> None:
 
 
 def corners(cell: Cell, part: WorldPart) -> np.ndarray:
-    """Corners of the box around a part along the world's axes, from the corners of its shapes' own boxes."""
+    """Return corners of the box around a part along the world's axes, from the corners of its shapes' own boxes."""
     data, model = cell.simulation.data, cell.world.model
     points = np.concatenate(
         [
@@ -141,7 +141,7 @@ def corners(cell: Cell, part: WorldPart) -> np.ndarray:
 
 
 def in_view(sensor: LogicalCamera, box: np.ndarray) -> bool:
-    """Whether a box is in view, said plane by plane: some corner must be on the inner side of each."""
+    """Return whether a box is in view, plane by plane: some corner must be on the inner side of each."""
     x, y, z = np.array([sensor.world_T_sensor.inverse().transform(tuple(corner)) for corner in box.tolist()]).T
     wide = math.tan(0.55) * x
     high = wide / 1.5
@@ -154,14 +154,14 @@ def test_the_camera_over_the_bins_sees_exactly_the_parts_in_its_view(cell: Cell)
     reading = sensor.read()
     rods = [part for part in cell.world.parts if part.type == "piston_rod_part"]
     everything = [part for part in cell.world.parts if part.type == "piston_rod_part" or not part.pooled]
-    # gears are round, and the boxes of `corners` fit only what is not: all of them stand in bin 8, far outside
+    # gears are round, and the boxes of `corners` fit only angular parts: all of them stand in bin 8, far outside
     seen = [part.name for part in everything if in_view(sensor, corners(cell, part))]
     assert names(reading) == seen
     assert len(seen) == len(rods) == 12
     for detection in reading.detections:
         true = cell.parts.pose(cell.parts.part(detection.name))
-        told = reading.world_T_camera @ detection.camera_T_model
-        assert told.position == pytest.approx(true.position, abs=6e-3)
+        measured = reading.world_T_camera @ detection.camera_T_model
+        assert measured.position == pytest.approx(true.position, abs=6e-3)
 
 
 def test_a_camera_of_its_own_over_a_part_of_the_bin_sees_a_part_of_the_parts(cell: Cell) -> None:
@@ -174,7 +174,7 @@ def test_a_camera_of_its_own_over_a_part_of_the_bin_sees_a_part_of_the_parts(cel
     assert 0 < len(seen) < len(rods)
 
 
-def test_parts_that_wait_or_are_gone_are_seen_by_nobody(cell: Cell) -> None:
+def test_parts_that_wait_or_are_gone_are_out_of_view(cell: Cell) -> None:
     rod = cell.parts.part("bin7|piston_rod_part_5")
     over_bins, over_agv = camera(cell, "logical_camera"), camera(cell, "logical_camera_over_agv1")
     assert rod.name in names(over_bins.read())
@@ -185,7 +185,7 @@ def test_parts_that_wait_or_are_gone_are_seen_by_nobody(cell: Cell) -> None:
     assert rod.name not in names(over_bins.read()) + names(over_agv.read())
 
 
-def test_quality_control_tells_faulty_parts_on_the_tray_only(cell: Cell) -> None:
+def test_quality_control_reports_faulty_parts_on_the_tray_only(cell: Cell) -> None:
     sensor: QualityControlSensor = cell.quality[1]
     assert names(sensor.read()) == []
     for number, x in ((2, 0.2), (3, 0.35)):
@@ -202,6 +202,8 @@ def test_the_camera_follows_an_agv_that_leaves(cell: Cell) -> None:
     cell.simulation.step_until(3 * 10**9)
     assert names(got[0]) == ["agv1", "kit_tray_1"]
     assert names(got[-1]) == []
-    told = [(each.world_T_camera @ each.detections[0].camera_T_model).position[0] for each in got if each.detections]
-    assert told == sorted(told, reverse=True)  # exact, so without the jumps of noise
-    assert told[-1] < -0.5
+    positions = [
+        (each.world_T_camera @ each.detections[0].camera_T_model).position[0] for each in got if each.detections
+    ]
+    assert positions == sorted(positions, reverse=True)  # exact, so without the jumps of noise
+    assert positions[-1] < -0.5

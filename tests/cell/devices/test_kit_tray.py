@@ -1,4 +1,4 @@
-"""What a tray says is on it, and how it locks, in the running cell."""
+"""Reports and locks of a tray, in the running cell."""
 
 import math
 
@@ -56,15 +56,15 @@ def test_poses_are_those_of_the_parts_in_the_tray_frame(floor: Floor) -> None:
     lay(floor, "disk_part", 0.1, 0.2, yaw=0.3, tray=2)
     floor.run(1.0)
     gear, disk = (floor.cell.trays[number].contents[0].pose for number in (1, 2))
-    assert gear.position == pytest.approx((-0.1, -0.2, 0.0051), abs=0.05 * MM)  # AGV 1 looks the other way
+    assert gear.position == pytest.approx((-0.1, -0.2, 0.0051), abs=0.05 * MM)  # AGV 1 faces the other way
     assert math.remainder(gear.yaw - (0.3 - math.pi), math.tau) == pytest.approx(0.0, abs=1e-4)
     assert disk.position == pytest.approx((0.1, 0.2, 0.005), abs=0.05 * MM)
     assert disk.yaw == pytest.approx(0.3, abs=1e-4)
 
 
 def test_it_reports_once_a_second(floor: Floor, tray: KitTray) -> None:
-    told: list[int] = []
-    tray.on_report.append(lambda _: told.append(floor.simulation.now))
+    times: list[int] = []
+    tray.on_report.append(lambda _: times.append(floor.simulation.now))
     try:
         floor.run(0.5)
         name = lay(floor, "gear_part")
@@ -76,7 +76,7 @@ def test_it_reports_once_a_second(floor: Floor, tray: KitTray) -> None:
         floor.run(2.5)
     finally:
         tray.on_report.pop()
-    assert told == [1_000_000_000, 2_000_000_000, 3_000_000_000]
+    assert times == [1_000_000_000, 2_000_000_000, 3_000_000_000]
 
 
 def test_a_part_on_another_is_not_reported(floor: Floor, tray: KitTray) -> None:
@@ -168,19 +168,19 @@ def test_the_trays_lock_and_clear_each_its_own(floor: Floor) -> None:
     assert disk not in floor.cell.parts.in_play
 
 
-def test_removing_all_takes_locked_and_unlocked_parts_and_tells(floor: Floor, tray: KitTray) -> None:
+def test_removing_all_takes_locked_and_unlocked_parts_and_reports(floor: Floor, tray: KitTray) -> None:
     lay(floor, "gear_part", -0.1)
     floor.run(1.0)
     tray.lock()
     lay(floor, "disk_part", 0.1)
     floor.run(0.1)
-    told: list[int] = []
-    tray.on_report.append(lambda each: told.append(len(each.contents)))
+    counts: list[int] = []
+    tray.on_report.append(lambda each: counts.append(len(each.contents)))
     try:
         tray.remove_all()
     finally:
         tray.on_report.pop()
-    assert told == [0]
+    assert counts == [0]
     floor.run(1.0)
     assert floor.pose(named("gear_part")).position[1] < -30.0
     assert floor.pose(named("disk_part")).position[1] < -30.0

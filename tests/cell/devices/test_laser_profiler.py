@@ -14,7 +14,7 @@ LESSON_POSE = Pose.from_rpy((1.21, 4.0, 1.64), (-math.pi, math.pi / 2, math.pi /
 
 
 def facing(distance: float, noise: float = 1.0) -> LaserProfiler:
-    """A profiler with a large wall before it, at the height of its fan."""
+    """Return a profiler with a large wall before it, at the height of its fan."""
     profiler = LaserProfiler("laser_profiler", Pose(), noise=noise)
     spec = empty_spec()
     add_block(spec, (distance + 0.1, 0.0, 0.06), (0.1, 2.0, 0.01))
@@ -43,7 +43,7 @@ def test_ranges_run_from_the_right_to_the_left() -> None:
     assert np.isfinite(ranges[200:]).all()
 
 
-def test_what_is_too_far_is_infinite_and_what_is_too_near_is_passed_over() -> None:
+def test_objects_too_far_are_infinite_and_objects_too_near_are_ignored() -> None:
     ranges = facing(0.72, noise=0.0).read().ranges
     reached = 0.72 / np.cos(ANGLES) <= 0.725
     assert (np.isfinite(ranges) == reached).all()

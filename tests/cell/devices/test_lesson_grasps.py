@@ -1,7 +1,7 @@
-"""The grasps of the scripted lesson, with parts, friction and the gripper's clock varied.
+"""Grasps of the scripted lesson, with parts, friction and the gripper's clock varied.
 
-Its waypoints were tuned by hand against the original: the cup is pressed a few millimetres into a piston rod, and
-meets a gear on the running belt by the gear's small mark only.
+Its waypoints were tuned by hand against the original. They press the cup a few millimetres into a piston rod. On the
+running belt the cup meets a gear by the gear's small mark only.
 """
 
 import math
@@ -16,7 +16,7 @@ from tests.cell.devices.floor import MILLISECOND, MM, Floor, in_order, named, on
 
 PISTON, GEAR = named("piston_rod_part"), named("gear_part")
 BEAM = 2.25
-"""Where the break beam crosses the belt: y in the world frame [m]."""
+"""Position of the break beam across the belt: y in the world frame [m]."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def begin(floor: Floor, part: str, posture: Sequence[float], friction: float, ph
 
 
 def fetch_from_bin(floor: Floor, rng: random.Random, number: int) -> bool:
-    """Whether the lesson gets the first (0) or second (1) piston rod out of bin 7."""
+    """Return whether the lesson gets the first (0) or second (1) piston rod out of bin 7."""
     phase = rng.randrange(100 * MILLISECOND)
     begin(floor, PISTON, waypoint(READY), rng.uniform(0.6, 1.0), phase)
     x, y = -0.3 + rng.uniform(-6, 6) * MM, 0.03 + 0.133333 * number + rng.uniform(-6, 6) * MM
@@ -57,7 +57,7 @@ def fetch_from_bin(floor: Floor, rng: random.Random, number: int) -> bool:
 
 
 def fetch_from_belt(floor: Floor, delay: float, friction: float, phase: int | None) -> str:
-    """What came of taking a gear `delay` [s] after it has broken the beam: empty when it was brought off the belt."""
+    """Grip a gear `delay` [s] after it has broken the beam; return the fault, or empty if it left the belt."""
     begin(floor, GEAR, waypoint(BY_BELT), friction, phase)
     floor.cell.conveyor.set_power(100.0)
     floor.lay(GEAR, 1.21, 2.6, BELT_SURFACE)

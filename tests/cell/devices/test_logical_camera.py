@@ -73,7 +73,7 @@ def test_nothing_hides_anything() -> None:
     assert seen(camera.read()) == [ROD, GEAR, DISK]
 
 
-def test_unknown_types_are_not_told() -> None:
+def test_unknown_types_are_not_reported() -> None:
     spec = empty_spec()
     add_part(spec, "box_1", Pose((1.0, 2.0, 1.0)), SMALL)
     add_part(spec, "part3_1", Pose((1.1, 2.0, 1.0)), SMALL)
@@ -92,12 +92,12 @@ def test_frames_carry_the_camera_s_name() -> None:
         ("logical_camera_2_frame", "logical_camera_2_piston_rod_part_1_frame"),
         ("logical_camera_2_frame", "logical_camera_2_gear_part_clone_0_frame"),
     ]
-    # message and frame tell the same thing, noise included
+    # message and frame agree, including the noise
     assert [frame.pose for frame in reading.frames[1:]] == [each.camera_T_model for each in reading.detections]
 
 
 def errors_of(detections: list[Detection], true: Pose) -> np.ndarray:
-    """Position errors [m] and the rotation vectors [rad] by which the orientation is off, shape (n, 6)."""
+    """Return position errors [m] and the rotation vectors [rad] of the orientation errors, shape (n, 6)."""
     rows = []
     for detection in detections:
         measured = detection.camera_T_model
@@ -190,7 +190,7 @@ def test_noise_of_the_tray_s_frame() -> None:
     assert offsets.std(axis=0) == pytest.approx([0.001] * 3, rel=0.1)
 
 
-def test_a_tray_is_told_with_its_agv_and_not_without() -> None:
+def test_a_tray_is_reported_with_its_agv_and_not_without() -> None:
     # from 1.6 m the view ends at z 0.85: above the plate, but below the top of the AGV's column
     assert [each.type for each in over_the_agv(1.6).read().detections] == ["agv1", "kit_tray"]
     # from 1.7 m it ends above the AGV, and the tray goes with it

@@ -1,4 +1,4 @@
-"""Parts that were put into one another stay where they were put, and nothing comes out of it."""
+"""Overlapping parts stay in place, and gain no energy."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PLACES = {
     "tray": [(0.3, 3.15, TRAY_SURFACE), (0.3, -3.15, TRAY_SURFACE)],
 }
 SHARES = (0.05, 0.2, 0.4, 0.6, 0.9)
-"""Of the narrower part's width, which lies in the other part."""
+"""Overlap as a share of the narrower part's width."""
 
 Overlap = tuple[str, str, float]
 
@@ -32,20 +32,20 @@ PAIRS: list[Overlap] = [
     for number, (one, other) in enumerate(itertools.combinations_with_replacement(PART_TYPES, 2))
 ]
 ON_TRAYS = [pair for pair in PAIRS if not {"part1", "pulley_part"} & {*pair[:2]}][::5]
-"""Those that have room on a tray, and few of them: there are two trays."""
+"""Pairs that fit on a tray, and few of them: there are two trays."""
 
 AT_REST = 0.06
-"""Speed [m/s] that three steps of free fall give."""
+"""Speed [m/s] after three steps of free fall."""
 
 
 def depth(pair: Overlap) -> float:
-    """How far the parts lie in one another [m], along x."""
+    """Return the overlap of the parts [m], along x."""
     widths = [upper[0] - lower[0] for lower, upper in (part_type(name).box for name in pair[:2])]
     return pair[2] * min(widths)
 
 
 def put(pair: Overlap, place: Sequence[float], number: int) -> tuple[Part, Part]:
-    """The parts of a pair, side by side along x but for what they overlap by."""
+    """Return the parts of a pair, side by side along x with their overlap."""
     x, y, z = place
     (low, high), (other_low, _) = (part_type(name).box for name in pair[:2])
     left, right = Pose((x - high[0], y, z - low[2])), Pose((x - depth(pair) - other_low[0], y, z - other_low[2]))
@@ -53,7 +53,7 @@ def put(pair: Overlap, place: Sequence[float], number: int) -> tuple[Part, Part]
 
 
 def chunks(where: str, pairs: list[Overlap]) -> list[tuple[str, list[Overlap]]]:
-    """As many pairs at once as there are places."""
+    """Split pairs into as many at once as there are places."""
     size = len(PLACES[where])
     return [(where, pairs[begin : begin + size]) for begin in range(0, len(pairs), size)]
 
@@ -71,7 +71,7 @@ def test_no_part_is_thrown_or_goes_far(where: str, pairs: list[Overlap]) -> None
         fastest = np.maximum(fastest, np.linalg.norm(floor.simulation.data.qvel[dofs], axis=2).max(axis=1))
     for pair, parts, speed in zip(pairs, both, fastest, strict=True):
         allowed = min(map(separation_speed, pair[:2]))
-        # one that is let out upwards falls from there
+        # a part that is pushed out upwards falls from there
         fall = math.sqrt(2 * 9.81 * min(part_type(name).box[1][2] - part_type(name).box[0][2] for name in pair[:2]))
         assert speed < (AT_REST if allowed == 0.0 else max(allowed + AT_REST, fall)), pair
         for part in parts:

@@ -1,4 +1,4 @@
-"""The parts on the floor, in the running cell."""
+"""Parts in the running cell."""
 
 import pytest
 
@@ -99,7 +99,7 @@ def test_placing_lets_go_of_every_hold(floor: Floor, parts: Parts) -> None:
     assert taken == [part]
 
 
-def test_whoever_looks_in_the_same_tick_sees_a_part_where_it_was_placed(floor: Floor) -> None:
+def test_a_reader_in_the_same_tick_sees_a_part_where_it_was_placed(floor: Floor) -> None:
     floor.run(0.5)
     assert floor.body_pose(GEAR) == floor.pose(GEAR)
     there = Pose((-2.0, 1.0, 0.5))

@@ -37,13 +37,13 @@ def population(floor: Floor) -> Population:
 
 
 def start(floor: Floor) -> None:
-    """As the competition does when it goes."""
+    """Start the list, as the competition does."""
     floor.cell.conveyor.set_power(100.0)
     population(floor).control("restart")
 
 
 def appearances(floor: Floor, seconds: float) -> list[tuple[int, str]]:
-    """Time [ms] and short name of each part that appears meanwhile."""
+    """Return time [ms] and short name of each part that appears meanwhile."""
     found = []
     end = floor.now + seconds
     known = set(floor.cell.parts.in_play)
@@ -85,7 +85,7 @@ def test_a_part_appears_in_the_spawn_frame(floor: Floor) -> None:
     start(floor)
     floor.run(1.5)
     disk = floor.pose("populate_conveyor|disk_part_clone_0")
-    # the frame's x axis points the way the belt runs, its y axis along world x
+    # the frame's x axis points in the belt's direction, its y axis along world x
     assert disk.position == pytest.approx((1.31, 5.0, 0.9126), abs=1e-5)
     _, _, yaw = disk.rpy
     assert yaw == pytest.approx(0.5 - math.pi / 2, abs=1e-4)

@@ -50,7 +50,7 @@ def test_asking_when_due_is_as_good_as_asking_at_every_step(
     stepped, driven = PopulationSchedule(parts), PopulationSchedule(parts)
     for schedule in (stepped, driven):
         schedule.restart(0)
-    asked = 0
+    pops = 0
     for step in range(200):
         now = step * STEP
         if step in commands:
@@ -58,7 +58,7 @@ def test_asking_when_due_is_as_good_as_asking_at_every_step(
             command(driven, commands[step], now)
         expected = stepped.pop(now)
         if driven.next_due() <= now:
-            asked += 1
+            pops += 1
             assert driven.pop(now) == expected
         else:
             assert expected is None
@@ -74,7 +74,7 @@ def test_parts_appear_in_order_at_the_first_step_at_or_after_their_time() -> Non
     assert schedule.next_due() == 10_900_000_000
 
 
-def test_the_list_begins_anew_when_its_last_part_appears_late_or_not() -> None:
+def test_the_list_begins_again_when_its_last_part_appears_late_or_not() -> None:
     schedule = PopulationSchedule([part(0.01, "a"), part(0.03, "b")], cycles=2)
     schedule.restart(0)
     assert appearances(schedule, range(50)) == [

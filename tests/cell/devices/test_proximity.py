@@ -14,7 +14,7 @@ SOURCE_X = 0.95 + 0.023
 
 
 def facing(distance: float, half: float = 0.1, offset: float = 0.0, noise: float = 1.0) -> ProximitySensor:
-    """A sensor with a block whose front stands `distance` before the source, `offset` to the left."""
+    """Return a sensor with a block whose front stands `distance` before the source, `offset` to the left."""
     sensor = ProximitySensor("proximity_sensor", POSE, noise=noise)
     spec = empty_spec()
     add_block(spec, (SOURCE_X + distance + 0.1, 2.6 + offset, 0.916), (0.1, half, half))
@@ -42,7 +42,7 @@ def test_what_stands_before_the_rays_begin_is_left_behind() -> None:
 
 
 def test_the_cone_is_as_wide_as_its_outer_rays() -> None:
-    reach = 0.1 * math.tan(0.0625)  # where the outermost ray passes at 0.1 m
+    reach = 0.1 * math.tan(0.0625)  # offset of the outermost ray at 0.1 m
     inside = facing(0.1, half=0.01, offset=0.01 + reach - 1e-4, noise=0.0).read().range
     assert inside == pytest.approx(0.1 / math.cos(0.0625), abs=1e-9)
     # a ray passes the front beside the block and the near end of its side still lies outside the cone

@@ -11,7 +11,7 @@ ON_TRAY: dict[int, Vector3] = {1: (0.3, 3.15, 0.76), 2: (0.3, -3.15, 0.76)}
 
 
 def sensor_with(number: int, faulty: set[str], at: Vector3, noise: float = 0.0) -> QualityControlSensor:
-    """A sensor with two parts at a place, and an AGV and tray under them."""
+    """Return a sensor with two parts at a place, and an AGV and tray under them."""
     spec = empty_spec()
     add_agv(spec, number, (0.3, 3.3 if number == 1 else -3.3, 0.0), (0, 0, 0, 1) if number == 1 else (1, 0, 0, 0))
     add_part(spec, "bin7|piston_rod_part_3", Pose(at), SMALL)
@@ -31,7 +31,7 @@ def sensor_with(number: int, faulty: set[str], at: Vector3, noise: float = 0.0) 
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_only_faulty_parts_are_told(number: int) -> None:
+def test_only_faulty_parts_are_reported(number: int) -> None:
     sensor = sensor_with(number, {"piston_rod_part_4"}, ON_TRAY[number])
     assert sensor.name == f"quality_control_sensor_{number}"
     reading = sensor.read()
@@ -42,7 +42,7 @@ def test_only_faulty_parts_are_told(number: int) -> None:
 
 
 @pytest.mark.parametrize("faulty", [set(), {"gear_part_1"}, {"bin7|piston_rod_part_3"}, {"agv1", "kit_tray_1"}])
-def test_without_a_faulty_part_nothing_is_told(faulty: set[str]) -> None:
+def test_without_a_faulty_part_nothing_is_reported(faulty: set[str]) -> None:
     assert sensor_with(1, faulty, ON_TRAY[1]).read().detections == ()
 
 
@@ -63,7 +63,7 @@ def test_the_view_is_a_thin_slice_over_the_tray(at: Vector3, seen: bool) -> None
     assert bool(reading.detections) == seen
 
 
-def test_parts_are_told_with_the_noise_of_a_logical_camera() -> None:
+def test_parts_are_reported_with_the_noise_of_a_logical_camera() -> None:
     sensor = sensor_with(1, {"piston_rod_part_3"}, ON_TRAY[1], noise=1.0)
     true = sensor.world_T_sensor.inverse() @ Pose(ON_TRAY[1])
     errors = [sensor.measure(n).detections[0].camera_T_model.position[0] - true.position[0] for n in range(1, 200)]

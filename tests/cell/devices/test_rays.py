@@ -35,7 +35,7 @@ def test_a_housing_around_the_source_hides_nothing() -> None:
 def test_distance_to_a_wall_is_exact_in_any_pose(
     xyz: tuple[float, float, float], rpy: tuple[float, float, float], distance: float
 ) -> None:
-    """The wall stands in the sensor's own frame, so the true distance is known wherever the sensor is."""
+    """The wall stands in the sensor's own frame, so the true distance is known for any sensor pose."""
     pose = Pose.from_rpy(xyz, rpy)
     wall = pose @ Pose((distance + 0.1, 0.0, 0.0))
     spec = empty_spec()
@@ -46,7 +46,7 @@ def test_distance_to_a_wall_is_exact_in_any_pose(
     angles = np.linspace(-0.3, 0.3, 7)
     directions = ray_fan(angles, angles)
     found = Rays(pose, directions, farthest=5.0).cast(simulation)
-    # the engine takes a rotation of less than 1e-7 for none
+    # the engine treats a rotation of less than 1e-7 as none
     assert found == pytest.approx([distance / direction[0] for direction in directions], abs=1e-7)
 
 
@@ -58,7 +58,7 @@ def test_rays_end_where_they_end() -> None:
     assert Rays(Pose(), AHEAD, farthest=1.001).cast(simulation)[0] == pytest.approx(1.0, abs=1e-12)
 
 
-def test_what_is_nearer_than_the_beginning_is_passed_over() -> None:
+def test_objects_nearer_than_the_beginning_are_ignored() -> None:
     spec = empty_spec()
     add_block(spec, (0.1, 0.0, 0.0), (0.05, 0.01, 0.01))
     add_block(spec, (0.6, 0.0, 0.0), (0.1, 0.1, 0.1))
@@ -90,13 +90,13 @@ def test_a_fan_turns_towards_y_and_z() -> None:
     assert left_up[2] == pytest.approx(math.sin(0.2))
     directions = np.array(ray_fan(np.linspace(-0.1, 0.1, 3), np.linspace(-0.2, 0.2, 2)))
     assert np.linalg.norm(directions, axis=1) == pytest.approx(1.0)
-    assert (np.diff(directions[:3, 1]) > 0).all()  # horizontal angles run fastest
+    assert (np.diff(directions[:3, 1]) > 0).all()  # horizontal angles vary fastest
 
 
 def cast_plainly(
     rays: Rays, pose: Pose, directions: list[tuple[float, float, float]], simulation: Simulation
 ) -> list[float]:
-    """What the engine says of each ray by itself, whatever moves or does not."""
+    """Return the engine's result for each single ray among fixed and movable bodies."""
     groups = np.array([group in SOLID_GROUPS for group in range(6)], dtype=np.uint8)
     found = []
     for direction in directions:
@@ -132,7 +132,7 @@ def test_what_moves_is_met_among_what_does_not(
     nearest: float,
     farthest: float,
 ) -> None:
-    """A bundle gives what single rays against the whole scene give, also when things have moved since the first."""
+    """A bundle equals single rays against the whole scene, even after things have moved."""
     spec = empty_spec()
     for centre in fixed:
         add_block(spec, centre, (0.1, 0.2, 0.05))

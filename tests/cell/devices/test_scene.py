@@ -101,7 +101,7 @@ def test_boxes_and_poses_are_those_of_the_moment_that_was_kept() -> None:
     simulation = make_simulation(spec)
     scene = scene_of(simulation, ("part1_0", "part1"))
     first = scene.moment()
-    assert scene.boxes()[0] is scene.boxes(first)[0]  # nothing moved: nothing is computed again
+    assert scene.boxes()[0] is scene.boxes(first)[0]  # nothing moved, so nothing is computed again
     move(simulation, "part1_0", Pose((0.0, 0.0, 1.0)))  # also within a tick
     second = scene.moment()
     move(simulation, "part1_0", Pose.from_rpy((0.0, 0.0, 1.0), (0, 0, math.pi / 2)))

@@ -12,30 +12,30 @@ from tests.cell.devices.trajectories import SECOND, numbers
 
 starts = st.integers(0, 1000 * SECOND)
 durations = st.integers(SECOND // 1000, 20 * SECOND)
-knots = st.one_of([st.tuples(*[numbers] * said).map(lambda values: Knot(*values)) for said in (1, 2, 3)])
+knots = st.one_of([st.tuples(*[numbers] * specified).map(lambda values: Knot(*values)) for specified in (1, 2, 3)])
 
 
 def reference(segment: Segment, time: int) -> tuple[float, float, float]:
-    """Position, velocity and acceleration on a segment, by numpy's polynomials."""
+    """Return position, velocity and acceleration on a segment, by numpy's polynomials."""
     polynomial = np.polynomial.Polynomial(segment.coefficients)
     t = (time - segment.start) / SECOND
     return float(polynomial(t)), float(polynomial.deriv()(t)), float(polynomial.deriv(2)(t))
 
 
 def scale(a: Knot, b: Knot, seconds: float) -> float:
-    """How large numbers get on the way, to judge rounding by."""
+    """Return the magnitude of intermediate results, as a scale for rounding errors."""
     return 20 * (1 + sum(abs(x or 0.0) * max(1.0, seconds) ** k for knot in (a, b) for k, x in enumerate(knot)))
 
 
 @given(starts, durations, knots, knots)
 def test_a_segment_meets_both_knots_in_all_that_both_say(start: int, duration: int, a: Knot, b: Knot) -> None:
     segment = join_segment(start, a, start + duration, b)
-    said = sum(x is not None and y is not None for x, y in zip(a, b, strict=True))
+    specified = sum(x is not None and y is not None for x, y in zip(a, b, strict=True))
     t = duration / SECOND
     for time, knot in ((start, a), (start + duration, b)):
-        for order, (got, wanted) in enumerate(zip(reference(segment, time), knot[:said], strict=False)):
-            assert wanted is not None
-            assert got * t**order == pytest.approx(wanted * t**order, abs=1e-12 * scale(a, b, t))
+        for order, (got, expected) in enumerate(zip(reference(segment, time), knot[:specified], strict=False)):
+            assert expected is not None
+            assert got * t**order == pytest.approx(expected * t**order, abs=1e-12 * scale(a, b, t))
     assert segment.final == b.position
 
 
@@ -44,9 +44,9 @@ def test_sampling_equals_a_slow_reference(start: int, duration: int, a: Knot, b:
     time = start + int(share * duration)
     segment = join_segment(start, a, start + duration, b)
     got = Trajectory([[segment]]).state(time)
-    wanted = reference(segment, time)
+    expected = reference(segment, time)
     t = duration / SECOND
-    for order, (one, other) in enumerate(zip(got, wanted, strict=True)):
+    for order, (one, other) in enumerate(zip(got, expected, strict=True)):
         assert one[0] * t**order == pytest.approx(other * t**order, abs=1e-12 * scale(a, b, t))
 
 
@@ -56,10 +56,10 @@ def test_sampling_equals_a_slow_reference(start: int, duration: int, a: Knot, b:
     st.lists(st.integers(-SECOND, 121 * SECOND), max_size=30),
 )
 def test_points_are_hit_exactly_and_nothing_jumps_there(
-    points: list[tuple[int, float, float, float]], said: int, asked: list[int]
+    points: list[tuple[int, float, float, float]], specified: int, samples: list[int]
 ) -> None:
     times = list(np.cumsum([duration for duration, *_ in points]).tolist())
-    at = [Knot(*values[:said]) for _, *values in points]
+    at = [Knot(*values[:specified]) for _, *values in points]
     segments = [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(at), strict=True)]
     trajectory = Trajectory([segments])
     for time, knot in zip(times, at, strict=True):
@@ -67,11 +67,11 @@ def test_points_are_hit_exactly_and_nothing_jumps_there(
         before = trajectory.state(time - 1)
         if time > times[0]:
             assert before.positions == pytest.approx([knot.position], abs=1e-4)
-            if said > 1:
+            if specified > 1:
                 # within the last nanosecond of a millisecond some 10 * 12 rad / (1 ms)^2 may still come
                 assert before.velocities == pytest.approx([knot.velocity], abs=0.5)
-    # what was asked before makes no difference
-    for time in asked:
+    # earlier samples make no difference
+    for time in samples:
         assert trajectory.state(time) == Trajectory([segments]).state(time)
 
 
@@ -119,8 +119,8 @@ def test_joints_may_go_their_own_ways() -> None:
     together = Trajectory(own)
     alone = [Trajectory([segments]) for segments in own]
     for time in range(-SECOND, 7 * SECOND, SECOND // 4):
-        for got, *wanted in zip(together.state(time), *(one.state(time) for one in alone), strict=True):
-            assert got == [value for (value,) in wanted]
+        for got, *expected in zip(together.state(time), *(one.state(time) for one in alone), strict=True):
+            assert got == [value for (value,) in expected]
 
 
 def test_no_time_between_two_knots_is_a_jump() -> None:
@@ -140,8 +140,8 @@ def test_a_stop_ends_at_rest_without_turning_back(start: int, duration: int, pos
         assert at_end[1] == pytest.approx(0.0, abs=1e-12 * abs(velocity) + 1e-300)
         assert abs(at_end[2]) == pytest.approx(1.5 * abs(velocity) / t)
     middle = [reference(segment, start + k * duration // 16)[1] for k in range(16)]
-    least = sys.float_info.min  # speeds below it are rounded coarsely
-    assert all(abs(b) <= abs(a) + least and b * velocity >= 0.0 for a, b in pairwise(middle))
+    min_speed = sys.float_info.min  # speeds below it are rounded coarsely
+    assert all(abs(b) <= abs(a) + min_speed and b * velocity >= 0.0 for a, b in pairwise(middle))
 
 
 def test_a_stop_in_no_time_is_a_rest() -> None:

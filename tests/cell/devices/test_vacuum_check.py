@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.vacuum_gripper import CHECK_PERIOD, CupContact, Touched, VacuumCheck
+from cellwright.cell.devices.vacuum_gripper import CHECK_PERIOD, ContactKind, CupContact, VacuumCheck
 from cellwright.engine.clock import NEVER
 
 STEP = 2_000_000
-PISTON = CupContact("bin7|piston_rod_part_3", Touched.PART, 1.0)
-BIN = CupContact("bin7", Touched.FIXED, 1.0)
-TRAY = CupContact("agv1", Touched.MOVABLE, 1.0)
-LOOKS = [(), (PISTON,), (BIN,), (TRAY,), (BIN, PISTON), (CupContact("x", Touched.PART, 0.5),)]
+PISTON = CupContact("bin7|piston_rod_part_3", ContactKind.PART, 1.0)
+BIN = CupContact("bin7", ContactKind.FIXED, 1.0)
+TRAY = CupContact("agv1", ContactKind.MOVABLE, 1.0)
+LOOKS = [(), (PISTON,), (BIN,), (TRAY,), (BIN, PISTON), (CupContact("x", ContactKind.PART, 0.5),)]
 
 
 def enabled(at: int = 0) -> VacuumCheck:
@@ -22,7 +22,7 @@ def enabled(at: int = 0) -> VacuumCheck:
 
 
 def look(check: VacuumCheck, *contacts: CupContact) -> str | None:
-    """What is held after the look."""
+    """Return the held part after the check."""
     check.check(check.next_look, contacts)
     return check.part
 
@@ -43,9 +43,9 @@ def test_a_part_is_taken_at_the_second_look() -> None:
         ((), "no contact"),
         ((BIN,), "contact with something fixed: bin7"),
         ((TRAY,), "contact with agv1, which is no part"),
-        ((CupContact("p", Touched.PART, cos(radians(23))),), "tilted: 23.0 deg > 18.2"),
-        ((CupContact("p", Touched.PART, 0.95),), "tilted: 18.2 deg > 18.2"),
-        ((CupContact("p", Touched.PART, -1.0000001),), "tilted: 180.0 deg > 18.2"),
+        ((CupContact("p", ContactKind.PART, cos(radians(23))),), "tilted: 23.0 deg > 18.2"),
+        ((CupContact("p", ContactKind.PART, 0.95),), "tilted: 18.2 deg > 18.2"),
+        ((CupContact("p", ContactKind.PART, -1.0000001),), "tilted: 180.0 deg > 18.2"),
     ],
 )
 def test_what_is_not_taken_has_a_reason(contacts: tuple[CupContact, ...], reason: str) -> None:
@@ -81,8 +81,8 @@ def test_looks_without_contact_count_down_but_not_below_zero() -> None:
 
 def test_the_squarest_part_is_taken_and_the_first_name_among_equals() -> None:
     check = enabled()
-    tilted = CupContact("a", Touched.PART, 0.96)
-    equal = CupContact("bin7|piston_rod_part_2", Touched.PART, 1.0)
+    tilted = CupContact("a", ContactKind.PART, 0.96)
+    equal = CupContact("bin7|piston_rod_part_2", ContactKind.PART, 1.0)
     look(check, tilted)
     assert look(check, tilted, PISTON, equal) == equal.name
 
@@ -150,23 +150,23 @@ def test_whatever_happens_looks_are_a_period_apart_and_state_is_kept(
     story: list[tuple[int, str | tuple[CupContact, ...]]],
 ) -> None:
     check, now, last = VacuumCheck(), 0, -CHECK_PERIOD
-    for steps, what in story:
+    for steps, event in story:
         now += steps * STEP
-        if what == "enable":
+        if event == "enable":
             check.enable(now)
-        elif what == "disable":
+        elif event == "disable":
             held = check.part
             assert check.disable() == held
-        elif now >= check.next_look and not isinstance(what, str):
+        elif now >= check.next_look and not isinstance(event, str):
             assert now - last >= CHECK_PERIOD
             last = now
             counter, held = check.counter, check.part
-            check.check(now, what)
+            check.check(now, event)
             assert abs(check.counter - counter) <= 1
             if check.part != held:
                 assert held is None
                 assert check.counter > 1
-                assert any(contact.name == check.part and contact.alignment > 0.95 for contact in what)
+                assert any(contact.name == check.part and contact.alignment > 0.95 for contact in event)
         assert check.attached == (check.part is not None)
         assert check.enabled or not check.attached
         assert bool(check.reason) != check.attached

@@ -1,4 +1,4 @@
-"""The gripper in the running cell: when it takes hold, why it does not, how it holds, how it lets go."""
+"""Gripper in the running cell: when it grips, why it does not, how it holds, how it releases."""
 
 import math
 from collections.abc import Iterator
@@ -109,17 +109,17 @@ def test_a_bin_is_not_taken(floor: Floor) -> None:
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "surface", "what"),
+    ("x", "y", "surface", "name"),
     [(0.35, 2.9, TRAY_SURFACE, "kit_tray_1_plate"), (1.2, 0.5, BELT_SURFACE, "conveyor_belt")],
 )
 def test_tray_and_belt_are_no_parts_but_count_as_contact(
-    floor: Floor, x: float, y: float, surface: float, what: str
+    floor: Floor, x: float, y: float, surface: float, name: str
 ) -> None:
-    floor.put_arm((y - 0.16 if what == "conveyor_belt" else 2.0, 0.0 if x > 1.0 else 1.5, -0.7, 1.65, 3.7, -1.57, 0.0))
+    floor.put_arm((y - 0.16 if name == "conveyor_belt" else 2.0, 0.0 if x > 1.0 else 1.5, -0.7, 1.65, 3.7, -1.57, 0.0))
     floor.put_arm(floor.reach(down(x, y, surface - 0.3 * MM)))
     floor.gripper.set_enabled(True)
     floor.run(0.25)
-    assert (floor.gripper.attached, floor.gripper.reason) == (False, f"contact with {what}, which is no part")
+    assert (floor.gripper.attached, floor.gripper.reason) == (False, f"contact with {name}, which is no part")
     assert floor.gripper.counter == 3
 
 
@@ -145,7 +145,7 @@ def test_enabled_again_it_takes_hold_at_once(floor: Floor) -> None:
     assert floor.gripper.attached
 
 
-def test_whoever_listens_hears_of_every_change(floor: Floor) -> None:
+def test_listeners_receive_every_change(floor: Floor) -> None:
     heard: list[tuple[bool, bool]] = []
     floor.gripper.on_change.append(lambda gripper: heard.append((gripper.enabled, gripper.attached)))
     try:

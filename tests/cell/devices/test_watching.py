@@ -1,4 +1,4 @@
-"""Watching changes nothing: a run with every sensor listened to is the run without."""
+"""Subscribers change nothing: a run with a subscriber to every sensor equals the run without."""
 
 from __future__ import annotations
 

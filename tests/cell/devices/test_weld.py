@@ -1,4 +1,4 @@
-"""What the engine holds together, in the running cell."""
+"""Welds of the engine, in the running cell."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def floor(shared: Floor) -> Floor:
 
 @pytest.mark.parametrize("first", [True, False])
 def test_a_weld_keeps_a_part_at_a_pose_seen_from_either_body(floor: Floor, first: bool) -> None:
-    """The tray comes first in its weld; seen from the part the pose is the inverse one."""
+    """The tray comes first in its weld; in the part's frame the pose is the inverse one."""
     part = floor.part(GEAR)
     tray = floor.cell.trays[1]
     tray_T_part = Pose.from_rpy((0.1, 0.2, 0.3), (0.1, 0.2, 0.3))

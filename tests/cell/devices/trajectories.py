@@ -27,7 +27,7 @@ rows = st.lists(numbers, min_size=len(JOINTS), max_size=len(JOINTS))
 
 @st.composite
 def commands(draw: st.DrawFn, carries: Sequence[str] = ("", "v", "va", "a")) -> JointTrajectory:
-    """Good commands of all joints, starting at once, whose points carry only positions, or velocities and more."""
+    """Valid commands of all joints, starting at once, whose points carry only positions, or velocities and more."""
     carried = draw(st.sampled_from(carries))
     times = draw(st.lists(st.integers(STEP, 5 * SECOND), min_size=1, max_size=4, unique=True))
     points = [
@@ -38,13 +38,13 @@ def commands(draw: st.DrawFn, carries: Sequence[str] = ("", "v", "va", "a")) -> 
 
 
 def controller() -> JointTrajectoryController:
-    """A controller at the arm's first posture, at time 0."""
+    """Return a controller in the arm's initial posture, at time 0."""
     made = JointTrajectoryController(JOINTS)
     made.start(START, 0)
     return made
 
 
 def to(*positions: Sequence[float], every: int = SECOND, start: int | None = None) -> JointTrajectory:
-    """A command of positions only, a point each `every` [ns]."""
+    """Return a command of positions only, a point each `every` [ns]."""
     points = [TrajectoryPoint(row, time_from_start_ns=every * (k + 1)) for k, row in enumerate(positions)]
     return JointTrajectory(JOINTS, points, start)

@@ -1,4 +1,4 @@
-"""A render worker for tests that draws when it is told to."""
+"""Render worker for tests that draws on request."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cellwright.util.errors import RenderingError
 
 
 class FakeWorker(RenderWorker):
-    """Pictures of one colour and one depth: the time of the frame in ms, and what the camera's x is [m].
+    """Render worker whose pictures have one colour, the time of the frame in ms, and one depth, the camera's x [m].
 
     Attributes:
         asked: frame, camera and kinds of each picture.
@@ -35,7 +35,7 @@ class FakeWorker(RenderWorker):
 
     @property
     def count(self) -> int:
-        """How many pictures were asked for."""
+        """Number of requested pictures."""
         return len(self.asked)
 
     def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:

@@ -1,4 +1,4 @@
-"""Postures of the arm that tests use, by joint; the waypoints of the lesson are among them."""
+"""Arm postures for tests, by joint, including the waypoints of the lesson."""
 
 from cellwright.config.layout import ARM_JOINTS
 
@@ -14,7 +14,7 @@ _ORDER = (
 
 
 def posture(*values: float) -> dict[str, float]:
-    """Joint values by name, given in the order in which joint states list them."""
+    """Return joint values by name, from values in the order of joint states."""
     return dict(zip(_ORDER, values, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""A cell on a bench: a world, its state, and short words for what the physics tests do with them."""
+"""Test bench for a cell: a world, its state, and short helpers for the physics tests."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ BELT = "conveyor_belt"
 
 
 class Bench:
-    """A world and one state of it, in its first pose."""
+    """World and one state of it, in its first pose."""
 
     def __init__(self, trial: Trial, *, sleep: bool = True) -> None:
         self.world: World = build_world(trial)
@@ -64,7 +64,7 @@ class Bench:
         self.data.ctrl[address : address + 2] = position, velocity
 
     def put_arm(self, joints: dict[str, float]) -> None:
-        """The arm there and told to stay there."""
+        """Move the arm to these joint values at once, and hold it there."""
         for name, value in joints.items():
             self.data.qpos[self.model.joint(name).qposadr[0]] = value
             self.command(name, value)
@@ -75,7 +75,7 @@ class Bench:
         return Pose(vector(body.xpos), quaternion(body.xquat))
 
     def hold(self, part: WorldPart, weld: int, holder: str) -> None:
-        """Weld a part to a body where both are now, as a gripper or a lock does."""
+        """Weld a part to a body in their present poses, as a gripper or a lock does."""
         mujoco.mj_kinematics(self.model, self.data)
         world_T_holder, world_T_part = self.body_pose(holder), self.body_pose(part.name)
         relative = world_T_holder.inverse() @ world_T_part
@@ -84,7 +84,7 @@ class Bench:
         self.data.eq_active[weld] = 1
 
     def relative(self, part: WorldPart, holder: str) -> Pose:
-        """The part in the frame of a body."""
+        """Return the pose of the part in the frame of a body."""
         return self.body_pose(holder).inverse() @ self.body_pose(part.name)
 
 
@@ -99,7 +99,7 @@ def quaternion(values: Iterable[float]) -> Quaternion:
 
 
 def lying(kind: str, x: float, y: float, surface: float, *, name: str = "", above: float = 1e-4) -> Part:
-    """A part of a type, upright, a hair above a surface at height `surface` [m]."""
+    """Return an upright part of a type, `above` [m] over a surface at height `surface` [m]."""
     pose = Pose((x, y, surface - part_type(kind).bottom + above))
     return Part(name or f"bench|{kind}_1", kind, pose)
 

@@ -1,4 +1,4 @@
-"""Robots that tests put together by hand."""
+"""Robots built by hand for tests."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,13 +11,13 @@ from cellwright.util.pose import Pose
 
 
 def one_link(*shapes: ModelShape, base_pose: Pose | None = None) -> RobotConfig:
-    """A robot that is one link and cannot move."""
+    """Return a robot with one link and no joint."""
     robot = RobotModel("stone", "stone", {"stone": Link("stone", shapes=shapes)}, ())
     return RobotConfig(robot, "stone", Path("stone.urdf"), Path("stone.urdf"), base_pose or Pose())
 
 
 def of_joints(*joints: Joint, links: Mapping[str, Link] | None = None, **config: Any) -> RobotConfig:
-    """A robot of these joints, the first of which hangs on its root; links are bare but for those that are given."""
+    """Return a robot of these joints, the first of which hangs on its root; links are bare unless given."""
     root = joints[0].parent
     names = [root, *(joint.child for joint in joints)]
     robot = RobotModel("robot", root, {name: (links or {}).get(name, Link(name)) for name in names}, joints)

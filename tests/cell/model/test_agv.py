@@ -1,4 +1,4 @@
-"""AGVs: what rides along, what sleeps, what pushes them."""
+"""AGVs: their load, their sleep, and pushes against them."""
 
 import mujoco
 import numpy as np
@@ -25,7 +25,7 @@ KIT = {
 
 @pytest.fixture
 def bench() -> Bench:
-    """A kit at rest and asleep on the tray of AGV 1."""
+    """Return a bench with a kit at rest and asleep on the tray of AGV 1."""
     parts = (Part(k, k, Pose((x, y, 0.0051 - part_type(k).bottom)), TRAY) for k, (x, y) in KIT.items())
     bench = Bench(cell(*parts))
     bench.run(0.5)
@@ -42,7 +42,7 @@ def wake(bench: Bench, agv: str) -> None:
 
 
 def drive(bench: Bench, axis: str, way: float, speed: float, acceleration: float) -> float:
-    """Drive AGV 1 `way` metres along an axis and stop; the largest slip [m] of any part on the way."""
+    """Drive AGV 1 `way` metres along an axis and stop; return the maximum slip [m] of any part on the way."""
     rest = {part.name: bench.relative(part, TRAY) for part in bench.world.parts}
     timestep, sign = bench.model.opt.timestep, np.sign(way)
     position = velocity = slip = 0.0
@@ -108,7 +108,7 @@ def test_a_sleeping_agv_hears_no_setpoint_until_it_is_woken(bench: Bench) -> Non
 
 
 def test_a_locked_kit_stays_through_a_jerk(bench: Bench) -> None:
-    """Lock welds hold where friction would not: the AGV sets off at 0.4 m/s without warning."""
+    """Lock welds hold where friction would not: the AGV departs at 0.4 m/s without warning."""
     for part in bench.world.parts:
         bench.hold(part, part.locks[0], TRAY)
     bench.run(0.1)

@@ -1,4 +1,4 @@
-"""The arm: its chain, its servos, how far it gives way."""
+"""Arm: its chain, its servos, its compliance."""
 
 import json
 import math
@@ -30,7 +30,7 @@ def original() -> Bench:
 
 @pytest.fixture(scope="module")
 def floating() -> Bench:
-    """Under the original servo, with nothing to lean on."""
+    """Return a bench with the original servo and no support."""
     bench = Bench(arm())
     bench.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     return bench
@@ -106,7 +106,7 @@ def test_integral_term_is_clamped_in_units_of_force() -> None:
     lift, elbow = (int(model.actuator(name).actadr[0]) for name in ("shoulder_lift_joint", "elbow_joint"))
     assert (model.actuator("shoulder_lift_joint").gainprm[0], model.actuator("elbow_joint").gainprm[0]) == (10.0, 1.0)
     data.act[lift], data.act[elbow] = 5.0, -25.0
-    bench.run(0.2)  # the errors pull on; the clamp holds
+    bench.run(0.2)  # the errors persist; the clamp holds
     assert abs(data.act[lift]) <= 5.0 + 1e-5
     assert abs(data.act[elbow]) <= 25.0 + 1e-5
 
@@ -132,9 +132,9 @@ def test_initial_posture(original: Bench) -> None:
     bench = Bench(arm())
     assert {name: joint_value(bench, name) for name in ARM_JOINTS} == INITIAL_POSITIONS
     assert INITIAL_POSITIONS["shoulder_pan_joint"] == 3.14
-    asked = Bench(cell(has_arm=True, initial_joint_states={"elbow_joint": 2.0}))
-    assert joint_value(asked, "elbow_joint") == 2.0
-    assert joint_value(asked, "wrist_1_joint") == 3.77
+    configured = Bench(cell(has_arm=True, initial_joint_states={"elbow_joint": 2.0}))
+    assert joint_value(configured, "elbow_joint") == 2.0
+    assert joint_value(configured, "wrist_1_joint") == 3.77
     with pytest.raises(UnknownNameError, match="arm joint"):
         Bench(cell(has_arm=True, initial_joint_states={"elbow": 1.0}))
 
@@ -143,7 +143,7 @@ def test_initial_posture_is_held_from_the_first_step() -> None:
     bench = Bench(arm())
     bench.run(1.0)
     for name, value in INITIAL_POSITIONS.items():
-        # the soft wrists give way by the weight of what hangs on them
+        # the soft wrists sag under the weight below them
         assert joint_value(bench, name) == pytest.approx(value, abs=0.03 if "wrist" in name else 0.002)
 
 
@@ -163,7 +163,7 @@ def test_static_sag_under_the_original_servo(floating: Bench, joints: dict[str, 
 
 @pytest.mark.parametrize(("joint", "error"), [("linear_arm_actuator_joint", 0.045), ("shoulder_pan_joint", 0.0018)])
 def test_the_rail_and_the_pan_joint_arrive(floating: Bench, joint: str, error: float) -> None:
-    """Where the published dry friction would hold them, the servos bring them to within a thousandth."""
+    """Published dry friction would hold them back; the servos bring them to within a thousandth."""
     mujoco.mj_resetData(floating.model, floating.data)
     floating.world.put_in_first_pose(floating.data)
     floating.command(joint, INITIAL_POSITIONS[joint] + error)

@@ -1,4 +1,4 @@
-"""The arm's solid shapes, against the outlines of the original's meshes, and where they let the arm go."""
+"""The arm's solid shapes against the outlines of the original's meshes, and the room that they leave the arm."""
 
 import json
 from collections.abc import Iterator
@@ -31,13 +31,13 @@ LINKS = {
     "wrist3": "wrist_3_link",
 }
 NEAR = 0.0021
-"""So far [m] a shape may lie from the original's surface."""
+"""Maximum distance [m] of a shape from the original's surface."""
 
 Points = NDArray[np.float64]
 
 
 def corners_of(solid: Shape | Housing) -> Points:
-    """Corners of a convex shape in the link's frame, shape (n, 3) [m]."""
+    """Return the corners of a convex shape in the link's frame, shape (n, 3) [m]."""
     if isinstance(solid, Housing):
         corners = solid.mesh[0]
     else:
@@ -48,7 +48,7 @@ def corners_of(solid: Shape | Housing) -> Points:
 
 
 def slab(shapes: list[Points], axis: int, low: float, high: float) -> Points:
-    """Points of the shapes between two coordinates along an axis, extreme ones among them; shape (n, 3) [m]."""
+    """Return points of the shapes between two coordinates along an axis, with the extreme ones; shape (n, 3) [m]."""
 
     def cut(corners: Points) -> Iterator[Points]:
         along = corners[:, axis]
@@ -64,7 +64,7 @@ def slab(shapes: list[Points], axis: int, low: float, high: float) -> Points:
 
 
 def is_near(extents: list[Any], expected: float) -> bool:
-    """Whether the largest coordinate within a slice fits, for the slice cut back and for the slice grown by NEAR."""
+    """Return whether the maximum coordinate within a slice fits, for the slice cut back and grown by NEAR."""
     inner, outer = extents
     return bool(inner <= expected + NEAR and outer >= expected - NEAR)
 
@@ -100,7 +100,7 @@ def test_housings_are_as_round_as_the_meshes(link: str, height: str, side: int) 
 
 
 def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
-    """Ways down to the corners of the bins, with the rail so far [m] from where the arm points straight at them."""
+    """Yield paths down to the corners of the bins, with the rail offset [m] from where the arm points at them."""
     rest = Joints(*(INITIAL_POSITIONS[name] for name in ARM_JOINTS))
     for name, (x, y) in BIN_CENTRES.items():
         for corner in ((x + side, y + end) for side in (-0.25, 0.25) for end in (-0.25, 0.25)):

@@ -1,4 +1,4 @@
-"""The belt: parts ride at its speed, start and stop with it."""
+"""Belt: parts ride at its speed, start and stop with it."""
 
 import mujoco
 import numpy as np
@@ -32,7 +32,7 @@ def poses(bench: Bench) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
 
 
 def settling_time(bench: Bench, goal: float) -> float:
-    """Time [s] from now until every part keeps to the speed `goal` along -y within 1 % of the belt's."""
+    """Return the time [s] until every part keeps to the speed `goal` along -y within 1 % of the belt's."""
     late = 0
     for tick in range(100):
         mujoco.mj_step(bench.model, bench.data)
@@ -72,8 +72,8 @@ def test_parts_start_and_stop_with_the_belt(bench: Bench) -> None:
     assert np.abs(poses(bench)[:, 1] - before).max() < 2.5 * MM
 
 
-def test_starting_the_belt_wakes_nobody(bench: Bench) -> None:
-    """The trap: a surface that begins to move is no change that the engine looks for."""
+def test_starting_the_belt_wakes_no_part(bench: Bench) -> None:
+    """The trap: the engine does not detect a change of the surface velocity."""
     before = poses(bench)
     bench.set_belt(SPEED)
     bench.run(0.3)
@@ -90,5 +90,5 @@ def test_a_velocity_of_minus_zero_wakes_and_changes_nothing_else(bench: Bench) -
 
 
 def test_the_model_knows_that_its_surfaces_may_move() -> None:
-    """The belt stands still in the specification; without the flag the engine would never look at it again."""
+    """The belt stands still in the specification; without the flag the engine would ignore later changes."""
     assert bool(Bench(cell()).model.flg_surfacevel)

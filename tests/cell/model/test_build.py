@@ -1,4 +1,4 @@
-"""A trial as a model: who is in it, under which name, and where at the start."""
+"""Trial as a model: the parts in it, their names, and their places at the start."""
 
 import dataclasses
 from typing import Any
@@ -173,7 +173,7 @@ def test_fixed_things_are_where_the_competition_had_them(world: World) -> None:
 
 
 def test_geom_groups_follow_their_touch(world: World) -> None:
-    """Group 1 is touched and seen, 2 only seen, 3 only touched; 4 is neither."""
+    """Group 1 collides and is drawn, 2 is only drawn, 3 only collides; 4 is neither."""
     model = world.model
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     assert set(model.geom_group[solid]) == {1, 3}

@@ -1,4 +1,4 @@
-"""The suction cup: its shape, and how the soft wrist lays it flat on a part."""
+"""Suction cup: its shape, and its alignment to a part by the soft wrist."""
 
 import math
 
@@ -15,7 +15,7 @@ from tests.cell.model.bench import Bench, cell, lying
 
 
 def drive(bench: Bench, start: dict[str, float], goal: dict[str, float], seconds: float) -> None:
-    """A straight way in joint space, as the original's controller goes when only positions are given."""
+    """Drive along a straight line in joint space, as the original's controller does with positions only."""
     timestep = bench.model.opt.timestep
     for k in range(round(seconds / timestep)):
         share = k * timestep / seconds
@@ -27,7 +27,7 @@ def drive(bench: Bench, start: dict[str, float], goal: dict[str, float], seconds
 
 
 def touching(bench: Bench) -> dict[str, list[tuple[float, float]]]:
-    """What the cup is near to: by body, (normal towards the cup . cup axis, distance [m]) of each contact."""
+    """Return the contacts of the cup by body: (normal towards the cup . cup axis, distance [m]) of each."""
     cup = bench.model.geom(CUP_GEOM).id
     axis = bench.data.body(GRIPPER).xmat.reshape(3, 3)[:, 2]
     found: dict[str, list[tuple[float, float]]] = {}
@@ -61,7 +61,7 @@ def test_shape_of_the_cup() -> None:
 
 @pytest.mark.parametrize("shift", [0.0, 0.13])
 def test_pushed_pick_from_the_bin_lays_the_cup_flat(shift: float) -> None:
-    """The waypoint lies 5 mm inside the piston rod and 3.5 deg askew: the part stops the arm, the wrist turns."""
+    """The waypoint lies 5 mm inside the piston rod and 3.5 deg tilted: the part stops the arm, the wrist turns."""
     rods = [
         Part(f"bin7|piston_rod_part_{n}", "piston_rod_part", Pose.from_rpy((-0.3, y, 0.75), (0, 0, math.pi / 4)))
         for n, y in ((5, 0.03), (6, 0.163333))
@@ -74,7 +74,7 @@ def test_pushed_pick_from_the_bin_lays_the_cup_flat(shift: float) -> None:
     contacts = touching(bench)[f"bin7|piston_rod_part_{5 if shift == 0.0 else 6}"]
     assert min(alignment for alignment, _ in contacts) > 0.99
     assert -5e-4 < min(gap for _, gap in contacts) < 0.0
-    # the face is above the bin's floor by the part's height, give or take its tilt over the part's edge
+    # the face is above the bin's floor by the part's height, except for its tilt over the part's edge
     assert bench.body_pose(GRIPPER).position[2] == pytest.approx(BIN_SURFACE + 0.0075 + 0.005, abs=3e-3)
 
 

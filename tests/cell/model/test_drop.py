@@ -1,4 +1,4 @@
-"""Whatever is dropped from a metre, however it is turned, lands on top of what is below."""
+"""Parts dropped from a metre land on top of what is below, in any orientation."""
 
 from typing import Any
 
@@ -13,18 +13,18 @@ from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.model.bench import Bench, at_step, cell
 
-# centre x, y, surface z, half width x, y of what parts must not pass, and how deep below is solid
+# centre x, y, surface z, half width x, y of a surface that parts must not pass, and the depth that is solid
 SOLIDS = np.array(
     [(x, y, BIN_SURFACE, 0.31, 0.31, 0.22) for x, y in BIN_CENTRES.values()]
     + [(0.3, 3.15 * side, TRAY_SURFACE, 0.245, 0.345, 0.08) for side in (1, -1)]
     + [(1.21, 3.0, BELT_SURFACE, 0.32, 7.3, 0.18)]
 )
 TRANSIENT = 0.02
-"""How deep [m] the centre of a part that comes down on its edge may dip in during an impact."""
+"""Maximum depth [m] of a part's centre during an impact on the part's edge."""
 
 
 def spots() -> list[tuple[str, float, float, float]]:
-    """Each type over a bin, over the belt and over a tray: type and the point below."""
+    """Return each type over a bin, over the belt and over a tray: type and the point below."""
     found: list[tuple[str, float, float, float]] = []
     for number, kind in enumerate(PART_TYPES):
         x, y = BIN_CENTRES[f"bin{number % 8 + 1}"]
@@ -50,7 +50,7 @@ def bench() -> Bench:
 
 
 def deepest(bench: Bench, centres: NDArray[np.float64]) -> float:
-    """How deep [m] the centre of any part is inside anything solid, the floor included."""
+    """Return the maximum depth [m] of any part's centre inside a solid, including the floor."""
     shift = np.abs(centres[:, None, :2] - SOLIDS[None, :, :2])
     below = SOLIDS[None, :, 2] - centres[:, None, 2]
     inside = (shift < SOLIDS[None, :, 3:5]).all(axis=2) & (below > 0) & (below < SOLIDS[None, :, 5])
@@ -58,7 +58,7 @@ def deepest(bench: Bench, centres: NDArray[np.float64]) -> float:
 
 
 def drop(bench: Bench, seed: int) -> tuple[float, float]:
-    """Drop everything in random orientations; the worst depth [m] while falling, and at the end."""
+    """Drop everything in random orientations; return the worst depth [m] while falling, and at the end."""
     rng = np.random.default_rng(seed)
     mujoco.mj_resetData(bench.model, bench.data)
     bench.world.put_in_first_pose(bench.data)

@@ -1,4 +1,4 @@
-"""Where the named places are."""
+"""Frames of the named places."""
 
 import math
 

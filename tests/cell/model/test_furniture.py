@@ -1,4 +1,4 @@
-"""Heights and walls of what stands still, measured with rays as a sensor would."""
+"""Heights and walls of the furniture, measured with rays as a sensor would."""
 
 import mujoco
 import numpy as np
@@ -26,7 +26,7 @@ def bench() -> Bench:
 
 
 def look(bench: Bench, start: Vector3, direction: Vector3) -> float:
-    """Distance [m] to what a ray meets first; -1 for nothing."""
+    """Return the distance [m] to the first hit of a ray; -1 without a hit."""
     hit = np.zeros(1, dtype=np.int32)
     origin, ray = np.array(start, dtype=float), np.array(direction, dtype=float)
     return float(mujoco.mj_ray(bench.model, bench.data, origin, ray, SOLID, 1, -1, hit))
@@ -43,7 +43,7 @@ def test_bins(bench: Bench, name: str) -> None:
         assert height(bench, x + dx, y + dy) == pytest.approx(BIN_SURFACE)
     inside = BIN_SURFACE + 0.03
     for side in (1.0, -1.0):
-        # walls across y all along; across x only in the corners, open in the middle
+        # walls across y over the whole length; across x only in the corners, open in the middle
         assert look(bench, (x + 0.1, y, inside), (0.0, side, 0.0)) == pytest.approx(0.3175, abs=1e-4)
         assert look(bench, (x, y + 0.25, inside), (side, 0.0, 0.0)) == pytest.approx(0.3175, abs=1e-4)
         assert not 0.0 <= look(bench, (x, y + 0.1, inside), (side, 0.0, 0.0)) < 0.4
@@ -66,7 +66,7 @@ def test_belt(bench: Bench) -> None:
     for y in (10.2, 5.0, -4.2):
         assert height(bench, 1.21, y) == pytest.approx(BELT_SURFACE, abs=1e-6)
     assert height(bench, 0.89, 1.3) == pytest.approx(BELT_SURFACE, abs=1e-6)
-    assert height(bench, 0.87, 1.3) == pytest.approx(0.0, abs=1e-6)  # beside it, and looks do not count
+    assert height(bench, 0.87, 1.3) == pytest.approx(0.0, abs=1e-6)  # beside it; visual shapes do not count
     assert height(bench, 1.21, -4.4) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -83,7 +83,7 @@ def test_frames_stand_in_an_arms_way(bench: Bench) -> None:
     assert height(bench, -0.31, 0.0, 2.5) == pytest.approx(2.025)
     assert height(bench, 1.21, 0.5, 3.5) == pytest.approx(3.025)
     assert look(bench, (1.4, 2.0, 1.5), (1.0, 0.0, 0.0)) == pytest.approx(0.275 + 0.0016, abs=1e-4)
-    for y, x in ((1.5, -0.3131), (-2.0, -0.3159)):  # where the posts of the original stand
+    for y, x in ((1.5, -0.3131), (-2.0, -0.3159)):  # positions of the original's posts
         assert look(bench, (0.0, y, 1.5), (-1.0, 0.0, 0.0)) == pytest.approx(-x - 0.025, abs=1e-4)
 
 

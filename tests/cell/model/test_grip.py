@@ -1,4 +1,4 @@
-"""The weld that holds a part to the cup: how little it gives, and how it lets go."""
+"""Weld that holds a part to the cup: its compliance, and its release."""
 
 import math
 from collections.abc import Callable
@@ -15,11 +15,11 @@ from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import ABOVE_BIN
 from tests.cell.model.bench import MM, Bench, cell, distance
 
-AWAKE = -11  # value of tree_asleep of a tree that has just been woken
+AWAKE = -11  # value of tree_asleep of a tree that was just woken
 
 
 def holding(kind: str, servo: ServoProfile = "precise") -> tuple[Bench, WorldPart]:
-    """An arm that has held a part under its cup for half a second."""
+    """Return an arm that has held a part under its cup for half a second."""
     settings = CellSettings(arm=ArmSettings(servo=servo))
     bench = Bench(cell(Part(kind, kind, Pose((0.0, 0.0, 2.0))), has_arm=True, settings=settings))
     bench.put_arm(ABOVE_BIN)
@@ -36,7 +36,7 @@ def holding(kind: str, servo: ServoProfile = "precise") -> tuple[Bench, WorldPar
 
 
 def swing(bench: Bench, amplitude: float, rate: float, seconds: float, look: Callable[[], None]) -> None:
-    """Swing the shoulder to and fro."""
+    """Swing the shoulder back and forth."""
     timestep, start = bench.model.opt.timestep, ABOVE_BIN["shoulder_pan_joint"]
     for k in range(round(seconds / timestep)):
         position = start + amplitude * (1 - math.cos(rate * k * timestep))
@@ -65,7 +65,7 @@ def test_a_held_part_hardly_moves_in_the_cup(kind: str, servo: ServoProfile) -> 
 
 
 def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
-    """The first three rows of the weld's force: what a suction limit in newtons is compared with."""
+    """A suction limit in newtons is compared with the first three rows of the weld's force."""
     bench, part = holding("pulley_part")
     bench.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # the weld alone, no push of the cup
     bench.run(0.5)
@@ -78,7 +78,7 @@ def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_part_let_go_in_mid_air_falls(kind: str) -> None:
-    """The trap: held by a standing arm it is about to sleep, and would sleep in the air. Its count begins anew."""
+    """The trap: held by a standing arm it is about to sleep, and would sleep in the air. Its count starts again."""
     bench, part = holding(kind)
     bench.run(1.0)
     start = bench.position(part)[2]

@@ -1,4 +1,4 @@
-"""Models of somebody's own in the engine."""
+"""User-defined models in the engine."""
 
 from pathlib import Path
 
@@ -40,7 +40,7 @@ def test_parts_lie_where_they_were_put(cell: Cell) -> None:
             assert pose.position[2] == pytest.approx(surfaces[part.name.partition("|")[0]], abs=1e-3)
 
 
-def test_cameras_and_trays_tell_them(cell: Cell) -> None:
+def test_cameras_and_trays_report_them(cell: Cell) -> None:
     cell.reset()
     for _ in range(1000):
         cell.step()

@@ -1,4 +1,4 @@
-"""What a part looks like from above: its box, its heights, and where the cup can stand on it."""
+"""Top views of a part: its box, its heights, and the flat spots for the cup."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def tops(*shapes: ModelShape, mass: float = 0.5) -> tuple[PartTop, ...]:
 
 
 def top(*shapes: ModelShape) -> PartTop:
-    """The part as it was modelled."""
+    """Return the top of the part as modelled."""
     return tops(*shapes)[0]
 
 
 def box(x: float, y: float, z: float, pose: Pose | None = None) -> ModelShape:
-    """A box [m] that stands on the origin, or wherever its middle is put."""
+    """Return a box [m] that stands on the origin, or has its middle at `pose`."""
     return ModelShape("box", (x, y, z), Pose((0.0, 0.0, z / 2)) if pose is None else pose)
 
 

@@ -1,4 +1,4 @@
-"""The catalogue of parts: figures of the competition's models, and what the engine makes of them."""
+"""Catalogue of parts: figures of the competition's models, and the engine's results for them."""
 
 import mujoco
 import numpy as np
@@ -91,7 +91,7 @@ def test_inertia_is_that_of_a_body_of_this_size(model: mujoco.MjModel, kind: str
 
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_looks_stay_close_to_what_is_touched(model: mujoco.MjModel, kind: str) -> None:
-    """What is seen neither floats beside what is touched nor hides inside it."""
+    """Visual shapes neither float beside the collision shapes nor hide inside them."""
     lower, upper = part_type(kind).box
     looks = [g for g in range(model.ngeom) if model.geom_group[g] in (1, 2) and belongs(model, g, kind)]
     data = mujoco.MjData(model)

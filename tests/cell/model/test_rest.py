@@ -1,4 +1,4 @@
-"""What lies still stays where it lies, with no sleep to help it."""
+"""Parts at rest stay in place, even without sleep."""
 
 from collections.abc import Iterator
 
@@ -25,7 +25,7 @@ ON_TRAY = {
 
 
 def everywhere() -> Iterator[Part]:
-    """One part of each type in a bin, on the belt, and on a tray."""
+    """Yield one part of each type in a bin, on the belt, and on a tray."""
     for number, kind in enumerate(PART_TYPES):
         x, y = BIN_CENTRES[f"bin{number % 8 + 1}"]
         yield lying(kind, x + 0.2 * (number // 8), y, BIN_SURFACE, name=f"bin|{kind}")
@@ -36,7 +36,7 @@ def everywhere() -> Iterator[Part]:
 
 
 def drift(bench: Bench, seconds: float) -> dict[str, float]:
-    """How far each part has gone [m] after settling for a second and resting for `seconds`."""
+    """Return the distance [m] that each part moves in `seconds` of rest, after settling for a second."""
     bench.run(1.0)
     before = {part.name: bench.position(part) for part in bench.world.parts}
     bench.run(seconds)

@@ -1,4 +1,4 @@
-"""Sleep: who falls asleep, who wakes whom, what it saves; and the traps around it."""
+"""Sleep: which bodies fall asleep, what wakes them, the time saved, and the traps."""
 
 import mujoco
 import numpy as np
@@ -69,7 +69,7 @@ def test_a_falling_part_wakes_the_one_it_hits() -> None:
 
 
 def test_parts_that_wait_lie_asleep_above_the_floor() -> None:
-    """The trap: what is parked below an endless floor is thrown out of it."""
+    """The trap: a part parked below an infinite floor is thrown out of it."""
     bench = pooled(3)
     before = np.array([bench.position(part) for part in bench.world.parts])
     bench.run(1.0)
@@ -108,7 +108,7 @@ def test_a_part_goes_back_to_its_slot() -> None:
 
 @pytest.mark.slow
 def test_sleep_changes_no_outcome_of_a_fall() -> None:
-    """With and without sleep a part lands in the same place to within what sleep stops: creeping at under 1 mm/s."""
+    """With and without sleep a part lands in the same place, apart from the creep under 1 mm/s that sleep stops."""
     ends = []
     for sleep in (True, False):
         bench = Bench(cell(Part("p", "part3", Pose.from_rpy((1.21, 0.0, 1.2), (0.3, 0.2, 0.0)))), sleep=sleep)

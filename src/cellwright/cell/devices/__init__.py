@@ -1,1 +1,1 @@
-"""The things on the floor, one file each: belt, gripper, AGVs, arm, sensors. They speak SI units."""
+"""Devices of the cell: belt, gripper, AGVs, arm and sensors, in SI units."""

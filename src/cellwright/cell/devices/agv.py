@@ -1,12 +1,11 @@
 """Automated guided vehicle: its path to the dock and back, and the device that drives it with a tray.
 
-The original moves an AGV through key frames with a spline whose tangent at a key frame is half the way from the
-frame before to the frame after, counted per interval, however long the interval takes. Its speed therefore jumps, by
-up to 0.8 m/s, wherever intervals of different length meet, and from and to standstill at the ends. Here the tangents
-are velocities: the way from the frame before to the frame after over the time between those two, and zero at the
-ends. So velocity is continuous from standstill to standstill, and what lies on the tray can follow. Every key frame
-is reached when the original reaches it; between them the two differ by less than 0.08 m on the way out and 0.2 m on
-the way back.
+The original moves an AGV through key frames with a spline. Its tangent at a key frame is half the difference between
+the next and the previous frame, per interval, regardless of the interval's duration. Its speed therefore jumps, by up
+to 0.8 m/s, between intervals of different length, and at both ends. Here the tangents are velocities: the difference
+between the next and the previous frame over the time between them, and zero at the ends. So velocity is continuous from
+standstill to standstill, and the load on the tray can follow. The AGV reaches every key frame when the original does.
+Between them the two paths differ by less than 0.08 m on the way out and 0.2 m on the way back.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +22,7 @@ KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
 """Time, and x and y of AGV 1 in the world frame [m], at each key frame."""
 
 PACE: Final = Fraction(6, 5)
-"""The times of the key frames are run through this much faster."""
+"""Factor by which the times of the key frames are shortened."""
 
 DELIVERY_FRAMES: Final[KeyFrames] = (
     ("0", 0.3, 3.3),
@@ -49,9 +48,9 @@ RETURN_FRAMES: Final[KeyFrames] = (
 
 
 def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
-    """Where the origin of AGV 1 is, x and y in the world frame, from when it sets out; AGV 2 goes the mirror image.
+    """Return the path of AGV 1's origin, x and y in the world frame, from its departure; AGV 2's is the mirror image.
 
-    Before and after its way it stands. Its height and heading stay.
+    Before and after the path the AGV stands. Its height and heading stay constant.
     """
     times = [round(Fraction(time) / PACE * NANOSECONDS) for time, _, _ in frames]
     side = 1.0 if agv == 1 else -1.0
@@ -59,7 +58,7 @@ def agv_path(frames: KeyFrames, agv: int) -> Trajectory:
 
 
 def _through(times: list[int], values: list[float]) -> list[Segment]:
-    """Cubics through one coordinate's values, at rest at both ends."""
+    """Return cubics through one coordinate's values, at rest at both ends."""
     inner = [
         (after - before) / ((late - early) / NANOSECONDS)
         for before, after, early, late in zip(values, values[2:], times, times[2:], strict=False)
@@ -77,8 +76,8 @@ PREPARATION = 0.75
 class Agv(Device):
     """AGV number 1 or 2.
 
-    A call sets it preparing; after 0.75 s the parts are locked to the tray, the kit is submitted (`on_submit` is called
-    with the kit type) and it drives off; at the end of the way the kit leaves the cell, and it comes back.
+    A call makes it prepare. After 0.75 s the parts are locked to the tray, the kit is submitted (`on_submit` is called
+    with the kit type) and it departs. At the end of the path the kit leaves the cell, and the AGV returns.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("state", "kit_type", "_departed")
@@ -109,7 +108,7 @@ class Agv(Device):
         self.set_stepping(False)
 
     def send(self, kit_type: str) -> bool:
-        """Ask it to take its tray away as a kit of this type; False unless it is ready."""
+        """Request delivery of its tray as a kit of this type; return False unless it is ready."""
         if self.state != "ready_to_deliver":
             return False
         self.state = "preparing_to_deliver"
@@ -118,14 +117,14 @@ class Agv(Device):
         return True
 
     def handle_depart(self) -> None:
-        """Set off with the tray, and submit its kit."""
+        """Depart with the tray, and submit its kit."""
         self.tray.lock()
         self._set_off("delivering")
         for listener in self.on_submit:
             listener(self, self.kit_type)
 
     def handle_arrive(self) -> None:
-        """Deliver the kit, or be ready again."""
+        """Deliver the kit, or become ready again."""
         if self.state == "delivering":
             self.state = "delivered"
             self.tray.clear()
@@ -136,11 +135,11 @@ class Agv(Device):
             self._drive(self._station)
 
     def handle_turn(self) -> None:
-        """Set off for the station."""
+        """Depart for the station."""
         self._set_off("returning")
 
     def before_step(self) -> None:
-        """Drive along the way."""
+        """Drive along the path."""
         path = self._paths.get(self.state)
         if path is not None:
             clock = self.simulation.clock
@@ -155,7 +154,7 @@ class Agv(Device):
         self.simulation.wake(self.simulation.model.body(self.name).id)
 
     def _drive(self, position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0)) -> None:
-        """Setpoints of the two slides: x and y in the world frame [m], and velocities [m/s]."""
+        """Set the setpoints of the two slides: x and y in the world frame [m], and velocities [m/s]."""
         ctrl = self.simulation.data.ctrl
         for slide, at, start, speed in zip(self._ctrl, position, self._station, velocity, strict=True):
             ctrl[slide], ctrl[slide + 1] = at - start, speed

@@ -1,4 +1,4 @@
-"""Conveyor belt: its drive, the parts that come on it by a schedule, and the deletion wall at its end."""
+"""Conveyor belt: its drive, the schedule of the parts on it, and the deletion wall at its end."""
 
 import math
 from collections import Counter
@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import ceil
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from cellwright.cell.devices.parts import LARGEST_PART, Parts
+from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts
 from cellwright.cell.kitting.fates import Removal
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
@@ -22,11 +22,11 @@ FULL_SPEED = 0.2
 """Belt speed [m/s] at 100 % power, towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
 
 _SLOW = 2.0
-"""Below this many times the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
+"""Below this multiple of the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
 
 
 class Conveyor(Device):
-    """The belt. `power` is in percent of full speed, 0 to 100; a snapshot's model has the surface's velocity."""
+    """Belt drive. `power` is in percent of full speed, 0 to 100; a snapshot's model has the surface's velocity."""
 
     STATE: ClassVar[tuple[str, ...]] = ("power",)
 
@@ -35,17 +35,17 @@ class Conveyor(Device):
         self.parts = parts
         self.power = 0.0
         self.on_power: list[Callable[[Conveyor], None]] = []
-        """Those who are told when the power has been set."""
+        """Callbacks that run when the power has been set."""
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the belt."""
         super().attach(simulation)
         self._geom = simulation.model.geom(BELT_GEOM).id
-        # Without the flag the engine takes no notice of surface velocities that were all zero when it compiled.
+        # Without the flag the engine ignores surface velocities that were all zero when it compiled.
         simulation.model.flg_surfacevel = 1
 
     def reset(self) -> None:
-        """Stand still."""
+        """Stop the belt."""
         self.power = 0.0
         self.set_stepping(False)
 
@@ -55,7 +55,7 @@ class Conveyor(Device):
         return FULL_SPEED * self.power / 100.0
 
     def set_power(self, power: float) -> bool:
-        """Run at `power` percent; anything outside 0..100 is ignored, as in the original. Whether it was taken."""
+        """Run at `power` percent. Anything outside 0..100 is ignored, as in the original; return False then."""
         if not (math.isfinite(power) and 0.0 <= power <= 100.0):
             return False
         if power != self.power:
@@ -66,19 +66,19 @@ class Conveyor(Device):
         return True
 
     def before_step(self) -> None:
-        """Keep awake what rides so slowly that the engine takes it for being at rest."""
+        """Keep parts awake that ride so slowly that the engine takes them for being at rest."""
         for part in self._on_belt():
             self.simulation.keep_awake(part.body)
 
     def _drive(self) -> None:
         simulation = self.simulation
         model = simulation.model
-        # The surface velocity is given in the geom's own frame, and the geom may be turned.
+        # The surface velocity is in the geom's own frame, and the geom may be turned.
         simulation.refresh()
         world_R_geom = simulation.data.geom_xmat[self._geom].reshape(3, 3)
         model.geom_surfacevel[self._geom, :3] = world_R_geom.T @ (0.0, -self.speed, 0.0)
         for part in self._on_belt():
-            simulation.wake(part.body)  # a changed surface velocity wakes nobody
+            simulation.wake(part.body)  # a changed surface velocity does not wake parts
         self.set_stepping(0.0 < self.speed < _SLOW * model.opt.sleep_tolerance)
 
     def _on_belt(self) -> list[WorldPart]:
@@ -93,11 +93,11 @@ class Conveyor(Device):
 
 
 WALL_PERIOD = Fraction(1, 5)
-"""Time between two looks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
+"""Time between two checks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
 
 
 class DeletionWall(Device):
-    """Removes parts that touch the wall's volume."""
+    """Device that removes parts that touch the wall's volume."""
 
     def __init__(self, parts: Parts) -> None:
         super().__init__("deletion_wall")
@@ -109,14 +109,14 @@ class DeletionWall(Device):
         self._geom = simulation.model.geom(DELETION_WALL_GEOM).id
 
     def reset(self) -> None:
-        """Look five times a second from now on."""
+        """Check five times a second from now on."""
         self._schedule(1)
 
     def handle_look(self, number: int) -> None:
-        """Look for parts that touch the wall."""
+        """Remove the parts that touch the wall."""
         self._schedule(number + 1)
         centre = self.simulation.model.geom_pos[self._geom]
-        half = self.simulation.model.geom_size[self._geom] + LARGEST_PART
+        half = self.simulation.model.geom_size[self._geom] + MAX_PART_SIZE
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
             if self.parts.touches(part, self._geom, cutoff=1e-3):
@@ -128,9 +128,9 @@ class DeletionWall(Device):
 
 @dataclass(frozen=True, slots=True)
 class Appearance:
-    """A part that is to appear: clone number `clone` of its type, at `pose` in the spawn frame.
+    """Appearance of a part: clone number `clone` of its type, at `pose` in the spawn frame.
 
-    Where `in_pool` is false the pool has no such clone any more, and nothing appears.
+    If `in_pool` is false the pool has no such clone left, and nothing appears.
     """
 
     type: str
@@ -140,25 +140,24 @@ class Appearance:
 
     @property
     def name(self) -> str:
-        """The name of its model."""
+        """Name of its model."""
         return f"populate_conveyor|{self.type}_clone_{self.clone}"
 
 
 class PopulationSchedule(PlainState):
-    """The list of parts, and how far it has been gone through. Pure logic, exact.
+    """Schedule of the parts on the belt, and its progress. Pure logic, exact.
 
-    Times are whole nanoseconds and the belt's progress is a fraction of them, so it makes no difference whether `pop`
-    is called at every step or only when the next part is due.
+    Times are whole nanoseconds and the belt's progress is a fraction of them. So calling `pop` at every step or only
+    when the next part is due gives the same result.
 
-    The list is gone through by time at full power; at half power everything takes twice as long. A change of power
-    leaves what has passed as it is, so that parts keep their distance on the belt. When the last part has appeared the
-    list begins again, at once. Clones of a type are counted on through all rounds; only as many as the pool has are
-    there.
+    The schedule runs by time at full power; at half power everything takes twice as long. A change of power keeps the
+    progress so far, so that parts keep their distance on the belt. After the last part the list begins again, at once.
+    Clones of a type are counted through all rounds; the pool limits how many exist.
 
     Args:
-        parts: what is to appear and when [s after the start, at full power].
-        cycles: how many rounds the pool of parts is enough for.
-        delay: how much later [s at full power] the first round begins, each time somebody starts the list.
+        parts: parts with their times [s after the start, at full power].
+        cycles: number of rounds that the pool of parts is enough for.
+        delay: delay of the first round [s at full power], after each start of the list.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("running", "_anchor", "_index", "_last_pop")
@@ -181,31 +180,31 @@ class PopulationSchedule(PlainState):
         self._last_pop = -1
 
     def progress(self, now: int) -> Fraction:
-        """How far into the list it is at `now` [ns], in nanoseconds at full power."""
+        """Return the progress in the list at `now` [ns], in nanoseconds at full power."""
         return self._progress + (now - self._anchor) * self._rate if self.running else self._progress
 
     def restart(self, now: int) -> None:
-        """Go through the list from its beginning, from `now` [ns] on. Clones are counted on."""
+        """Restart the list from its beginning at `now` [ns]. The count of clones continues."""
         self.running = True
         self._index, self._anchor, self._progress = 0, now, self._start
 
     def pause(self, now: int) -> None:
-        """Stand still from `now` [ns] on."""
+        """Pause at `now` [ns]."""
         self._anchor, self._progress = now, self.progress(now)
         self.running = False
 
     def resume(self, now: int) -> None:
-        """Go on from `now` [ns] on where it stood still."""
+        """Resume at `now` [ns] where it was paused."""
         self._anchor, self._progress = now, self.progress(now)
         self.running = True
 
     def set_power(self, power: float, now: int) -> None:
-        """Go on at the pace of the belt, at 0 to 100 % of its power, from `now` [ns] on."""
+        """Continue at the pace of the belt, at 0 to 100 % of its power, from `now` [ns] on."""
         self._anchor, self._progress = now, self.progress(now)
         self._rate = Fraction(power) / 100
 
     def next_due(self) -> int:
-        """When the next part is due [ns], unless something is changed before; `NEVER` if none is.
+        """Return the time of the next part [ns], unless something changes before; `NEVER` if there is none.
 
         It is always later than the last part's appearance: at most one appears in a step.
         """
@@ -221,7 +220,7 @@ class PopulationSchedule(PlainState):
         return min(max(due, self._last_pop + 1), NEVER)
 
     def pop(self, now: int) -> Appearance | None:
-        """The part that appears at `now` [ns], if one is due."""
+        """Return the part that appears at `now` [ns], if one is due."""
         if now < self.next_due():
             return None
         part = self.entries[self._index]
@@ -234,7 +233,7 @@ class PopulationSchedule(PlainState):
         return Appearance(part.type, clone, part.pose, clone < self._pool[part.type])
 
     def get_state(self) -> dict[str, Any]:
-        """All that is remembered, as JSON values."""
+        """Return the whole state as JSON values."""
         return {
             **super().get_state(),
             "rate": list(self._rate.as_integer_ratio()),
@@ -243,7 +242,7 @@ class PopulationSchedule(PlainState):
         }
 
     def set_state(self, state: State) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         super().set_state(state)
         self._rate, self._progress = Fraction(*state["rate"]), Fraction(*state["progress"])
         self._clones = Counter(state["clones"])
@@ -253,7 +252,7 @@ PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Population(PopulationSchedule, Device):
-    """Puts the parts of a trial on the belt. The list runs at the pace of the belt."""
+    """Device that puts the parts of a trial on the belt. The list runs at the pace of the belt."""
 
     def __init__(self, trial: Trial, conveyor: Conveyor, parts: Parts) -> None:
         Device.__init__(self, "population")
@@ -268,7 +267,7 @@ class Population(PopulationSchedule, Device):
         self._plan()
 
     def handle_appear(self) -> None:
-        """Let the part that is due appear, if the pool still has one."""
+        """Place the part that is due on the belt, if the pool still has one."""
         appearance = self.pop(self.simulation.now)
         if appearance is not None and appearance.in_pool:
             self.parts.place(self.parts.part(appearance.name), SPAWN_FRAME @ appearance.pose)

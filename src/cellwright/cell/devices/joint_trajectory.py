@@ -1,10 +1,10 @@
-"""Joint trajectories: polynomial segments in time, and what the joints are to do at a given time.
+"""Joint trajectories: polynomial segments in time, and the desired joint states at a given time.
 
-A segment between two knots is a straight line, a cubic or a quintic, by what both knots say: positions, velocities as
-well, accelerations as well. Time is in whole nanoseconds; inside a segment it is seconds since the segment's start.
-Positions are in rad or m, whatever the joint turns or slides in.
+A segment between two knots is a straight line, a cubic or a quintic. A cubic needs velocities at both knots, a quintic
+accelerations as well. Time is in whole nanoseconds; inside a segment it is seconds since the segment's start.
+Positions are in rad for revolute and in m for prismatic joints.
 
-Everything is computed on plain floats with fixed order of operations, so a trajectory is the same on every host.
+Everything is computed on plain floats with a fixed order of operations, so a trajectory is the same on every host.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ from cellwright.engine.clock import NANOSECONDS, NEVER
 Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
 
 ALWAYS = -NEVER
-"""A time [ns] before every run."""
+"""Time [ns] before every run."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryPoint:
-    """A point that a commanded trajectory goes through, as it came: nothing in it has been checked.
+    """Point of a commanded trajectory as received, unchecked.
 
-    Positions [rad or m] are one per name of the trajectory; velocities and accelerations are as many, or none.
+    Positions [rad or m] are one per name of the trajectory; velocities and accelerations have the same length, or are
+    empty.
     """
 
     positions: Sequence[float]
@@ -37,7 +38,7 @@ class TrajectoryPoint:
 
 @dataclass(frozen=True, slots=True)
 class JointTrajectory:
-    """A commanded trajectory, as it came; `start_ns` None starts it at once."""
+    """Commanded trajectory as received; `start_ns` None starts it at once."""
 
     joint_names: Sequence[str]
     points: Sequence[TrajectoryPoint]
@@ -45,7 +46,7 @@ class JointTrajectory:
 
 
 class Knot(NamedTuple):
-    """What one joint is to do at an end of a segment; None where nothing is asked."""
+    """Desired state of one joint at an end of a segment; None where unspecified."""
 
     position: float
     velocity: float | None = None
@@ -53,10 +54,10 @@ class Knot(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """One joint's way from `start` to `end` [ns]: a polynomial of the seconds since `start`, lowest power first.
+    """Motion of one joint from `start` to `end` [ns]: a polynomial of the seconds since `start`, lowest power first.
 
-    `final` is the position at the end [rad or m], exactly as it was asked for. Where no other segment follows the
-    joint rests there.
+    `final` is the position at the end [rad or m], exactly as requested. If no other segment follows, the joint rests
+    there.
     """
 
     start: int
@@ -66,7 +67,7 @@ class Segment(NamedTuple):
 
 
 class JointsState(NamedTuple):
-    """What all joints are to do at a time: positions, velocities and accelerations in SI units, one per joint."""
+    """Desired state of all joints at a time: positions, velocities and accelerations in SI units, one per joint."""
 
     positions: list[float]
     velocities: list[float]
@@ -74,15 +75,16 @@ class JointsState(NamedTuple):
 
 
 def rest_segment(time: int, position: float) -> Segment:
-    """The segment of no length after which a joint rests at `position` from `time` [ns] on."""
+    """Return the segment of no length after which a joint rests at `position` from `time` [ns] on."""
     return Segment(time, time, (position, 0.0, 0.0, 0.0, 0.0, 0.0), position)
 
 
 def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
-    """The segment from knot `a` at `start` to knot `b` at `end` [ns].
+    """Return the segment from knot `a` at time `start` [ns] to knot `b` at time `end` [ns].
 
-    A straight line unless both knots have velocities; a cubic then, unless both have accelerations too; a quintic
-    then. The coefficients solve the Hermite conditions at both ends. With no time between them it is a jump to `b`.
+    It is a straight line unless both knots have velocities, then a cubic unless both have accelerations too, then a
+    quintic. The coefficients solve the Hermite conditions at both ends. With no time between the knots it is a jump to
+    `b`.
     """
     t = (end - start) / NANOSECONDS
     if t <= 0.0:
@@ -103,11 +105,11 @@ def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
 
 
 def stop_segment(start: int, position: float, velocity: float, duration: int) -> Segment:
-    """The segment that brings a joint to rest in `duration` [ns], without turning back.
+    """Return the segment that brings a joint to rest in `duration` [ns], without reversing.
 
-    It is the first half of the quintic that would bring the joint back to `position` with `-velocity` after twice the
-    duration, with no acceleration at its ends. The joint comes to rest 5/8 velocity x duration further on, and is
-    slowed down by at most 3/2 velocity / duration.
+    It is the first half of a quintic of twice the duration, with no acceleration at its ends. That quintic would
+    bring the joint back to `position` with `-velocity`. The joint comes to rest 5/8 velocity x duration further on, and
+    decelerates by at most 3/2 velocity / duration.
     """
     if duration <= 0 or velocity == 0.0:
         return rest_segment(start, position)
@@ -117,26 +119,26 @@ def stop_segment(start: int, position: float, velocity: float, duration: int) ->
 
 
 class Trajectory:
-    """What each of several joints is to do, from the first of its segments on.
+    """Desired motion of several joints, from the first of their segments on.
 
-    Each joint has its own segments, in order of their start times: a segment is in force until the next one starts,
-    and from its end until then the joint rests at its final position.
+    Each joint has its own segments, in order of their start times. A segment is in force until the next one starts;
+    from its end until then the joint rests at its final position.
     """
 
     def __init__(self, joints: Iterable[Iterable[Segment]]) -> None:
         self.joints = tuple(tuple(segments) for segments in joints)
         self.start = max(segments[0].start for segments in self.joints)
-        """Before this time [ns] it is not known what the joints were to do."""
+        """Start of the known motion [ns]."""
         self.end = max(segments[-1].end for segments in self.joints)
-        """From this time [ns] on the joints rest."""
+        """Time [ns] from which on the joints rest."""
         self._starts = [[segment.start for segment in segments] for segments in self.joints]
-        # The polynomials in force from `_since` until `_until`; all else about sampling is in the trajectory itself.
+        # The polynomials in force from `_since` until `_until`; a cache of what the trajectory itself says.
         self._since, self._until = 0, 0
         self._rows: list[tuple[int, float, float, float, float, float, float]] = []
         self._degree = 0
 
     def positions(self, time: int) -> list[float]:
-        """Position of each joint [rad or m] at `time` [ns]."""
+        """Return the position of each joint [rad or m] at `time` [ns]."""
         if not self._since <= time < self._until:
             self._enter(time)
         if self._degree == 0:
@@ -151,7 +153,7 @@ class Trajectory:
         ]
 
     def velocities(self, time: int) -> list[float]:
-        """Velocity of each joint [rad/s or m/s] at `time` [ns]; zero where it rests."""
+        """Return the velocity of each joint [rad/s or m/s] at `time` [ns]; zero where it rests."""
         if not self._since <= time < self._until:
             self._enter(time)
         if self._degree <= 1:
@@ -164,7 +166,7 @@ class Trajectory:
         ]
 
     def accelerations(self, time: int) -> list[float]:
-        """Acceleration of each joint [rad/s^2 or m/s^2] at `time` [ns]; zero where it rests."""
+        """Return the acceleration of each joint [rad/s^2 or m/s^2] at `time` [ns]; zero where it rests."""
         if not self._since <= time < self._until:
             self._enter(time)
         return [
@@ -173,26 +175,26 @@ class Trajectory:
         ]
 
     def state(self, time: int) -> JointsState:
-        """Positions, velocities and accelerations at `time` [ns]."""
+        """Return positions, velocities and accelerations at `time` [ns]."""
         return JointsState(self.positions(time), self.velocities(time), self.accelerations(time))
 
     def between(self, joint: int, now: int, until: int) -> tuple[Segment, ...]:
-        """The segments of one joint that are in force at some time from `now` until `until` [ns]."""
+        """Return the segments of one joint that are in force at some time from `now` until `until` [ns]."""
         starts = self._starts[joint]
         first = max(0, bisect_right(starts, now) - 1)
         return self.joints[joint][first : max(first + 1, bisect_right(starts, until))]
 
     def get_state(self) -> list[list[list[Any]]]:
-        """The segments of each joint as JSON values."""
+        """Return the segments of each joint as JSON values."""
         return [[[s.start, s.end, list(s.coefficients), s.final] for s in segments] for segments in self.joints]
 
     @classmethod
     def from_state(cls, state: Sequence[Sequence[Sequence[Any]]]) -> Trajectory:
-        """The trajectory that `get_state` described."""
+        """Restore the trajectory from what `get_state` returned."""
         return cls([Segment(s, e, (c[0], c[1], c[2], c[3], c[4], c[5]), f) for s, e, c, f in joint] for joint in state)
 
     def _enter(self, time: int) -> None:
-        """Look up which polynomials are in force at `time`, and from when until when they are."""
+        """Look up the polynomials in force at `time`, and the interval in which they are."""
         since, until, degree = ALWAYS, NEVER, 0
         rows = []
         for segments, starts in zip(self.joints, self._starts, strict=True):

@@ -1,4 +1,4 @@
-"""Kit trays: what lies on the plate of each, reported once a second, and the demonstration tray."""
+"""Kit trays, which report the parts on their plates once a second, and the demonstration tray."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,25 +20,25 @@ REPORT_PERIOD = Fraction(1)
 """Time between two reports [s] (ARIAC 2017: the tray's contact sensor runs at 1 Hz)."""
 
 CONTACT_DISTANCE = 5e-4
-"""A part closer to the plate than this [m] stands on it. A sleeping part has no contacts to go by, so distance does."""
+"""Maximum distance [m] of a part that stands on the plate. It replaces contacts, which a sleeping part lacks."""
 
 _ASIDE, _DOWN, _UP = 0.6, 0.1, 0.3
-"""How far the space above a tray reaches from its link [m], whichever way the tray is turned."""
+"""Extent of the space above a tray from its link [m], in any orientation of the tray."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrayPart:
-    """A part on a tray; the pose is that of the part in the tray frame."""
+    """Part on a tray; the pose is that of the part in the tray frame."""
 
     name: str
     pose: Pose
 
 
 class KitTray(Device):
-    """One tray on its AGV.
+    """Tray on its AGV.
 
-    `contents` is what was last reported: parts in contact with the base plate and those locked to the tray. A part
-    lying on another part is not among them. It changes once a second, and whoever is in `on_report` is told.
+    `contents` is the last report: parts in contact with the base plate and those locked to the tray. A part lying on
+    another part is not among them. It changes once a second and then runs the callbacks in `on_report`.
     """
 
     def __init__(self, number: int, parts: Parts) -> None:
@@ -56,24 +56,24 @@ class KitTray(Device):
         self._plate = simulation.model.geom(plate_name(f"agv{self.number}")).id
 
     def reset(self) -> None:
-        """Empty, and reporting each second from now on."""
+        """Begin a run: empty, with reports each second from now on."""
         self.contents = ()
         self._schedule(1)
 
     def handle_report(self, number: int) -> None:
-        """Report."""
+        """Take a report."""
         self._schedule(number + 1)
-        self._tell()
+        self._notify()
 
     @property
     def world_T_tray(self) -> Pose:
-        """Where the tray link is now."""
+        """Present pose of the tray link."""
         simulation = self.simulation
         simulation.refresh()
         return Pose(tuple(simulation.data.xpos[self._body].tolist()), tuple(simulation.data.xquat[self._body].tolist()))
 
     def look(self) -> tuple[TrayPart, ...]:
-        """What stands on the plate or is locked to it now, in the order of the parts."""
+        """Return the parts that stand on the plate or are locked to it now, in the order of the parts."""
         world_T_tray = self.world_T_tray
         tray_T_world = world_T_tray.inverse()
         x, y, z = world_T_tray.position
@@ -85,7 +85,7 @@ class KitTray(Device):
         )
 
     def is_below(self, point: Vector3) -> bool:
-        """Whether a point of the world [m] is above the plate, within 0.3 m of it."""
+        """Return whether a point of the world [m] is above the plate, within 0.3 m of it."""
         x, y, z = self.world_T_tray.inverse().transform(point)
         return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UP
 
@@ -107,25 +107,25 @@ class KitTray(Device):
         for part in self.parts.all:
             if self._is_locked(part):
                 self.parts.put_away(part, Removal.DELIVERY)
-        self._tell()
+        self._notify()
 
     def remove_all(self) -> None:
         """Take everything that stands on the tray out of the cell."""
         for each in self.look():
             self.parts.put_away(self.parts.part(each.name))
-        self._tell()
+        self._notify()
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         self.contents = self.look()
         for listener in self.on_report:
             listener(self)
 
     def get_state(self) -> dict[str, Any]:
-        """The last report."""
+        """Return the last report."""
         return {"contents": [[each.name, *each.pose.position, *each.pose.quaternion] for each in self.contents]}
 
     def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned; what is locked is restored with the engine."""
+        """Restore what `get_state` returned; locks are restored with the engine."""
         self.contents = tuple(
             TrayPart(name, Pose((x, y, z), (qw, qx, qy, qz))) for name, x, y, z, qw, qx, qy, qz in state["contents"]
         )
@@ -142,7 +142,7 @@ DROP_HEIGHT = 0.1
 
 
 class DemoTray(Device):
-    """Drops `parts[i]` at the ordered place and turn of `objects[i]`, beginning when it is told to."""
+    """Demonstration tray: after `fill` it drops `parts[i]` at the ordered place and turn of `objects[i]`."""
 
     def __init__(self, tray: KitTray, parts: Parts, pool: Sequence[WorldPart], objects: Sequence[KitObject]) -> None:
         super().__init__("demo_tray")

@@ -20,10 +20,10 @@ from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_
 
 
 class Frustum:
-    """A pyramid without its top, along the +x axis of a camera; +y is left and +z is up in its view.
+    """Pyramid without its top, along the +x axis of a camera; +y is left and +z is up in its view.
 
-    Its tip is the camera's origin. `near` and `far` are the distances of its planes [m], `horizontal_fov` is the angle
-    between the left and the right side [rad], `aspect` the width of the view over its height.
+    Its tip is the camera's origin. The planes lie at distances `near` and `far` from it [m]. The angle between the
+    left and the right side is `horizontal_fov` [rad]. The width of the view over its height is `aspect`.
     """
 
     def __init__(self, world_T_camera: Pose, *, near: float, far: float, horizontal_fov: float, aspect: float) -> None:
@@ -43,10 +43,10 @@ class Frustum:
         self._spans = np.abs(self._normals)
 
     def meets(self, centres: NDArray[np.float64], halves: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which boxes the view takes in: those that lie wholly behind none of its six planes. Shape (n,).
+        """Return the mask of boxes in view: those that do not lie wholly behind any of its six planes. Shape (n,).
 
-        This is the test of `gazebo::LogicalCamera`: nothing hides anything, and a box that lies outside across an
-        edge of the view, in front of each single plane, counts as seen.
+        This is the test of `gazebo::LogicalCamera`: nothing occludes anything. A box that lies outside across an edge
+        of the view, in front of each single plane, counts as seen.
 
         Args:
             centres: middles of boxes along the world's axes [m], shape (n, 3).
@@ -65,11 +65,11 @@ def _unit(vector: Vector3) -> Vector3:
 
 @dataclass(frozen=True, slots=True)
 class SceneModel:
-    """A model in the scene: its body has the model's frame, and its geoms are those that can touch anything.
+    """Model in the scene: its body has the model's frame, and its geoms are those that collide.
 
     Attributes:
         name: full model name (`bin7|piston_rod_part_3`, `agv1`, `kit_tray_1`).
-        nested_in: name of the model that it is nested in, if it is.
+        nested_in: name of the model that it is nested in, or None.
     """
 
     name: str
@@ -80,13 +80,13 @@ class SceneModel:
 
 
 def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
-    """world_T_body of some bodies, as of the engine's last look at where they are."""
+    """Return world_T_body of some bodies, as of the engine's last kinematics update."""
     poses = zip(data.xpos[bodies].tolist(), data.xquat[bodies].tolist(), strict=True)
     return [Pose((x, y, z), (qw, qx, qy, qz)) for (x, y, z), (qw, qx, qy, qz) in poses]
 
 
 def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
-    """Ids of the geoms of a body, and of all bodies that hang on it, that can touch anything."""
+    """Return the ids of the colliding geoms of a body and of all bodies below it."""
     bodies = {body}
     for child in range(body + 1, model.nbody):  # the engine numbers parents before children
         if int(model.body_parentid[child]) in bodies:
@@ -96,10 +96,10 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
 
 
 class Scene:
-    """All models, and the boxes around them as of a moment that was kept: cameras that look in one tick share the work.
+    """All models and their boxes at a stored moment: cameras that measure in one tick share the work.
 
-    A moment is the engine's `qpos`. Looking at one leaves the engine's data as they are. Each of the models has another
-    name, and a collision geom; `own_types` are the part types that this cell has besides those that every camera knows.
+    A moment is the engine's `qpos`. Reading one leaves the engine's data unchanged. Each model has a unique name and a
+    colliding geom; `own_types` are this cell's part types besides those that every camera knows.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Scene:
         self.nested_in = np.array(
             [places[each.name if each.nested_in is None else each.nested_in] for each in self.models], dtype=np.intp
         )
-        """Index of the model that each is nested in; its own index for those that are not. Shape (n,)."""
+        """Index of the model that each is nested in, or its own index. Shape (n,)."""
         self._bodies = np.array([each.body for each in self.models], dtype=np.intp)
         self._geoms = np.array([geom for each in self.models for geom in each.geoms], dtype=np.intp)
         self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
@@ -127,19 +127,18 @@ class Scene:
         self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
 
     def moment(self) -> bytes:
-        """The positions of all joints now, as bytes; `poses` and `boxes` take them then or later."""
+        """Return the present positions of all joints as bytes; `poses` and `boxes` accept them then or later."""
         return bytes(self._data.qpos)
 
     def poses(self, indices: NDArray[np.intp], moment: bytes | None = None) -> list[Pose]:
-        """`world_T_model` of some models at a moment; now if there is none given."""
+        """Return `world_T_model` of some models at a moment; None is now."""
         self._look_at(moment)
         return body_poses(self._there, self._bodies[indices])
 
     def boxes(self, moment: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
+        """Return middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
 
-        They are those of a moment; now if there is none given. They are exact for boxes, cylinders, balls and the own
-        boxes of meshes.
+        They are those of a moment; None is now. They are exact for boxes, cylinders, balls and the own boxes of meshes.
         """
         self._look_at(moment)
         return self._boxes
@@ -158,7 +157,7 @@ class Scene:
         centres = self._there.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
         spans = np.abs(rotations) * self._local_halves[:, None, :]
         x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
-        # along a world axis a box reaches |x|+|y|+|z|; a disc, where it is round, only the root of the squares
+        # along a world axis a box extends |x|+|y|+|z|; a disc, where it is round, only the root of the squares
         halves = x + y + z
         if (some := self._cylinders).size:
             halves[some] = np.hypot(x[some], y[some]) + z[some]
@@ -185,7 +184,7 @@ _NOISE_A_MODEL = 6
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A coordinate frame for the tree of frames: `pose` takes coordinates in `child` to coordinates in `parent`."""
+    """Coordinate frame for the tree of frames: `pose` maps coordinates in `child` to coordinates in `parent`."""
 
     parent: str
     child: str
@@ -194,13 +193,13 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """A model in view.
+    """Detected model.
 
     Attributes:
-        name: its full name in the cell, which a message does not tell.
-        camera_T_model: where the camera takes it to be.
-        frames: the frames that the camera makes known for it; none for a tray, two for an AGV (its own and that of
-            the tray on it).
+        name: its full name in the cell, which a message does not contain.
+        camera_T_model: its measured pose.
+        frames: the frames that the camera publishes for it. A tray has none, an AGV has two: its own and that of its
+            tray.
     """
 
     name: str
@@ -211,7 +210,7 @@ class Detection:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraReading(Reading):
-    """One picture; what is in view is found out when it is needed, as of the moment of the picture."""
+    """Logical picture; its detections are computed on demand, as of the moment of the picture."""
 
     world_T_camera: Pose
     camera_frame: Frame
@@ -219,7 +218,7 @@ class CameraReading(Reading):
 
     @cached_property
     def detections(self) -> tuple[Detection, ...]:
-        """What is in view, in the order of the scene."""
+        """Models in view, in the order of the scene."""
         return self.detect()
 
     @property
@@ -229,9 +228,9 @@ class CameraReading(Reading):
 
 
 class LogicalCamera(Sensor[CameraReading]):
-    """A logical camera; it looks along the +x axis of its pose. Arguments as in `Sensor`, and what there is to see.
+    """Logical camera; it looks along the +x axis of its pose. Arguments as in `Sensor`, and the scene.
 
-    A model is in view when the box around it meets the frustum; a tray is when its AGV is. AGVs are told exactly;
+    A model is in view when the box around it meets the frustum; a tray is when its AGV is. AGVs are measured exactly;
     parts and trays with noise in all six coordinates.
     """
 
@@ -252,16 +251,16 @@ class LogicalCamera(Sensor[CameraReading]):
         self.frustum = Frustum(
             world_T_sensor, near=self.near, far=self.far, horizontal_fov=self.horizontal_fov, aspect=self.aspect
         )
-        self._tells = np.array([self.tells(model) for model in scene.models], dtype=np.bool_)
+        self._reports = np.array([self.reports(model) for model in scene.models], dtype=np.bool_)
         self._camera_T_world = world_T_sensor.inverse()
         self._frame = Frame("world", self.frame, world_T_sensor)
 
-    def tells(self, model: SceneModel) -> bool:
-        """Whether the camera reports this model when it is in view."""
+    def reports(self, model: SceneModel) -> bool:
+        """Return whether the camera reports this model when it is in view."""
         return model.type in KNOWN_TYPES or model.type in self.scene.own_types
 
     def measure(self, index: int) -> CameraReading:
-        """The models in view now."""
+        """Measure the models in view now."""
         return CameraReading(
             time_ns=self.simulation.now,
             sample=index,
@@ -271,22 +270,22 @@ class LogicalCamera(Sensor[CameraReading]):
         )
 
     def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a frustum."""
+        """Return the description for viewers: a frustum."""
         figures = {"near": self.near, "far": self.far, "angle": self.horizontal_fov / 2, "aspect": self.aspect}
         return super().describe() | {"form": "frustum"} | figures
 
     def overlay(self) -> dict[str, Any]:
-        """What viewers draw of a reading now."""
+        """Return the overlay of a reading now, for viewers."""
         return {"sees": bool(self.read().detections), "ranges": []}
 
     def _look(self, moment: bytes, index: int) -> tuple[Detection, ...]:
         in_view = self.frustum.meets(*self.scene.boxes(moment))
-        told = np.flatnonzero(in_view[self.scene.nested_in] & self._tells)
-        if not told.size:
+        reported = np.flatnonzero(in_view[self.scene.nested_in] & self._reports)
+        if not reported.size:
             return ()
         # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
-        noise = self.normal(index, _NOISE_A_MODEL * (int(told[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
-        return tuple(map(self._detect, told.tolist(), self.scene.poses(told, moment), noise[told]))
+        noise = self.normal(index, _NOISE_A_MODEL * (int(reported[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
+        return tuple(map(self._detect, reported.tolist(), self.scene.poses(reported, moment), noise[reported]))
 
     def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]
@@ -294,7 +293,7 @@ class LogicalCamera(Sensor[CameraReading]):
         child = f"{self.name}_{trimmed_name(model.name)}_frame"
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
-            # the AGV is told exactly; the noise goes into the place of its tray, which is known, not measured
+            # the AGV is measured exactly; the noise goes into the pose of its tray, which is known, not measured
             frames = (Frame(self.frame, child, camera_T_model), Frame(child, tray, blurred(AGV_T_TRAY, noise)))
             return Detection(model.name, model.type, camera_T_model, frames)
         camera_T_model = blurred(camera_T_model, noise)
@@ -304,7 +303,12 @@ class LogicalCamera(Sensor[CameraReading]):
 
 
 def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
-    """A pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own; six standard normal numbers."""
+    """Return a pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own.
+
+    Args:
+        pose: the exact pose.
+        noise: six standard normal numbers.
+    """
     dx, dy, dz, roll, pitch, yaw = noise.tolist()
     x, y, z = pose.position
     turn = quaternion_from_rpy(ANGLE_SD * roll, ANGLE_SD * pitch, ANGLE_SD * yaw)
@@ -316,13 +320,13 @@ def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
 WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
     {1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)), 2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574))}
 )
-"""Where the sensors over the trays of AGV 1 and AGV 2 are fixed."""
+"""Poses of the fixed sensors over the trays of AGV 1 and AGV 2."""
 
 
 class QualityControlSensor(LogicalCamera):
-    """The sensor `quality_control_sensor_N` over the tray of AGV N. It tells the faulty parts.
+    """Sensor `quality_control_sensor_N` over the tray of AGV N. It reports the faulty parts.
 
-    These go by their names without what comes before the last `|` of a model's name.
+    Faulty parts are listed by the section of a model's name after the last `|`.
     """
 
     near: ClassVar[float] = 0.73
@@ -336,7 +340,7 @@ class QualityControlSensor(LogicalCamera):
         self.faulty_parts = frozenset(faulty_parts)
         super().__init__(f"quality_control_sensor_{number}", WORLD_T_QUALITY_CONTROL[number], scene, **options)
 
-    def tells(self, model: SceneModel) -> bool:
-        """Whether the sensor reports this model when it is in view: a faulty part."""
+    def reports(self, model: SceneModel) -> bool:
+        """Return whether the sensor reports this model when it is in view: a faulty part."""
         is_part = model.type in PART_TYPES or model.type in self.scene.own_types
         return is_part and trimmed_name(model.name) in self.faulty_parts

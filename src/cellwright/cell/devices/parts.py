@@ -1,10 +1,10 @@
-"""Parts on the floor: where each one is, how it appears and goes, the welds that hold it, and overlapping parts.
+"""Parts in the cell: their poses, how they appear and disappear, the welds that hold them, and overlapping parts.
 
 The original's contact surfaces correct a penetration at a limited speed; the engine's would push parts apart at metres
-per second. So the pairs of bodies that overlap at the start of a run, or after a part was put somewhere, are watched
-until they are apart. The penetration that they have then counts as none, but for what a limited speed needs: what is
-pressed deeper is pushed back, friction holds, and no energy comes out of the overlap. Where no pair overlaps the device
-rests and costs nothing.
+per second. So this module tracks the pairs of bodies that overlap when a run starts, or after a part was placed,
+until they are apart. Their initial penetration counts as none, except for what the limited speed needs. Deeper
+penetration is pushed back, friction holds, and no energy comes out of the overlap. Where no pair overlaps the device
+stops stepping and costs nothing.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,15 +21,15 @@ from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
-LARGEST_PART = 0.4
-"""No part is larger [m]: one whose origin is further from something than this does not touch it."""
+MAX_PART_SIZE = 0.4
+"""Maximum extent of a part [m]: one whose origin is further from an object than this does not touch it."""
 
 
 def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose) -> None:
-    """Have a weld keep the other of its two bodies at a pose in the frame of `body`, from the next step on.
+    """Engage a weld: from the next step on it keeps the other of its two bodies at a pose in the frame of `body`.
 
-    The engine keeps the pose of the weld's second body in the frame of its first (`eq_data` 3:6 and 6:10), and the
-    point that it anchors at in the second body's frame (0:3).
+    The engine's `eq_data` holds the pose of the weld's second body in the frame of its first (3:6 and 6:10). At 0:3 it
+    holds the anchor point in the second body's frame.
     """
     model, data = simulation.model, simulation.data
     is_first = int(model.eq_obj1id[weld]) == body
@@ -43,9 +43,9 @@ def engage_weld(simulation: Simulation, weld: int, body: int, body_T_other: Pose
 
 
 class Parts(Device):
-    """Every part of the cell, also those that wait in a pool or have gone.
+    """All parts of the cell, including those that wait in a pool or have left.
 
-    A part is `in_play` from the moment it appears until it is put away; the others stand on their shelf slots.
+    A part is `in_play` from its appearance until it is put away; the others stand on their shelf slots.
     """
 
     def __init__(self, parts: Sequence[WorldPart]) -> None:
@@ -55,28 +55,28 @@ class Parts(Device):
         self.by_body: Mapping[int, WorldPart] = {part.body: part for part in parts}
         self.in_play: set[str] = set()
         self.on_taken: list[Callable[[WorldPart], None]] = []
-        """Those who are told when a part was taken out of the cup, if it was in it: put elsewhere, or locked."""
+        """Callbacks for a part that is placed elsewhere or locked; if it was in the cup, it no longer is."""
         self.on_placed: list[Callable[[int], None]] = []
-        """Those who are told the body of a part that was put somewhere in a run."""
+        """Callbacks for the body of a part that was placed during a run."""
         self.on_removed: list[Callable[[WorldPart, Removal], None]] = []
-        """Called with a part that leaves the cell, and what takes it."""
+        """Callbacks for a part that leaves the cell, with the reason."""
         rows = np.array([part.qpos for part in parts], dtype=np.int64).reshape(-1, 1)
         self._position_rows = rows + np.arange(3)
 
     def reset(self) -> None:
-        """Every part that does not wait in a pool is in play."""
+        """Put every part into play that does not wait in a pool."""
         self.in_play = {part.name for part in self.all if not part.pooled}
 
     def get_state(self) -> dict[str, Any]:
-        """The parts in play."""
+        """Return the parts in play."""
         return {"in_play": sorted(self.in_play)}
 
     def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
+        """Restore what `get_state` returned."""
         self.in_play = set(state["in_play"])
 
     def part(self, name: str) -> WorldPart:
-        """A part by its full model name.
+        """Return a part by its full model name.
 
         Raises:
             UnknownNameError: there is none of this name.
@@ -87,12 +87,12 @@ class Parts(Device):
             raise UnknownNameError("part", name, self.by_name) from None
 
     def positions(self) -> NDArray[np.float64]:
-        """Positions of all parts [m], shape (parts, 3), world frame, as of this tick."""
+        """Return the positions of all parts [m], shape (parts, 3), world frame, as of this tick."""
         positions: NDArray[np.float64] = self.simulation.data.qpos[self._position_rows]
         return positions
 
     def inside(self, lower: Sequence[float], upper: Sequence[float]) -> list[WorldPart]:
-        """The parts in play whose origin is in a box of the world frame [m], in the order of the parts."""
+        """Return the parts in play whose origin is in a box of the world frame [m], in the order of the parts."""
         if not self.all:
             return []
         positions = self.positions()
@@ -100,38 +100,45 @@ class Parts(Device):
         return [self.all[index] for index in np.flatnonzero(hit) if self.all[index].name in self.in_play]
 
     def pose(self, part: WorldPart) -> Pose:
-        """world_T_part as of this tick."""
+        """Return world_T_part as of this tick."""
         values = [float(value) for value in self.simulation.data.qpos[part.qpos : part.qpos + 7]]
         return Pose((values[0], values[1], values[2]), (values[3], values[4], values[5], values[6]))
 
     def place(self, part: WorldPart, world_T_part: Pose) -> None:
-        """Have a part stand at a pose, at rest and held by nothing: it appears there, or was dropped there."""
+        """Place a part at a pose, at rest and free: it appears there, or was dropped there."""
         self._teleport(part, world_T_part)
         self.in_play.add(part.name)
         for listener in self.on_placed:
             listener(part.body)
 
     def put_away(self, part: WorldPart, by: Removal = Removal.CLEARING) -> None:
-        """Take a part out of play, onto its shelf slot."""
+        """Take a part out of play, onto its shelf slot; `by` is the reason."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
         for listener in self.on_removed:
             listener(part, by)
 
     def take_from_cup(self, part: WorldPart) -> None:
-        """Have the cup hold a part no longer, if it does."""
+        """Make the cup release a part, if it holds it."""
         if part.grip is not None:
             self.simulation.data.eq_active[part.grip] = 0
         for listener in self.on_taken:
             listener(part)
 
     def touches(self, part: WorldPart, geom: int, *, within: float = 0.0, cutoff: float) -> bool:
-        """Whether a part is at most `within` [m] from a geom; up to `cutoff` [m] distances are exact."""
+        """Return whether a part is near a geom.
+
+        Args:
+            part: the part.
+            geom: id of the geom.
+            within: maximum distance [m].
+            cutoff: distance [m] up to which distances are exact.
+        """
         model, data = self.simulation.model, self.simulation.data
         return any(mujoco.mj_geomDistance(model, data, each, geom, cutoff, None) <= within for each in part.geoms)
 
     def is_locked(self, part: WorldPart) -> bool:
-        """Whether a part is locked to a tray."""
+        """Return whether a part is locked to a tray."""
         return any(self.simulation.data.eq_active[lock] for lock in part.locks)
 
     def _teleport(self, part: WorldPart, world_T_part: Pose) -> None:
@@ -148,26 +155,26 @@ class Parts(Device):
 
 
 OVERLAP_DEPTH = 0.0002
-"""Penetration [m] from which on bodies overlap; parts at rest sink in by a few micrometres."""
+"""Minimum penetration [m] of an overlap; parts at rest sink in by a few micrometres."""
 
 APART_STEPS = 50
-"""After so many steps without a penetration two bodies are apart for good."""
+"""Number of steps without a penetration after which two bodies are apart for good."""
 
-_AWAKE = 1  # of MjData.body_awake; 0 is asleep, -1 static
+_AWAKE = 1  # value of MjData.body_awake; 0 is asleep, -1 static
 
 
 class Overlaps(Device):
-    """Watches the parts that overlap something."""
+    """Device that limits the speed at which overlapping parts separate."""
 
     def __init__(self, parts: Parts) -> None:
         super().__init__("overlaps")
         self._parts = parts
-        self._put: set[int] | None = None
+        self._placed: set[int] | None = None
         self._pairs: dict[int, tuple[int, float]] = {}
         parts.on_placed.append(self._take_placed)
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation."""
+        """Attach to a simulation."""
         super().attach(simulation)
         model = simulation.model
         self._bodies = np.asarray(model.geom_bodyid, dtype=np.int64)
@@ -182,64 +189,64 @@ class Overlaps(Device):
         self._set_pairs({})
 
     def reset(self) -> None:
-        """Begin a run: every part was put where it is."""
-        self._put = {part.body for part in self._parts.all}
+        """Begin a run: every part was just placed."""
+        self._placed = {part.body for part in self._parts.all}
         self._set_pairs({})
         self.set_stepping(True)
 
     def get_state(self) -> State:
-        """The pairs, and the parts that were put somewhere in this tick.
+        """Return the pairs, and the parts that were placed in this tick.
 
-        A pair has a number that says which bodies it is of, the steps that these have been apart, and how deep they lie
-        in one another [m].
+        A pair has a number that encodes its two bodies, the number of steps that these have been apart, and their
+        penetration [m].
         """
         return {
             "pairs": [[key, apart, depth] for key, (apart, depth) in sorted(self._pairs.items())],
-            "put": sorted(self._put or ()),
+            "put": sorted(self._placed or ()),
         }
 
     def set_state(self, state: State) -> None:
-        """Watch what `get_state` returned."""
-        self._put = set(state["put"])
+        """Restore what `get_state` returned."""
+        self._placed = set(state["put"])
         self._set_pairs({key: (apart, depth) for key, apart, depth in state["pairs"]})
 
     def _take_placed(self, body: int) -> None:
-        self._put = {*(self._put or ()), body}
+        self._placed = {*(self._placed or ()), body}
         self.set_stepping(True)
 
     def drive(self) -> None:
-        """Find pairs that overlap now, and hold back what would push the known ones apart."""
+        """Find new overlapping pairs, and hold back the contact forces that would push the known ones apart."""
         data = self.simulation.data
-        if not (self._put or self._is_counting or (data.body_awake[self._watched] == _AWAKE).any()):
+        if not (self._placed or self._is_counting or (data.body_awake[self._watched] == _AWAKE).any()):
             self.set_stepping(bool(self._pairs))
             return
         bodies = self._bodies[data.contact.geom]
         keys = bodies.min(axis=1) * len(self._is_part) + bodies.max(axis=1)
         depths = -data.contact.dist
-        if self._put:
-            is_new = np.isin(bodies, list(self._put)).any(axis=1) & self._is_part[bodies].any(axis=1)
-            found = _deepest(keys, depths, is_new & (depths > OVERLAP_DEPTH))
-            self._set_pairs({**self._pairs, **{key: (0, depth) for key, depth in found.items()}})
-            self._put = None
+        if self._placed:
+            is_new = np.isin(bodies, list(self._placed)).any(axis=1) & self._is_part[bodies].any(axis=1)
+            overlaps = _deepest(keys, depths, is_new & (depths > OVERLAP_DEPTH))
+            self._set_pairs({**self._pairs, **{key: (0, depth) for key, depth in overlaps.items()}})
+            self._placed = None
         watched = np.isin(keys, self._keys)
         for index in np.flatnonzero(watched).tolist():
             self._hold_back(data, index, bodies[index], self._pairs[int(keys[index])][1])
         self._follow(_deepest(keys, depths, watched & (depths > OVERLAP_DEPTH)))
 
     def _hold_back(self, data: mujoco.MjData, index: int, bodies: NDArray[np.int64], known: float) -> None:
-        """Take off a contact's reference acceleration what the known penetration [m] adds to it."""
+        """Remove the known penetration's share [m] from a contact's reference acceleration."""
         row = int(data.contact.efc_address[index])
         if row < 0:
             return
         stiffness, damping, impedance, _ = data.efc_KBIP[row]
-        most = damping * float(self._speeds[bodies].min()) / (stiffness * impedance)
+        allowed = damping * float(self._speeds[bodies].min()) / (stiffness * impedance)
         depth = float(data.efc_margin[row] - data.efc_pos[row])
-        excess = min(depth, known) - most
+        excess = min(depth, known) - allowed
         if excess > 0.0:
             data.efc_aref[row] -= stiffness * impedance * excess
 
     def _follow(self, deepest: dict[int, float]) -> None:
-        """Take note of how deep each pair is now; forget those that have been apart for a while."""
+        """Update the penetration of each pair; forget pairs that have been apart for a while."""
         awake = self.simulation.data.body_awake
         pairs = {}
         for key, (steps, depth) in self._pairs.items():
@@ -247,7 +254,7 @@ class Overlaps(Device):
             if key in deepest:
                 pairs[key] = (0, min(depth, deepest[key]))
             elif steps == 0 and awake[one] != _AWAKE and awake[other] != _AWAKE:
-                pairs[key] = (0, depth)  # what sleeps has no contacts
+                pairs[key] = (0, depth)  # sleeping bodies have no contacts
             elif steps + 1 < APART_STEPS:
                 pairs[key] = (steps + 1, depth)
         if pairs != self._pairs:
@@ -263,8 +270,8 @@ class Overlaps(Device):
 
 
 def _deepest(keys: NDArray[np.int64], depths: NDArray[np.float64], chosen: NDArray[np.bool_]) -> dict[int, float]:
-    """The largest depth [m] of each pair among the chosen contacts."""
-    found: dict[int, float] = {}
+    """Return the maximum depth [m] of each pair among the chosen contacts."""
+    deepest: dict[int, float] = {}
     for key, depth in zip(keys[chosen].tolist(), depths[chosen].tolist(), strict=True):
-        found[key] = max(depth, found.get(key, 0.0))
-    return found
+        deepest[key] = max(depth, deepest.get(key, 0.0))
+    return deepest

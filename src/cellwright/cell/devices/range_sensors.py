@@ -15,22 +15,22 @@ from cellwright.engine.simulation import Simulation, State
 from cellwright.util.pose import Pose, Vector3
 
 SOLID_GROUPS = (1, 3)
-"""Geom groups that stop a ray: what is solid. What is only drawn, such as a sensor's own housing, is in group 2."""
+"""Geom groups that stop a ray: solids. Visual shapes, such as a sensor's own housing, are in group 2."""
 
 _SOLID_GROUP_MASK = np.array([group in SOLID_GROUPS for group in range(mujoco.mjNGROUP)], dtype=np.uint8)
 
 _MARGIN = 1e-6
-"""Added to the radius of the ball around a geom [m]: rounding must not make a ray miss what the engine has it meet."""
+"""Margin of the ball around a geom [m]: rounding must not hide an intersection that the engine would find."""
 
 _SHOWN_RAYS = 8
-"""Viewers are shown one of so many rays of a profile."""
+"""Interval of the rays of a profile that viewers show."""
 
 _FAR_AWAY = 1e9
-"""Coordinate of what is to be out of reach of every ray [m]."""
+"""Coordinate beyond the reach of every ray [m]."""
 
 
 def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> list[Vector3]:
-    """Unit directions about +x, one for each pair of angles [rad]; horizontal angles run fastest.
+    """Return unit directions about +x, one for each pair of angles [rad]; horizontal angles vary fastest.
 
     A horizontal angle turns towards +y, a vertical one towards +z.
     """
@@ -42,9 +42,9 @@ def ray_fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> l
 
 
 class Rays:
-    """A bundle of rays that start `nearest` away from one point and end `farthest` away from it [m].
+    """Bundle of rays that start `nearest` away from one point and end `farthest` away from it [m].
 
-    What lies nearer than `nearest` does not stop a ray: it begins behind it. A ray that begins within a solid meets
+    An object nearer than `nearest` does not stop a ray, which begins behind it. A ray that begins within a solid meets
     the solid's far side. The directions are unit vectors in the frame of the point, `world_T_source`.
     """
 
@@ -67,39 +67,39 @@ class Rays:
         self._fixed = np.empty(0)
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
-        """How far each ray goes, measured from the source [m], shape (count,); `inf` where nothing stops it.
+        """Return the length of each ray from the source [m], shape (count,); `inf` if nothing stops it.
 
-        Positions must be up to date (`Simulation.refresh`). What never moves is looked at once; after that a ray is
-        cast only if something that can move is near it.
+        Positions must be up to date (`Simulation.refresh`). Fixed objects are tested once; after that a ray is cast
+        only if a movable object is near it.
         """
         if simulation.model is not self._model:
-            self._look_at_fixed(simulation)
+            self._find_fixed(simulation)
         distances = self._fixed.copy()
         near = self._near(simulation)
         if near.size:
-            found = self._ask_engine(simulation.model, simulation.data, self._directions[near], with_fixed=False)
-            distances[near] = np.minimum(distances[near], found)
+            to_movable = self._cast_rays(simulation.model, simulation.data, self._directions[near], with_fixed=False)
+            distances[near] = np.minimum(distances[near], to_movable)
         if self.nearest > 0.0:
             for ray in np.flatnonzero(distances < self.nearest):
                 distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
         return distances
 
     def _near(self, simulation: Simulation) -> NDArray[np.intp]:
-        """Numbers of the rays that pass through a ball around something that can move, in ascending order."""
+        """Return the indices of the rays that pass through a ball around a movable object, in ascending order."""
         places = simulation.data.geom_xpos.take(self._movable, axis=0)
-        # first, and mostly last: what is near the box around all rays, along the axes of the source
+        # first, and mostly sufficient: objects near the box around all rays, along the axes of the source
         is_within = np.abs(self._axes @ places.T - self._middle) <= self._reaches
         within: NDArray[np.intp] = is_within.all(axis=0).nonzero()[0]
         if not within.size:
             return within
         offsets, radii = places[within] - self._source, self._radii[within]
-        # what lies behind the source is as far from a ray as from the source
+        # an object behind the source is as far from a ray as from the source
         along = np.maximum(self._directions @ offsets.T, 0.0)
         meets = np.einsum("gi,gi->g", offsets, offsets) - along**2 <= radii**2
         return np.flatnonzero(meets.any(axis=1))
 
-    def _look_at_fixed(self, simulation: Simulation) -> None:
-        """Learn what can move, and how far each ray goes where nothing does."""
+    def _find_fixed(self, simulation: Simulation) -> None:
+        """Find the movable objects, and the length of each ray among the fixed ones."""
         model = simulation.model
         moves = model.body_weldid[model.geom_bodyid] != 0
         self._movable = np.flatnonzero(moves & np.isin(model.geom_group, SOLID_GROUPS))
@@ -109,25 +109,25 @@ class Rays:
         alone = mujoco.MjData(model)
         mujoco.mj_kinematics(model, alone)
         alone.geom_xpos[self._movable] = _FAR_AWAY
-        self._fixed = self._ask_engine(model, alone, self._directions)
+        self._fixed = self._cast_rays(model, alone, self._directions)
 
-    def _ask_engine(
+    def _cast_rays(
         self, model: mujoco.MjModel, data: mujoco.MjData, directions: NDArray[np.float64], *, with_fixed: bool = True
     ) -> NDArray[np.float64]:
-        """How far rays go from the source before they end [m], shape (count,); `inf` where nothing stops them."""
+        """Return the lengths of rays from the source to their first hit [m], shape (count,); `inf` without a hit."""
         count = len(directions)
-        found = np.empty(count)
-        flat, geoms, without = directions.ravel(), np.empty(count, dtype=np.int32), -1  # -1: no body left out
-        options = (flat, _SOLID_GROUP_MASK, with_fixed, without, geoms, found, None, count, self.farthest)
+        lengths = np.empty(count)
+        flat, geoms, without = directions.ravel(), np.empty(count, dtype=np.int32), -1  # -1: exclude no body
+        options = (flat, _SOLID_GROUP_MASK, with_fixed, without, geoms, lengths, None, count, self.farthest)
         mujoco.mj_multiRay(model, data, self._source, *options)
-        return np.where((found >= 0.0) & (found <= self.farthest), found, math.inf)
+        return np.where((lengths >= 0.0) & (lengths <= self.farthest), lengths, math.inf)
 
     def _beyond_nearest(self, simulation: Simulation, direction: NDArray[np.float64]) -> float:
-        """The distance of one ray that something would stop before it begins [m]."""
+        """Return the distance of one ray that would be stopped before it begins [m]."""
         start = self._source + self.nearest * direction
-        found = mujoco.mj_ray(simulation.model, simulation.data, start, direction, _SOLID_GROUP_MASK, True, -1, None)
-        distance = self.nearest + float(found)
-        return distance if found >= 0.0 and distance <= self.farthest else math.inf
+        beyond = mujoco.mj_ray(simulation.model, simulation.data, start, direction, _SOLID_GROUP_MASK, True, -1, None)
+        distance = self.nearest + float(beyond)
+        return distance if beyond >= 0.0 and distance <= self.farthest else math.inf
 
 
 R = TypeVar("R", bound=Reading)
@@ -140,22 +140,22 @@ class RangeSensor(Sensor[R]):
     """Base of sensors that cast rays from one point. Arguments as in `Sensor`."""
 
     source: ClassVar[Vector3]
-    """Where the rays come from, in the sensor's frame [m]."""
+    """Origin of the rays in the sensor's frame [m]."""
     directions: ClassVar[list[Vector3]]
     nearest: ClassVar[float] = 0.0
     farthest: ClassVar[float]
-    """Ranges from the source [m]."""
+    """Maximum range from the source [m]; `nearest` is the minimum."""
     figures: ClassVar[dict[str, Any]]
-    """What viewers draw of it besides its pose; see `Sensor.describe`."""
+    """Figures for viewers besides the pose; see `Sensor.describe`."""
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation and lay the rays."""
+        """Attach to a simulation and set up the rays."""
         super().attach(simulation)
         source = self.world_T_sensor @ Pose(self.source)
         self._rays = Rays(source, self.directions, nearest=self.nearest, farthest=self.farthest)
 
     def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a ray, a cone or a fan."""
+        """Return the description for viewers: a ray, a cone or a fan."""
         return super().describe() | self.figures
 
 
@@ -165,16 +165,16 @@ def _shown(length: float) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamReading(Reading):
-    """Whether something stands in the beam, and how far from the ray's beginning [m]; `inf` when nothing does."""
+    """State of the beam, and the distance of an object in it from the ray's beginning [m]; `inf` without one."""
 
     detected: bool
     range: float
 
 
 class BreakBeam(RangeSensor[BeamReading]):
-    """A break beam; the ray runs along the +x axis of its pose.
+    """Break beam; the ray runs along the +x axis of its pose.
 
-    It measures whoever listens: whether a reading is a change must not depend on that.
+    It measures with and without subscribers: whether a reading is a change must not depend on them.
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 20)
@@ -184,30 +184,30 @@ class BreakBeam(RangeSensor[BeamReading]):
     figures: ClassVar[dict[str, Any]] = {"form": "beam", "near": source[0], "far": farthest}
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation and begin to measure."""
+        """Attach to a simulation and begin to measure."""
         super().attach(simulation)
         self._detected = self._has_changed = False
         self._arm()
 
     def measure(self, index: int) -> BeamReading:
-        """Whether the beam is interrupted now."""
-        found = float(self._rays.cast(self.simulation)[0])
-        if math.isfinite(found):
-            noisy = found + RANGE_SD * float(self.normal(index, 1)[0])
-            found = min(max(noisy, 0.0), self.farthest)
-        # at either end of the ray the beam counts as whole, as it did in the original cell
-        detected = 0.0 < found < self.farthest
+        """Measure whether the beam is interrupted now."""
+        distance = float(self._rays.cast(self.simulation)[0])
+        if math.isfinite(distance):
+            noisy = distance + RANGE_SD * float(self.normal(index, 1)[0])
+            distance = min(max(noisy, 0.0), self.farthest)
+        # at either end of the ray the beam counts as whole, as in the original cell
+        detected = 0.0 < distance < self.farthest
         return BeamReading(
-            time_ns=self.simulation.now, sample=index, detected=detected, range=found if detected else math.inf
+            time_ns=self.simulation.now, sample=index, detected=detected, range=distance if detected else math.inf
         )
 
     def overlay(self) -> dict[str, Any]:
-        """What viewers draw of a reading now."""
+        """Return the overlay of a reading now, for viewers."""
         reading = self.read()
         return {"sees": reading.detected, "ranges": [_shown(reading.range)]}
 
     def listen_changes(self, callback: Callable[[BeamReading], None]) -> Callable[[], None]:
-        """As `listen`, for those readings that differ from the one before in `detected`.
+        """Subscribe, as with `listen`, to readings that differ from the previous one in `detected`.
 
         The beam counts as whole before the first reading of a run.
         """
@@ -224,11 +224,11 @@ class BreakBeam(RangeSensor[BeamReading]):
         self._detected = False
 
     def get_state(self) -> State:
-        """The switch, and whether the newest reading found the beam interrupted."""
+        """Return the switch, and whether the newest reading found the beam interrupted."""
         return {**super().get_state(), "detected": self._detected}
 
     def set_state(self, state: State) -> None:
-        """Go on from a saved moment."""
+        """Restore what `get_state` returned."""
         super().set_state(state)
         self._detected = state["detected"]
 
@@ -238,10 +238,10 @@ class BreakBeam(RangeSensor[BeamReading]):
         super()._deliver(reading)
 
     def _disarm(self) -> None:
-        """Go on measuring."""
+        """Keep measuring."""
 
     def close(self) -> None:
-        """Send all listeners away and measure no more."""
+        """Remove all subscribers and stop measuring."""
         super().close()
         super()._disarm()
 
@@ -252,13 +252,13 @@ CONE_HALF_ANGLE = 0.0625
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProximityReading(Reading):
-    """Distance to the nearest thing in the cone [m], that of the far end when there is nothing."""
+    """Distance to the nearest object in the cone [m], or of the far end without one."""
 
     range: float
 
 
 class ProximitySensor(RangeSensor[ProximityReading]):
-    """A proximity sensor; it looks along the +x axis of its pose, with 5 x 5 rays."""
+    """Proximity sensor; it looks along the +x axis of its pose, with 5 x 5 rays."""
 
     default_period: ClassVar[Fraction] = Fraction(1, 20)
     source: ClassVar[Vector3] = (0.023, 0.0, 0.0)
@@ -268,18 +268,18 @@ class ProximitySensor(RangeSensor[ProximityReading]):
     figures: ClassVar[dict[str, Any]] = {"form": "cone", "near": source[0], "far": farthest, "angle": CONE_HALF_ANGLE}
 
     def measure(self, index: int) -> ProximityReading:
-        """How near the nearest thing is now."""
+        """Measure the distance of the nearest object now."""
         nearest = float(self._rays.cast(self.simulation).min())
         if nearest < self.farthest:
-            # noise on the nearest range: the least of 25 noisy ranges would be too short on average
+            # noise on the nearest range: the minimum of 25 noisy ranges would be too short on average
             noisy = nearest + RANGE_SD * float(self.normal(index, 1)[0])
             nearest = max(noisy, self.nearest)
         return ProximityReading(time_ns=self.simulation.now, sample=index, range=min(nearest, self.farthest))
 
     def overlay(self) -> dict[str, Any]:
-        """What viewers draw of a reading now."""
-        found = self.read().range
-        return {"sees": found < self.farthest, "ranges": [_shown(found)]}
+        """Return the overlay of a reading now, for viewers."""
+        distance = self.read().range
+        return {"sees": distance < self.farthest, "ranges": [_shown(distance)]}
 
 
 FAN_HALF_ANGLE = 0.251
@@ -292,18 +292,18 @@ FAN_ANGLE_STEP = 2 * FAN_HALF_ANGLE / (FAN_RAY_COUNT - 1)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ProfileReading(Reading):
-    """One outline.
+    """Outline measured by a laser profiler.
 
     Attributes:
-        ranges: distance along each ray from the source [m], shape (400,), from -0.251 rad to 0.251 rad; `inf` where
-            a ray meets nothing. The array cannot be written to.
+        ranges: distance along each ray from the source [m], shape (400,), from -0.251 rad to 0.251 rad; `inf` where a
+            ray meets nothing. The array is read-only.
     """
 
     ranges: NDArray[np.float64]
 
 
 class LaserProfiler(RangeSensor[ProfileReading]):
-    """A laser profiler; its fan lies about +x in the x-y plane of its pose."""
+    """Laser profiler; its fan lies about +x in the x-y plane of its pose."""
 
     default_period: ClassVar[Fraction] = Fraction(1, 100)
     source: ClassVar[Vector3] = (0.0, 0.0, 0.06)
@@ -315,7 +315,7 @@ class LaserProfiler(RangeSensor[ProfileReading]):
     figures: ClassVar[dict[str, Any]] = {"form": "fan", "near": 0.0, "far": farthest, "angle": FAN_HALF_ANGLE}
 
     def measure(self, index: int) -> ProfileReading:
-        """The outline now."""
+        """Measure the outline now."""
         ranges = self._rays.cast(self.simulation)
         hits = ranges < math.inf
         if hits.any():
@@ -325,10 +325,10 @@ class LaserProfiler(RangeSensor[ProfileReading]):
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)
 
     def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a fan that begins at the source."""
+        """Return the description for viewers: a fan that begins at the source."""
         return super().describe() | {"position": (self.world_T_sensor @ Pose(self.source)).position}
 
     def overlay(self) -> dict[str, Any]:
-        """What viewers draw of a reading now."""
+        """Return the overlay of a reading now, for viewers."""
         ranges = self.read().ranges
         return {"sees": bool(np.isfinite(ranges).any()), "ranges": [_shown(each) for each in ranges[::_SHOWN_RAYS]]}

@@ -1,11 +1,11 @@
 """Joint trajectory controller: checks and splices trajectories, follows goals, samples the desired state.
 
-The rules are those of the joint trajectory controller of ros_controllers (ROS Kinetic), plus checks for what it left
-undefined: names that come twice, too few positions, numbers that are none. Limits of position and velocity are not
-enforced here, as they were not there. A device samples the controller and drives the joints.
+The rules are those of the joint trajectory controller of ros_controllers (ROS Kinetic). It also checks what that left
+undefined: duplicate names, too few positions, numbers that are not finite. As there, limits of position and velocity
+are not enforced. A device samples the controller and drives the joints.
 
-It is sampled with `positions(time)` and `velocities(time)`, lists in the order of the joints, about 1 us each for
-seven joints; from `end` on they stay as they are until the next command.
+It is sampled with `positions(time)` and `velocities(time)`, lists in the order of the joints, about 1 us each for seven
+joints. From `end` on they stay constant until the next command.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,15 +29,15 @@ from cellwright.config.trial.trial import ArmSettings, JointTolerance
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.util.errors import RejectedCommandError, UsageError, did_you_mean
 
-MOST_POINTS = 10_000
-"""Longer trajectories are refused: physics stands still while one is worked out."""
+MAX_POINTS = 10_000
+"""Maximum number of points of a trajectory: physics stands still while one is processed."""
 
-MOST_KEPT = 12_000
-"""So much of what a joint is to do until a new trajectory starts is kept: commands for later could pile up for ever."""
+MAX_KEPT_SEGMENTS = 12_000
+"""Maximum number of segments that a joint keeps until a new trajectory starts; delayed commands could pile up."""
 
 
 class RejectedTrajectoryError(RejectedCommandError):
-    """A trajectory that is not followed; `result` says which kind of fault it has, the text which fault."""
+    """Trajectory that is not followed; `result` is the kind of fault, the text describes it."""
 
     def __init__(self, result: GoalResult, reason: str) -> None:
         super().__init__(reason)
@@ -46,7 +46,7 @@ class RejectedTrajectoryError(RejectedCommandError):
 
 @dataclass(frozen=True, slots=True)
 class CheckedTrajectory:
-    """What is left to do of a trajectory that was found good: the points that lie after now, from its start [ns] on.
+    """Remainder of a valid trajectory: the points that lie after now, from its start [ns] on.
 
     `joints` are the controller's indices of its joints, in the order of the trajectory.
     """
@@ -62,17 +62,21 @@ class CheckedTrajectory:
 
 
 def check_count(points: Sequence[object]) -> None:
-    """Refuse more points than are taken, with a RejectedTrajectoryError."""
-    if len(points) > MOST_POINTS:
-        raise _invalid_goal(f"{len(points)} points are too many: {MOST_POINTS} are the most")
+    """Refuse more than `MAX_POINTS` points.
+
+    Raises:
+        RejectedTrajectoryError: there are too many.
+    """
+    if len(points) > MAX_POINTS:
+        raise _invalid_goal(f"{len(points)} points are too many: {MAX_POINTS} are the most")
 
 
 def check_names(names: Sequence[str], joint_names: Sequence[str], *, allow_partial: bool) -> tuple[int, ...]:
-    """For each name its index among the controller's joints.
+    """Return the index among the controller's joints for each name.
 
     Raises:
-        RejectedTrajectoryError: a name that the controller does not have, one that comes twice, or joints left out
-            where `allow_partial` does not allow it.
+        RejectedTrajectoryError: a name that the controller does not have, a duplicate, or joints left out where
+            `allow_partial` does not allow it.
     """
     seen = set()
     for name in names:
@@ -93,7 +97,7 @@ def check_trajectory(
 ) -> CheckedTrajectory:
     """Check a trajectory that has points, and drop the points that are not after `now` [ns].
 
-    More positions than names are accepted and the last ones ignored, as the original did.
+    More positions than names are accepted and the last ones ignored, as in the original.
 
     Raises:
         RejectedTrajectoryError: the trajectory cannot be followed.
@@ -123,13 +127,13 @@ def check_trajectory(
 
 
 def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Trajectory:
-    """The trajectory that follows `current` until the new one starts, and then the new one.
+    """Return the trajectory that follows `current` until the new one starts, and then the new one.
 
-    Each of the new one's joints is led over from what it is to do at the start of the new one (now, if that is past)
-    to the first point left. Joints that are not in the new one go on with what they are doing.
+    Each joint of the new one moves from its desired state at the new start (now, if that is past) to the first
+    remaining point. Joints that are not in the new one continue their motion.
 
     Raises:
-        RejectedTrajectoryError: the numbers are too large to compute with, or too much is to be done until it starts.
+        RejectedTrajectoryError: the numbers are too large to compute with, or too much is left to do before it starts.
     """
     splice_at = max(now, checked.start)
     state = current.state(splice_at)
@@ -137,8 +141,8 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
         current.between(joint, now, splice_at if joint in checked.joints else current.end)
         for joint in range(len(current.joints))
     ]
-    if max(map(len, joints)) > MOST_KEPT:
-        raise _invalid_goal(f"the joints have more than {MOST_KEPT} other segments to follow before it starts")
+    if max(map(len, joints)) > MAX_KEPT_SEGMENTS:
+        raise _invalid_goal(f"the joints have more than {MAX_KEPT_SEGMENTS} other segments to follow before it starts")
     times = [checked.start + point.time_from_start_ns for point in checked.points]
     for column, joint in enumerate(checked.joints):
         knots = [_knot(point, column) for point in checked.points]
@@ -152,21 +156,21 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
 
 
 def _check_point(index: int, point: TrajectoryPoint, names: Sequence[str]) -> None:
-    """Refuse a point whose numbers are too few, too many or none."""
+    """Refuse a point with too few, too many or non-finite numbers."""
     count = len(point.positions)
     if count < len(names):
         raise _invalid_goal(f"point {index} has {count} positions for {len(names)} joints")
-    for what, values in (("velocities", point.velocities), ("accelerations", point.accelerations)):
+    for kind, values in (("velocities", point.velocities), ("accelerations", point.accelerations)):
         if len(values) not in (0, count):
-            raise _invalid_goal(f"point {index} has {len(values)} {what} for {count} positions")
-    for what, values in (
+            raise _invalid_goal(f"point {index} has {len(values)} {kind} for {count} positions")
+    for kind, values in (
         ("position", point.positions),
         ("velocity", point.velocities),
         ("acceleration", point.accelerations),
     ):
         for name, value in zip(names, values, strict=False):
             if not isfinite(value):
-                raise _invalid_goal(f"point {index} has {value} as {what} of {name}")
+                raise _invalid_goal(f"point {index} has {value} as {kind} of {name}")
 
 
 def _knot(point: TrajectoryPoint, column: int) -> Knot:
@@ -184,7 +188,7 @@ def _invalid_joints(reason: str) -> RejectedTrajectoryError:
 
 
 class Following(NamedTuple):
-    """How the joints follow: what they are to do, their positions and velocities, and desired minus actual."""
+    """Tracking state: desired state, actual positions and velocities, and desired minus actual."""
 
     desired: JointsState
     actual: tuple[list[float], list[float]]
@@ -192,9 +196,9 @@ class Following(NamedTuple):
 
 
 class JointTrajectoryController:
-    """Follows joint trajectories.
+    """Controller that follows joint trajectories.
 
-    The settings say the tolerances, how long it takes to stop, and whether a command may leave joints out.
+    The settings define the tolerances, the stop duration, and whether a command may leave joints out.
     """
 
     def __init__(self, joint_names: Sequence[str], settings: ArmSettings | None = None) -> None:
@@ -209,21 +213,21 @@ class JointTrajectoryController:
         self.allow_partial = settings.allow_partial_joints_goal
         self.stop_duration = nanoseconds(settings.stop_trajectory_duration)
         self.goal: TrajectoryGoal | None = None
-        """The last goal that was taken; it may have ended."""
+        """Last accepted goal; it may have ended."""
         self.start([0.0] * len(self.joint_names), 0)
 
     def start(self, positions: Sequence[float], now: int) -> None:
-        """Begin at `now` [ns], with every joint to stay at its position [rad or m]."""
+        """Begin at `now` [ns], with every joint at rest at its position [rad or m]."""
         self._follow(Trajectory([rest_segment(now, float(position))] for position in positions))
         self.goal = None
 
     def command(self, trajectory: JointTrajectory, now: int) -> None:
-        """Follow a trajectory that came on the topic; one without points brings the joints to rest.
+        """Follow a trajectory from the topic; one without points brings the joints to rest.
 
-        It ends the goal that is active. No tolerances are checked.
+        It ends the active goal. Tolerances are not checked.
 
         Raises:
-            RejectedTrajectoryError: it cannot be followed; everything goes on as before.
+            RejectedTrajectoryError: it cannot be followed; the present motion continues.
         """
         if trajectory.points:
             checked = check_trajectory(trajectory, self.joint_names, now, allow_partial=self.allow_partial)
@@ -235,15 +239,15 @@ class JointTrajectoryController:
     def accept(self, request: GoalRequest, now: int) -> TrajectoryGoal:
         """Follow the trajectory of a goal; one without points brings the joints to rest.
 
-        It ends the goal that is active. Call `update` in every step while the goal is active.
+        It ends the active goal. Call `update` in every step while the new goal is active.
 
         Raises:
-            RejectedTrajectoryError: it cannot be followed; everything goes on as before.
+            RejectedTrajectoryError: it cannot be followed; the present motion continues.
         """
         names = self.joint_names
         joints = check_names(request.trajectory.joint_names, names, allow_partial=self.allow_partial)
-        asked = (*request.path_tolerances, *request.goal_tolerances)
-        if not all(isfinite(each.position) and isfinite(each.velocity) for each in asked):
+        requested = (*request.path_tolerances, *request.goal_tolerances)
+        if not all(isfinite(each.position) and isfinite(each.velocity) for each in requested):
             raise _invalid_goal("a tolerance is not a finite number")
         if request.trajectory.points:
             checked = check_trajectory(request.trajectory, names, now, allow_partial=self.allow_partial)
@@ -259,7 +263,7 @@ class JointTrajectoryController:
         return goal
 
     def cancel(self, now: int) -> bool:
-        """End the active goal and bring the joints to rest; whether there was an active goal."""
+        """End the active goal and bring the joints to rest; return whether there was an active goal."""
         if self.goal is None or not self.goal.active:
             return False
         self._stop(now)
@@ -267,7 +271,7 @@ class JointTrajectoryController:
         return True
 
     def update(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> None:
-        """Judge the active goal, if there is one, by actual positions and velocities of the joints at `now` [ns]."""
+        """Check the active goal, if any, against actual positions and velocities of the joints at `now` [ns]."""
         goal = self.goal
         if goal is not None and goal.active:
             position_errors = [d - a for d, a in zip(self.positions(now), positions, strict=True)]
@@ -276,18 +280,18 @@ class JointTrajectoryController:
 
     @property
     def end(self) -> int:
-        """From this time [ns] on the joints are to rest, unless another command comes."""
+        """Time [ns] from which on the joints rest, unless another command comes."""
         return self._trajectory.end
 
     def state(self, time: int) -> JointsState:
-        """Desired positions, velocities and accelerations at `time` [ns]."""
+        """Return desired positions, velocities and accelerations at `time` [ns]."""
         return self._trajectory.state(time)
 
     def query_state(self, time: int) -> JointsState:
-        """Answer somebody's question for the desired state at `time` [ns], which may lie ahead.
+        """Return the desired state at `time` [ns], which may lie ahead, for an external query.
 
         Raises:
-            UsageError: the time lies before what the controller remembers.
+            UsageError: the time lies before the stored motion.
         """
         start = self._trajectory.start
         if time < start:
@@ -295,19 +299,19 @@ class JointTrajectoryController:
         return self._trajectory.state(time)
 
     def following(self, now: int, positions: Sequence[float], velocities: Sequence[float]) -> Following:
-        """How the joints follow at `now` [ns], given their actual positions and velocities."""
+        """Return the tracking state at `now` [ns], given actual positions and velocities of the joints."""
         desired = self.state(now)
         off = [d - a for d, a in zip(desired.positions, positions, strict=True)]
         slip = [d - a for d, a in zip(desired.velocities, velocities, strict=True)]
         return Following(desired, (list(positions), list(velocities)), (off, slip))
 
     def get_state(self) -> dict[str, Any]:
-        """The trajectory and the last goal, as JSON values."""
+        """Return the trajectory and the last goal as JSON values."""
         goal = None if self.goal is None else self.goal.get_state()
         return {"trajectory": self._trajectory.get_state(), "goal": goal}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         self._follow(Trajectory.from_state(state["trajectory"]))
         goal = state["goal"]
         self.goal = None if goal is None else TrajectoryGoal.from_state(goal, self.joint_names)

@@ -1,4 +1,4 @@
-"""Trajectory goals: tolerances of joints, and a goal that is followed within them and ends with a result.
+"""Trajectory goals: joint tolerances, and a goal that is followed within them and ends with a result.
 
 The numbers of `GoalStatus` and `GoalResult` are those of actionlib_msgs/GoalStatus and of
 control_msgs/FollowJointTrajectoryResult.
@@ -15,10 +15,10 @@ from cellwright.cell.devices.joint_trajectory import JointTrajectory
 from cellwright.engine.clock import seconds
 
 
-class AskedTolerance(Protocol):
-    """A tolerance that a goal asks for: joint, position [rad or m], velocity [rad/s or m/s].
+class RequestedTolerance(Protocol):
+    """Tolerance requested by a goal: joint, position [rad or m], velocity [rad/s or m/s].
 
-    0 leaves the controller's own tolerance, a negative number lifts it.
+    0 keeps the controller's own tolerance, a negative number removes it.
     """
 
     name: str
@@ -27,29 +27,29 @@ class AskedTolerance(Protocol):
 
 
 class Tolerance(NamedTuple):
-    """How far one joint may be off in position [rad or m] and velocity [rad/s or m/s]; 0 is not checked."""
+    """Maximum error of one joint in position [rad or m] and velocity [rad/s or m/s]; 0 is not checked."""
 
     position: float = 0.0
     velocity: float = 0.0
 
     def fault(self, position_error: float, velocity_error: float) -> str:
-        """What is wrong with a joint that is off by so much [rad; m] and [rad/s; m/s], or an empty string."""
-        if self.position > 0.0 and not abs(position_error) <= self.position:  # so written, what is no number is off too
+        """Return the violation of a joint with these errors [rad; m] and [rad/s; m/s], or an empty string."""
+        if self.position > 0.0 and not abs(position_error) <= self.position:  # in this form, NaN is a violation too
             return f"position is off by {abs(position_error):.4g}, {self.position:.4g} is allowed"
         if self.velocity > 0.0 and not abs(velocity_error) <= self.velocity:
             return f"velocity is off by {abs(velocity_error):.4g}, {self.velocity:.4g} is allowed"
         return ""
 
-    def overridden(self, asked: AskedTolerance) -> Tolerance:
-        """This tolerance with what a goal asks for."""
-        return Tolerance(_override(self.position, asked.position), _override(self.velocity, asked.velocity))
+    def overridden(self, requested: RequestedTolerance) -> Tolerance:
+        """Return this tolerance, overridden by the goal's request."""
+        return Tolerance(_override(self.position, requested.position), _override(self.velocity, requested.velocity))
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """What a goal is held to: one `Tolerance` per joint on the way and at the end, and the time it may take after it.
+    """Tolerances of a goal: one `Tolerance` per joint on the way and at the end, and the extra time after the end.
 
-    `goal_time` [ns] None waits for ever.
+    `goal_time` [ns] None waits forever.
     """
 
     path: tuple[Tolerance, ...]
@@ -57,7 +57,7 @@ class Tolerances:
     goal_time: int | None = 0
 
     def overridden(self, joint_names: Sequence[str], request: GoalRequest) -> Tolerances:
-        """These tolerances with what a goal asks for."""
+        """Return these tolerances, overridden by the goal's request."""
         goal_time = request.goal_time_tolerance_ns
         return Tolerances(
             _overridden(self.path, request.path_tolerances, joint_names),
@@ -66,15 +66,15 @@ class Tolerances:
         )
 
 
-def _override(own: float, asked: float) -> float:
-    return own if asked == 0.0 else max(asked, 0.0)
+def _override(own: float, requested: float) -> float:
+    return own if requested == 0.0 else max(requested, 0.0)
 
 
 def _overridden(
-    own: tuple[Tolerance, ...], asked: Sequence[AskedTolerance], joint_names: Sequence[str]
+    own: tuple[Tolerance, ...], requested: Sequence[RequestedTolerance], joint_names: Sequence[str]
 ) -> tuple[Tolerance, ...]:
     result = list(own)
-    for one in asked:
+    for one in requested:
         if one.name in joint_names:
             index = joint_names.index(one.name)
             result[index] = result[index].overridden(one)
@@ -82,7 +82,7 @@ def _overridden(
 
 
 class GoalStatus(IntEnum):
-    """Where a goal stands."""
+    """Status of a goal."""
 
     ACTIVE = 1
     PREEMPTED = 2
@@ -91,7 +91,7 @@ class GoalStatus(IntEnum):
 
 
 class GoalResult(IntEnum):
-    """How a goal ended, or why it was not taken."""
+    """Result of a goal, or the reason for its rejection."""
 
     SUCCESSFUL = 0
     INVALID_GOAL = -1
@@ -103,26 +103,26 @@ class GoalResult(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class GoalRequest:
-    """A goal as it came: a trajectory, and tolerances in place of the controller's own.
+    """Goal as received: a trajectory, and tolerances in place of the controller's own.
 
-    `goal_time_tolerance_ns` is the time after the end within which the goal must be reached [ns]: 0 leaves the
-    controller's own, a negative number waits for ever. Tolerances of joints that the controller does not have are
-    passed over.
+    `goal_time_tolerance_ns` is the time after the end within which the goal must be reached [ns]: 0 keeps the
+    controller's own, a negative number waits forever. Tolerances of joints that the controller does not have are
+    ignored.
     """
 
     goal_id: str
     trajectory: JointTrajectory
-    path_tolerances: Sequence[AskedTolerance] = ()
-    goal_tolerances: Sequence[AskedTolerance] = ()
+    path_tolerances: Sequence[RequestedTolerance] = ()
+    goal_tolerances: Sequence[RequestedTolerance] = ()
     goal_time_tolerance_ns: int = 0
 
 
 class TrajectoryGoal:
-    """A goal that was taken, from its start to its end [ns], about some of the controller's joints, given by index.
+    """Accepted goal, from its start to its end [ns], for some of the controller's joints, given by index.
 
-    While the trajectory runs each joint has to stay within its path tolerance. From the trajectory's end on a joint
-    has arrived as soon as it was within its goal tolerance once; the goal has succeeded when all have, and is aborted
-    if one has not when the goal time is over. A goal that was aborted leaves the arm on its trajectory.
+    While the trajectory runs, each joint has to stay within its path tolerance. From the trajectory's end on, a joint
+    has arrived as soon as it was within its goal tolerance once. The goal succeeds when all joints have arrived, and is
+    aborted if one has not when the goal time is over. An aborted goal leaves the arm on its trajectory.
     """
 
     def __init__(
@@ -143,16 +143,16 @@ class TrajectoryGoal:
         self.status = GoalStatus.ACTIVE
         self.result: GoalResult | None = None
         self.reason = ""
-        """Why it ended, in a sentence; empty while it is active."""
+        """Reason for its end, in a sentence; empty while it is active."""
         self._arrived = [False] * len(self.joint_names)
 
     @property
     def active(self) -> bool:
-        """Whether it is still being followed."""
+        """True while it is being followed."""
         return self.status is GoalStatus.ACTIVE
 
     def update(self, time: int, position_errors: Sequence[float], velocity_errors: Sequence[float]) -> GoalStatus:
-        """Judge where the joints are at `time` [ns].
+        """Check the joints at `time` [ns].
 
         Errors are desired minus actual values, of each joint of the controller.
         """
@@ -181,11 +181,11 @@ class TrajectoryGoal:
         return self.status
 
     def preempt(self, reason: str) -> None:
-        """End it because something else is to be done."""
+        """End it in favour of another command."""
         self._finish(GoalStatus.PREEMPTED, None, reason)
 
     def get_state(self) -> dict[str, Any]:
-        """All of it, as JSON values."""
+        """Return the whole state as JSON values."""
         return {
             "goal_id": self.goal_id,
             "joints": list(self.joints),
@@ -202,7 +202,7 @@ class TrajectoryGoal:
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any], joint_names: Sequence[str]) -> TrajectoryGoal:
-        """The goal that `get_state` described."""
+        """Restore the goal from what `get_state` returned."""
         tolerances = Tolerances(
             tuple(Tolerance(*pair) for pair in state["path"]),
             tuple(Tolerance(*pair) for pair in state["goal"]),

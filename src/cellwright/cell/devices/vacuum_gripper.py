@@ -1,9 +1,9 @@
 """Vacuum gripper: suction logic, and the device that welds the part it touches squarely to the cup.
 
-While it is switched on the gripper looks at its contacts at most every 0.1 s of simulation time; at once when it is
-switched on, if the last look is that long ago. A counter rises by one at a look with a contact that counts, and falls
-by one (not below zero) at a look without. A part is taken hold of at a look where the counter is above one and the
-cup stands square enough on the part. Switching does not reset the counter.
+While switched on, the gripper checks its contacts at most every 0.1 s of simulation time. It checks at once when it is
+switched on, if the last check is that long ago. A counter rises by one at a check with a contact that counts, and falls
+by one (not below zero) at a check without. The gripper grips a part at a check if the counter is above one and the cup
+stands square enough on the part. Switching does not reset the counter.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.parts import LARGEST_PART, Parts, engage_weld
+from cellwright.cell.devices.parts import MAX_PART_SIZE, Parts, engage_weld
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.furniture import BELT_GEOM
@@ -26,17 +26,17 @@ from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
 CHECK_PERIOD: Final = NANOSECONDS // 10
-"""Time between two looks at the contacts [ns]."""
+"""Time between two checks of the contacts [ns]."""
 
 CONTACTS_NEEDED: Final = 1
-"""The counter must be above this."""
+"""The counter must be above this value."""
 
 ALIGNMENT_NEEDED: Final = 0.95
-"""The cosine between contact normal and cup axis must be above this (18.2 deg)."""
+"""The cosine between contact normal and cup axis must be above this value (18.2 deg)."""
 
 
-class Touched(Enum):
-    """What the cup may be in contact with."""
+class ContactKind(Enum):
+    """Kind of object in contact with the cup."""
 
     PART = "a part"
     MOVABLE = "something that moves but is no part"
@@ -47,22 +47,22 @@ class Touched(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CupContact:
-    """One contact of the suction face.
+    """Contact of the suction face.
 
     `alignment` is the cosine between the contact normal and the axis of the cup, 1 when the cup stands square on it.
     """
 
     name: str
-    kind: Touched
+    kind: ContactKind
     alignment: float
 
 
 class VacuumCheck(PlainState):
-    """The suction logic: a device brings the contacts of the cup to `check` when a look is due.
+    """Suction logic: a device passes the contacts of the cup to `check` when a check is due.
 
     Args:
-        phase: by default a look is taken as soon as the gripper is switched on. With a phase [ns] looks are taken at
-            that time after each whole 0.1 s only, as if the gripper had a clock of its own.
+        phase: None checks as soon as the gripper is switched on. With a phase [ns] checks happen only at that time
+            after each whole 0.1 s, as if the gripper had a clock of its own.
     """
 
     STATE: ClassVar = ("enabled", "part", "counter", "reason", "lost_reason", "next_look", "_last_look")
@@ -75,30 +75,30 @@ class VacuumCheck(PlainState):
         """Begin a run: switched off, holding nothing."""
         self.enabled = False
         self.part: str | None = None
-        """The part that is held."""
+        """Name of the held part."""
         self.counter = 0
         self.reason = "disabled"
-        """Why nothing is held, as of the last look; empty while a part is held."""
+        """Reason why nothing is held, as of the last check; empty while a part is held."""
         self.lost_reason = ""
-        """Why the last part was lost: `released`, `forced drop`, or what `lose` was told; empty if none was yet."""
+        """Reason for the last loss of a part: `released`, `forced drop`, or the argument of `lose`; empty before."""
         self.next_look = NEVER
-        """When the next look is due [ns]; `NEVER` while switched off."""
+        """Time of the next check [ns]; `NEVER` while switched off."""
         self._last_look: int | None = None
 
     @property
     def attached(self) -> bool:
-        """Whether a part is held."""
+        """True if a part is held."""
         return self.part is not None
 
     def enable(self, now: int) -> None:
-        """Switch on at `now` [ns]. Nothing happens if it is on."""
+        """Switch on at `now` [ns]. Has no effect if it is on."""
         if not self.enabled:
             self.enabled = True
             self.reason = "waiting for the first check"
             self.next_look = self._look_after(now)
 
     def disable(self) -> str | None:
-        """Switch off; the part that is to be let go, if one was held."""
+        """Switch off, and return the part to release, if one was held."""
         self.enabled = False
         self.next_look = NEVER
         part = self.lose("released")
@@ -106,26 +106,26 @@ class VacuumCheck(PlainState):
         return part
 
     def lose(self, reason: str) -> str | None:
-        """Note that the part that is held, if one is, is held no longer; which one it was."""
+        """Note the loss of the held part, if there is one, and return it."""
         part, self.part = self.part, None
         if part is not None:
             self.reason = self.lost_reason = reason
         return part
 
     def check(self, now: int, contacts: Sequence[CupContact], *, is_dropped: bool = False) -> None:
-        """Look at all contacts of the cup's suction face, not before `next_look`; `part` says what comes of it.
+        """Check all contacts of the cup's suction face, not before `next_look`; `part` holds the result.
 
-        A part that is held is lost if it is to be dropped where it is now.
+        With `is_dropped`, a held part is lost where it is now.
         """
         self._last_look = now
         self.next_look = self._look_after(now + 1)
-        counted = [contact for contact in contacts if contact.kind is not Touched.FIXED]
+        counted = [contact for contact in contacts if contact.kind is not ContactKind.FIXED]
         self.counter = self.counter + 1 if counted else max(0, self.counter - 1)
         if self.part is not None:
             if is_dropped:
                 self.lose("forced drop")
             return
-        parts = [contact for contact in counted if contact.kind is Touched.PART]
+        parts = [contact for contact in counted if contact.kind is ContactKind.PART]
         square = [contact for contact in parts if contact.alignment > ALIGNMENT_NEEDED]
         self.reason = _no_grip_reason(contacts, counted, parts)
         if square and self.counter > CONTACTS_NEEDED:
@@ -133,14 +133,14 @@ class VacuumCheck(PlainState):
             self.part, self.reason = best.name, ""
 
     def _look_after(self, time: int) -> int:
-        """When the first look at or after `time` [ns] may be taken."""
+        """Return the time of the earliest permitted check at or after `time` [ns]."""
         if self.phase is not None:
             return time + (self.phase - time) % CHECK_PERIOD
         return time if self._last_look is None else max(time, self._last_look + CHECK_PERIOD)
 
 
 def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact], parts: Sequence[CupContact]) -> str:
-    """Why nothing was taken hold of, unless the counter is all that is missing."""
+    """Return the reason for no grip; if only the counter is too low, that a second check is due."""
     if not contacts:
         return "no contact"
     if not counted:
@@ -155,14 +155,20 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
 
 
 _NEAR = 1e-3
-"""What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""
+"""Maximum distance [m] of a contact with the cup; the engine reports contacts from this distance on."""
 
 
 class VacuumGripper(VacuumCheck, Device):
-    """The gripper: `set_enabled` switches the vacuum, and each look of the suction logic is carried out.
+    """Gripper device: `set_enabled` switches the vacuum, and each result of the suction logic is carried out.
 
-    `on_change` is called when it is switched, takes hold or lets go. `drop_target(name, world_T_part)`, if it is set,
-    is asked at each look whether a held part is to be lost, and where to. For `phase` see `VacuumCheck`.
+    Args:
+        parts: the parts of the cell.
+        phase: see `VacuumCheck`.
+
+    Attributes:
+        on_change: callbacks that run when it is switched, grips or releases.
+        drop_target: each check calls it with name and world_T_part of a held part. It returns the pose to drop the
+            part at, or None.
     """
 
     def __init__(self, parts: Parts, phase: int | None = None) -> None:
@@ -174,7 +180,7 @@ class VacuumGripper(VacuumCheck, Device):
         parts.on_taken.append(self._notice_taken)
 
     def attach(self, simulation: Simulation) -> None:
-        """Look up the cup and what moves."""
+        """Look up the cup and the belt."""
         super().attach(simulation)
         model = simulation.model
         self._body = model.body(GRIPPER).id
@@ -183,7 +189,7 @@ class VacuumGripper(VacuumCheck, Device):
         self._belt = model.geom(BELT_GEOM).id
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
-        """Switch the vacuum on or off. Switched off it lets go at once."""
+        """Switch the vacuum on or off. Switching it off releases the part at once."""
         if enabled == self.enabled:
             return
         if enabled:
@@ -191,10 +197,10 @@ class VacuumGripper(VacuumCheck, Device):
         else:
             self._release(self.disable())
         self._plan()
-        self._tell()
+        self._notify()
 
     def handle_look(self) -> None:
-        """Look at the contacts."""
+        """Check the contacts, and carry out the result."""
         held, target = self.part, None
         if held is not None:
             target = self.drop_target(held, self.parts.pose(self.parts.part(held)))
@@ -206,41 +212,41 @@ class VacuumGripper(VacuumCheck, Device):
             self.parts.place(self.parts.part(held), target)
         self._plan()
         if self.part != held:
-            self._tell()
+            self._notify()
 
     def contacts(self) -> list[CupContact]:
-        """What the cup touches: by the engine's contacts in the last step, and by the plain disc that it stands for.
+        """Return the cup's contacts: those of the engine in the last step, and those of the plain disc in its place.
 
-        The cup's edge is bevelled where the original's gripper is a plain disc. A part that meets the bevel only, as
-        the mark of a disk does, would else seem to be tilted by the bevel's angle, or not to be touched yet.
+        The cup's edge is bevelled where the original's gripper is a plain disc. A part may meet the bevel only, as the
+        mark of a disk does. Without the disc it would seem to be tilted by the bevel's angle, or not to be touched yet.
         """
         data = self.simulation.data
         pairs = data.contact.geom
         axis = np.array(data.xmat[self._body].reshape(3, 3)[:, 2])
-        found = []
+        touching = []
         for row in np.flatnonzero((pairs == self._cup).any(axis=1)).tolist():
             first, second = pairs[row].tolist()
             towards_cup = 1.0 if second == self._cup else -1.0
             alignment = towards_cup * float(data.contact.frame[row][:3] @ axis)
-            found.append(self._contact(first if second == self._cup else second, alignment))
-        return found + self._before_face()
+            touching.append(self._contact(first if second == self._cup else second, alignment))
+        return touching + self._before_face()
 
     def _before_face(self) -> list[CupContact]:
-        """The parts that the plain disc touches."""
+        """Return the contacts of the parts that the plain disc touches."""
         simulation = self.simulation
         simulation.refresh()
         model, data = simulation.model, simulation.data
         axis = data.xmat[self._body].reshape(3, 3)[:, 2]
         centre = data.xpos[self._body]
         ends: NDArray[np.float64] = np.zeros(6)
-        found = []
-        for part in self.parts.inside(centre - LARGEST_PART, centre + LARGEST_PART):
+        touching = []
+        for part in self.parts.inside(centre - MAX_PART_SIZE, centre + MAX_PART_SIZE):
             for geom in part.geoms:
                 distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
                 if distance < _NEAR and distance != 0.0:
                     normal = (ends[:3] - ends[3:]) / distance  # from the part to the disc, also where they overlap
-                    found.append(self._touched(part, float(normal @ axis)))
-        return found
+                    touching.append(self._touched(part, float(normal @ axis)))
+        return touching
 
     def _contact(self, geom: int, alignment: float) -> CupContact:
         model = self.simulation.model
@@ -250,14 +256,14 @@ class VacuumGripper(VacuumCheck, Device):
             return self._touched(part, alignment)
         name = model.geom(geom).name or model.body(body).name
         moves = geom == self._belt or int(model.body_treeid[body]) >= 0
-        return CupContact(name, Touched.MOVABLE if moves else Touched.FIXED, alignment)
+        return CupContact(name, ContactKind.MOVABLE if moves else ContactKind.FIXED, alignment)
 
     def _touched(self, part: WorldPart, alignment: float) -> CupContact:
-        """Contact with a part; one that is locked to a tray stays there."""
-        return CupContact(part.name, Touched.FIXED if self.parts.is_locked(part) else Touched.PART, alignment)
+        """Return the contact with a part; a part that is locked to a tray counts as fixed."""
+        return CupContact(part.name, ContactKind.FIXED if self.parts.is_locked(part) else ContactKind.PART, alignment)
 
     def _hold(self, part: WorldPart) -> None:
-        """Weld the part to the cup as it is now: no drawing in, no re-centring."""
+        """Weld the part to the cup in its present pose, without pulling in or centring it."""
         if part.grip is None:
             raise UsageError(f"the cell has no weld to hold {part.name!r} with")
         simulation = self.simulation
@@ -275,16 +281,16 @@ class VacuumGripper(VacuumCheck, Device):
             self.simulation.keep_awake(part.body)
 
     def _notice_taken(self, part: WorldPart) -> None:
-        """Note that a part is in the cup no longer, if it was."""
+        """Note that a part is no longer in the cup, if it was."""
         if part.name == self.part:
             self.lose("taken away")
-            self._tell()
+            self._notify()
 
     def _plan(self) -> None:
         self.simulation.cancel(self, "look")
         if self.next_look < NEVER:
             self.simulation.schedule(self, "look", at=self.next_look)
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         for listener in self.on_change:
             listener(self)

@@ -1,1 +1,1 @@
-"""What stands where: turns a description into an engine model. Knows no time."""
+"""Model of the cell: turns a trial into an engine model, independent of time."""

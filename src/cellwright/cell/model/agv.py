@@ -1,4 +1,4 @@
-"""The AGVs and the trays that they carry."""
+"""AGVs and their trays."""
 
 import math
 from typing import Any
@@ -18,30 +18,30 @@ TRAY_MASS = 1.0
 """Mass [kg] of a tray."""
 
 DRIVE_MASS = 2e4
-"""What the gears of its drives add to an AGV's inertia [kg]: nothing pushes it aside, no kit is felt."""
+"""Inertia [kg] that the gears of its drives add to an AGV: a push or a kit does not move it noticeably."""
 
 STIFFNESS, DAMPING = DRIVE_MASS * 30.0**2, DRIVE_MASS * 30.0
 """Gains of an AGV's drives [N/m], [N s/m]: 30 rad/s, half of critical damping.
 
-Stiffer is not better. The engine damps a drive implicitly, but reckons the friction under the kit with the drive's
-force as it was at the start of the step. While the AGV speeds up, the kit therefore creeps ahead of the tray in
-proportion to damping times timestep over mass: by 0.06 mm on the way to 0.5 m/s with these figures, by 4 mm with a
-damping of 1e5 on the bare mass of the AGV.
+Stiffer is not better. The engine damps a drive implicitly, but computes the friction under the kit with the drive's
+force at the start of the step. While the AGV accelerates, the kit therefore creeps ahead of the tray in proportion to
+damping times timestep over mass. On the way to 0.5 m/s it creeps 0.06 mm with these figures. With a damping of 1e5 on
+the bare mass of the AGV it creeps 4 mm.
 """
 
 _COLOURS = {"agv1": colours.AGV1, "agv2": colours.AGV2}
 
 
 def plate_name(agv: str) -> str:
-    """Name of the geom that parts lie on on an AGV's tray."""
+    """Return the name of the geom that parts lie on on an AGV's tray."""
     return f"kit_tray_{agv[-1]}_plate"
 
 
 def add_agv(spec: Any, agv: str) -> None:
-    """An AGV at home, on two slides along world x and y whose positions [m] count from there.
+    """Add an AGV at home, on two slides along world x and y whose positions [m] count from there.
 
-    The drives are `pid` actuators `<agv>_x` and `<agv>_y` with position and velocity inputs. A tree with actuators
-    would never sleep, nor would anything on it: this one is allowed to.
+    The drives are `pid` actuators `<agv>_x` and `<agv>_y` with position and velocity inputs. By default a tree with
+    actuators never sleeps, nor does anything on it; this one is allowed to.
     """
     home = AGV_HOMES[agv]
     body = spec.worldbody.add_body(name=agv, pos=home.position, quat=home.quaternion)
@@ -59,7 +59,7 @@ def add_agv(spec: Any, agv: str) -> None:
 
 
 def _fill_agv(body: Any, colour: Colour) -> None:
-    """Chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
+    """Add chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
     looks = add_looks(body)
     add_shape(body, box(0.555, 1.023, 0.409, at(z=0.3045), colour, 1.0), Role.BOTH, mass=AGV_MASS)
     add_shape(body, box(0.673, 1.171, 0.124, at(z=0.162), colours.BLACK), Role.BOTH)
@@ -78,10 +78,10 @@ def _fill_agv(body: Any, colour: Colour) -> None:
 
 
 def _fill_tray(tray: Any, plate_geom: str) -> None:
-    """The plate, thicker below than it looks so that nothing falls through, and its four rims.
+    """Add the plate and its four rims; the plate is thicker below than it looks, so that nothing falls through.
 
-    A rim is a stack of thin capsules: a flat part that lands on the narrow top of a box gets, once in some thousand
-    times, a contact pointing sideways and is flung off.
+    A rim is a stack of thin capsules. A flat part that lands on the narrow top of a box gets a contact that points
+    sideways about once in a thousand times. That contact flings it off.
     """
     top = TRAY_SURFACE - AGV_T_TRAY.position[2]
     thick = 0.08

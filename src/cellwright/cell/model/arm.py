@@ -1,8 +1,8 @@
-"""The UR10 on its rail: chain, masses, what it touches with, its servos and its suction cup.
+"""UR10 arm on its rail: chain, masses, collision shapes, servos and suction cup.
 
-Kinematics: Denavit-Hartenberg constants of the UR10 (CB3), d1 .1273, a2 .612, a3 .5723, d4 .163941, d5 .1157,
-d6 .0922 m, in the frames of its public robot description, on a rail along world y. A link has the inertia of a solid
-cylinder, as in that description.
+Kinematics: Denavit-Hartenberg constants of the UR10 (CB3) [m], d1 .1273, a2 .612, a3 .5723, d4 .163941, d5 .1157,
+d6 .0922. The frames are those of its public robot description, on a rail along world y. A link has the inertia of a
+solid cylinder, as in that description.
 """
 
 import math
@@ -20,29 +20,29 @@ from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
 GRIPPER = "vacuum_gripper_link"
-"""The link that holds the cup; its z axis points out of the back of the cup, up when the tool points down."""
+"""Link that holds the cup; its z axis points out of the back of the cup, up when the tool points down."""
 
 CUP_GEOM = "vacuum_gripper_cup"
 
 CUP_FACE_GEOM = "vacuum_gripper_face"
-"""The plain disc that the cup stands for: what comes near its face is sucked."""
+"""Plain disc that the cup stands for: the suction acts on what comes near its face."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArmJoint:
-    """A joint, the link behind it, and the original's servo figures.
+    """Joint with the link behind it and the original's servo figures.
 
     Attributes:
-        pose: of that link in the frame of the one before, at joint value 0.
-        gains: of the original's effort controller.
+        pose: pose of that link in the frame of the previous link, at joint value 0.
+        gains: gains of the original's effort controller.
         limit: the joint runs from -limit to limit [rad] or [m].
-        effort: largest force [N] or torque [N m] of the drive.
-        velocity: published limit [m/s] or [rad/s]. As in the original, nothing holds a command to it.
+        effort: maximum force [N] or torque [N m] of the drive.
+        velocity: published limit [m/s] or [rad/s]. As in the original, no command is clamped to it.
         damping: viscous [N s/m] or [N m s/rad].
-        friction: dry [N] or [N m], as published. In the original it never acted: the engine dropped the motor that
-            carries it, since it sets both stops of a damped joint to one value. Only the URDF tells it.
+        friction: dry [N] or [N m], as published. In the original it never acted. The engine dropped the motor that
+            carries it, since it sets both stops of a damped joint to one value. Only the URDF contains it.
         stiffness: position gain of the `precise` profile.
-        armature: inertia of the drive as the joint feels it, `precise` profile [kg] or [kg m^2].
+        armature: inertia of the drive at the joint, `precise` profile [kg] or [kg m^2].
     """
 
     name: str
@@ -61,7 +61,7 @@ class ArmJoint:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A link as a solid cylinder along z, for its inertia: mass [kg], radius and length [m].
+    """Link as a solid cylinder along z, for its inertia: mass [kg], radius and length [m].
 
     Its middle is at this height [m] in the link's frame.
     """
@@ -116,10 +116,10 @@ JOINTS: tuple[ArmJoint, ...] = (
         JointGains(25, 1, 0, 1), _TURN, 54, 3.2, 0.5, 0, 1.2e4, 0.1,
     ),
 )  # fmt: skip
-"""The joints in the order of the chain, which is the controller's order."""
+"""Joints in the order of the chain, which is the controller's order."""
 
 INITIAL_POSITIONS: Mapping[str, float] = dict(zip(ARM_JOINTS, (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=True))
-"""Where the joints [rad], [m] are when nothing else is asked for."""
+"""Default initial joint positions [rad], [m]."""
 
 WRIST_3_T_TOOL = {
     "ee_link": Pose.from_rpy((0.0, 0.0922, 0.0), (0.0, 0.0, math.pi / 2)),
@@ -144,7 +144,7 @@ BODIES: Mapping[str, Cylinder] = {
 
 
 def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
-    """The original's gains of each joint, with those that the settings name put in their place."""
+    """Return the original's gains of each joint, overridden by those in the settings."""
     return {joint.name: settings.gains.get(joint.name, joint.gains) for joint in JOINTS}
 
 
@@ -156,9 +156,12 @@ def check_joints(*names: str) -> None:
 
 
 def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
-    """Put rail, arm and cup into a model specification. They come first: the solver likes the long tree in front.
+    """Add rail, arm and cup to a model specification, before everything else: the solver prefers the long tree first.
 
-    `contact_time` is the time constant [s] of the cup's contacts.
+    Args:
+        spec: model specification.
+        settings: servo profile and gains.
+        contact_time: time constant [s] of the cup's contacts.
     """
     rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
     arm_looks.dress_rail(rail, spec.worldbody)
@@ -179,7 +182,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
 
 
 def _give_mass(link: Any, form: Cylinder, servo: ServoProfile) -> None:
-    """Mass and inertia of a link; the `precise` profile carries the arm's weight."""
+    """Set mass and inertia of a link; the `precise` profile compensates the arm's weight."""
     link.explicitinertial = True
     link.mass = form.mass
     link.ipos = (0.0, 0.0, form.middle)
@@ -189,12 +192,12 @@ def _give_mass(link: Any, form: Cylinder, servo: ServoProfile) -> None:
 
 
 def _add_joint(spec: Any, link: Any, joint: ArmJoint, settings: ArmSettings, gains: JointGains) -> None:
-    """A joint and its servo: a `pid` actuator with a position and a velocity setpoint, limited in force.
+    """Add a joint and its servo: a `pid` actuator with position and velocity setpoints and a force limit.
 
     `original`: the effort controller's gains and the joint's damping. The integral term is clamped to +-i_clamp in
     units of force; the engine clamps the integral itself.
-    `precise`: an ideal drive that feels neither damping nor weight, critically damped; gains that the settings name
-    still hold.
+
+    `precise`: an ideal, critically damped drive, free of damping and weight. Gains in the settings still override it.
     """
     prismatic = joint.name == "linear_arm_actuator_joint"
     kind = mujoco.mjtJoint.mjJNT_SLIDE if prismatic else mujoco.mjtJoint.mjJNT_HINGE

@@ -1,8 +1,8 @@
-"""What the arm touches with and looks like, link by link, and its suction cup.
+"""Collision and visual shapes of the arm, link by link, and its suction cup.
 
-The solid shapes lie within 2 mm of the original's collision meshes: tubes and collars as cylinders, housings of joints
-as drums whose ends lean and are rounded off. With them the arm rests on a bin's rim when a program drives the tool into
-a part, and passes the posts beside the bins or hits them.
+The solid shapes lie within 2 mm of the original's collision meshes. Tubes and collars are cylinders, housings of joints
+are drums with slanted, rounded ends. With them the arm rests on a bin's rim when a program drives the tool into a part.
+It passes the posts beside the bins or hits them.
 """
 
 import math
@@ -21,12 +21,12 @@ _SWAPPED = Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, math.pi))  # swaps 
 
 @dataclass(frozen=True, slots=True)
 class Housing:
-    """A drum around a joint, convex, with ends that lean and are rounded off.
+    """Convex drum around a joint, with slanted, rounded ends.
 
     Attributes:
         axis: the drum's axis is parallel to this axis of the link.
-        sections: cross-sections from the lowest coordinate along the axis upward; they shift and lean along z where the
-            axis is y, along y where it is z.
+        sections: cross-sections from the lowest coordinate along the axis upward. They shift and slant along z where
+            the axis is y, along y where it is z.
     """
 
     axis: Literal["y", "z"]
@@ -44,7 +44,7 @@ class Housing:
 
     @property
     def cylinder(self) -> Shape:
-        """The cylinder around the drum's axis with its largest radius, for formats that know no drums."""
+        """The cylinder around the drum's axis with its largest radius, for formats without drums."""
         widest = max(self.sections, key=lambda section: section.radius)
         low, high = self.sections[0].height, self.sections[-1].height
         centre = at(y=widest.shift, z=(low + high) / 2)
@@ -56,13 +56,13 @@ def _housing(axis: Literal["y", "z"], *sections: tuple[float, ...]) -> Housing:
 
 
 def _along_y(radius: float, low: float, high: float, z: float, colour: Colour = colours.ARM_GREY) -> Shape:
-    """A cylinder from y = `low` to y = `high` at height z [m]: most joints turn about their link's y axis."""
+    """Return a cylinder from y = `low` to y = `high` at height z [m]: most joints turn about their link's y axis."""
     pose = Pose.from_rpy((0.0, (low + high) / 2, z), (math.pi / 2, 0.0, 0.0))
     return cylinder(radius, high - low, pose, colour)
 
 
 def _along_z(radius: float, low: float, high: float, y: float = 0.0, colour: Colour = colours.ARM_GREY) -> Shape:
-    """A cylinder from z = `low` to z = `high` at the given y [m]."""
+    """Return a cylinder from z = `low` to z = `high` at the given y [m]."""
     return cylinder(radius, high - low, at(y=y, z=(low + high) / 2), colour)
 
 
@@ -143,7 +143,7 @@ SOLID: Mapping[str, tuple[Shape | Housing, ...]] = {
     ),
     "wrist_3_link": (_housing("y", (0.045, 0.0616), (0.045, 0.078), (0.042, 0.0855), (0.033, 0.0921)),),
 }
-"""What each link touches with, in its own frame; it is seen as well.
+"""Collision shapes of each link, in its own frame; they are drawn as well.
 
 Forearm and upper arm have a collar where the tube begins. Three convex shapes for such a link would fill the corner
 between collar and housing, 7 and 12 mm deep.
@@ -183,13 +183,13 @@ SEEN: Mapping[str, tuple[Shape, ...]] = {
     ),
     "wrist_3_link": (_along_y(0.031, 0.0921, 0.0945, 0.0, colours.STEEL_DARK),),
 }
-"""What is only seen of each link, in its own frame."""
+"""Visual-only shapes of each link, in its own frame."""
 
 BEAM = box(0.2, 4.6, 0.1, HERE, colours.RAIL)
-"""The rail's beam, in the rail's frame."""
+"""Beam of the rail, in the rail's frame."""
 
 CUP = cylinder(0.05, 0.01, HERE, colours.CUP)
-"""The plain disc that the suction cup stands for, in its link's frame."""
+"""Plain disc that the suction cup stands for, in its link's frame."""
 
 CUP_FACE_RADIUS = 0.038
 """Radius [m] of the flat face that grips."""
@@ -198,7 +198,7 @@ _CUP_SECTIONS = (shapes.Circle(CUP_FACE_RADIUS, -0.005), shapes.Circle(0.05, 0.0
 
 
 def dress_rail(rail: Any, world: Any) -> None:
-    """The beam. It belongs to the robot, so the arm passes through it as it did in the original."""
+    """Add the beam. It belongs to the robot, so the arm passes through it as it did in the original."""
     add_shape(rail, BEAM, Role.BOTH, Touch.ROBOT)
     for side in (1.0, -1.0):
         add_shape(world, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM).moved(RAIL), Role.SEEN)
@@ -209,7 +209,7 @@ def dress_rail(rail: Any, world: Any) -> None:
 
 
 def dress_link(spec: Any, body: Any, link: str) -> None:
-    """Give a link of the arm its shapes."""
+    """Add the shapes of a link of the arm."""
     for number, solid in enumerate(SOLID[link], 1):
         shape = solid
         if isinstance(shape, Housing):
@@ -222,13 +222,14 @@ def dress_link(spec: Any, body: Any, link: str) -> None:
 
 
 def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float) -> None:
-    """The suction cup, the lower face of which grips.
+    """Add the suction cup, which grips with its lower face.
 
-    A plain disc that sticks by its rim turns the wrist over instead of laying itself flat on a part. This one has a
-    flat face of radius 38 mm, a bevel 12 mm wide and 8 mm high, and next to no friction; contacts are detected from
-    1 mm on, so that one on a part's small mark does not flicker.
+    A plain disc that sticks by its rim turns the wrist over instead of lying flat on a part. This cup has a flat face
+    of radius 38 mm, a bevel 12 mm wide and 8 mm high, and next to no friction. Contacts are detected from 1 mm on, so
+    that one on a part's small mark does not flicker.
 
-    The geom `face` is the plain disc. It touches nothing and is not seen: it tells what such a disc would touch.
+    The geom `face` is the plain disc. It collides with nothing and is invisible: distances to it show what such a disc
+    would touch.
     """
     shapes.add_mesh(spec, shapes.CUP, shapes.lofted(_CUP_SECTIONS, 24))
     cup = add_shape(gripper, mesh(shapes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)

@@ -22,18 +22,21 @@ from cellwright.util.pose import Pose
 
 
 def contact_time(timestep: float) -> float:
-    """Time constant [s] of contacts: as stiff as the step allows.
+    """Return the time constant [s] of contacts: as stiff as the step allows.
 
-    With the engine's default of 20 ms a part sinks 0.1 mm into what it lies on, and an arm pressed onto a part by its
-    servos sinks in by millimetres.
+    With the engine's default of 20 ms a part sinks 0.1 mm into its support. An arm pressed onto a part by its servos
+    sinks in by millimetres.
     """
     return max(0.004, 2 * timestep)
 
 
 def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
-    """Set integrator, solver and contact defaults of a model specification with steps of `timestep` [s].
+    """Set integrator, solver and contact defaults of a model specification.
 
-    `friction` is the coefficient of dry friction of everything that says nothing else.
+    Args:
+        spec: model specification.
+        timestep: time step [s].
+        friction: default coefficient of dry friction.
     """
     option = spec.option
     option.timestep = timestep
@@ -42,7 +45,7 @@ def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
     option.impratio = 10.0  # parts on a tray or in a bin do not creep
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.iterations = 20
-    option.ls_iterations = 50  # with 20 a kit of many contacts creeps on an AGV that speeds up
+    option.ls_iterations = 50  # with 20 a kit of many contacts creeps on an accelerating AGV
     option.tolerance = 1e-8
     option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a part at rest costs next to nothing
     option.sleep_tolerance = 1e-3
@@ -57,16 +60,16 @@ def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
 _HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
 
 MOST_SHAPES = 20_000
-"""Most shapes of all parts of a cell together."""
+"""Maximum number of shapes of all parts of a cell together."""
 _MANY_PARTS = 400
-"""Above it the engine is not left to choose its memory, which would grow with the square of the number of parts."""
+"""Above this number the engine must not choose its memory: it would grow with the square of the number of parts."""
 _MOST_MEMORY = 1 << 30
-"""Of the engine, for contacts and constraints [bytes]."""
+"""Memory of the engine for contacts and constraints [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorldPart:
-    """A part and where the engine keeps it.
+    """Part and its addresses in the engine.
 
     Attributes:
         name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint.
@@ -74,9 +77,9 @@ class WorldPart:
         dof: address of its velocity (6 numbers) in `qvel`.
         grip: id of the weld to the gripper; None without an arm.
         locks: ids of the welds to the trays of AGV 1 and AGV 2; empty without AGVs.
-        start: where it is when a run begins, in the world frame.
-        pooled: whether it waits on the shelf until somebody puts it into play.
-        shelf: its own slot on the shelf, where it waits and where it ends.
+        start: its pose when a run begins, in the world frame.
+        pooled: true if it waits on the shelf until it is put into play.
+        shelf: its own slot on the shelf, for before and after it is in play.
     """
 
     name: str
@@ -94,16 +97,16 @@ class WorldPart:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """A cell as a compiled model.
+    """Cell as a compiled model.
 
-    Joint values are zero where the robot description says; the engine's own reset therefore stretches the arm out.
-    `put_in_first_pose` is to follow it.
+    Joint values are zero where the robot description says; the engine's own reset therefore stretches the arm out. Call
+    `put_in_first_pose` after it.
 
     Attributes:
         parts: every part, in the order of the model: those in play first, then those that wait.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
-        own_types: the part types of the trial's own, by name.
+        own_types: the trial's user-defined part types, by name.
     """
 
     model: Any
@@ -120,7 +123,7 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class _Planned:
-    """A part before it has a place in a model."""
+    """Part before it has an address in a model."""
 
     name: str
     kind: PartType
@@ -130,12 +133,12 @@ class _Planned:
 def build_world(trial: Trial) -> World:
     """Turn a trial into a model. The same trial makes the same model, byte for byte.
 
-    Whether bin parts and extra parts are in play is already decided in the trial.
+    The trial itself decides whether bin parts and extra parts are in play.
 
     Raises:
         DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.
         UnknownNameError: a part type, a frame or an arm joint that does not exist.
-        ModelFileError: a model of somebody's own that the engine cannot use.
+        ModelFileError: a user-defined model that the engine cannot use.
     """
     spec = mujoco.MjSpec()
     spec.modelname = trial.name
@@ -178,14 +181,16 @@ def build_world(trial: Trial) -> World:
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise DescriptionError([f"{trial.name}: the engine cannot build this cell: {reason}"]) from None
-    model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
+    model.flg_surfacevel = (
+        True  # the belt stands still in the model; without this flag the engine would ignore later changes
+    )
     parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     qpos, ctrl = _first_pose(model, trial)
     return World(model, parts, qpos, ctrl, own)
 
 
 def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
-    """Parts that stand in the cell when the trial begins; then those of the belt, and of the demo tray of AGV 1."""
+    """Yield the parts that stand in the cell when the trial begins, then those of the belt and of AGV 1's demo tray."""
 
     def kind(name: str) -> PartType:
         if name not in kinds:
@@ -206,7 +211,7 @@ def _plan(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
-    """The welds that can hold a part, all let go: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
+    """Add the inactive welds that can hold a part: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
     holders = [(f"grip|{part}", GRIPPER)] if has_arm else []
     holders += [(f"lock{agv[-1]}|{part}", TRAY_IDS[agv]) for agv in agvs]
     for name, holder in holders:
@@ -216,11 +221,11 @@ def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time:
         weld.active = False
         weld.solref = (time, 1.0)
         weld.solimp = _HOLD
-        weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)  # anchor, pose (written when it takes hold), torque scale
+        weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)  # anchor, pose (written when the weld engages), torque scale
 
 
 def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
-    """Look up where a compiled model keeps a part."""
+    """Look up the addresses of a part in a compiled model."""
     body = model.body(part.name).id
     joint = model.joint(part.name)
     first = int(model.body_geomadr[body])
@@ -246,7 +251,7 @@ def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
 
 
 def _first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Positions and setpoints that a run begins with. AGVs are at home, at 0."""
+    """Return the positions and setpoints that a run begins with. AGVs are at home, at 0."""
     qpos = np.array(model.qpos0)
     ctrl = np.zeros(model.nu)
     if trial.has_arm:

@@ -1,6 +1,6 @@
 """Fixed bodies of the cell: floor, bins, conveyor, frames, shelf, deletion wall, and housings of sensors.
 
-What parts lie on is a thick solid: a part that falls from a metre moves 9 mm in a step of 2 ms.
+Surfaces that parts lie on are thick solids: a part that falls from a metre moves 9 mm in a step of 2 ms.
 """
 
 import math
@@ -15,7 +15,7 @@ from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose
 
-_LENS_FORWARD = (0.0, 1.5708, 0.0)  # turns a cylinder's axis from z to x, the way a sensor looks
+_LENS_FORWARD = (0.0, 1.5708, 0.0)  # turns a cylinder's axis from z to x, the viewing direction of a sensor
 
 
 def _lens(radius: float, x: float, colour: Colour) -> Shape:
@@ -41,11 +41,11 @@ _HOUSINGS: dict[str, tuple[Shape, ...]] = {
 _CAMERA_HOUSING = (
     box(0.024, 0.09, 0.026, at(x=-0.014), colours.SENSOR),
     _lens(0.009, -0.007, colours.SENSOR_LENS),
-)  # all of it behind the eye, which is where the pose is
+)  # all of it behind the optical centre, which is at the pose
 
 
 def add_housing(spec: Any, sensor: Sensor) -> None:
-    """The housing of a sensor at its pose; that of a camera moves with what it is fixed to."""
+    """Add the housing of a sensor at its pose; that of a camera moves with the body it is fixed to."""
     frame = sensor.frame if isinstance(sensor, Camera) else "world"
     body = spec.body(frame).add_body(
         name=f"{sensor.name} housing", pos=sensor.pose.position, quat=sensor.pose.quaternion
@@ -55,19 +55,19 @@ def add_housing(spec: Any, sensor: Sensor) -> None:
 
 
 BELT_GEOM = "conveyor_belt"
-"""The geom whose surface moves."""
+"""Geom with the moving surface."""
 
 DELETION_WALL_GEOM = "deletion_wall"
-"""The geom whose touch takes a part out of the cell."""
+"""Geom that removes the parts that touch it."""
 
 
 def add_floor(spec: Any) -> None:
-    """The floor at height 0, endless, with lines where people and AGVs go."""
+    """Add the infinite floor at height 0, with lines where people and AGVs go."""
     world = spec.worldbody
     world.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=(0.0, 0.0, 1.0),  # a plane of size 0 has no end
+        size=(0.0, 0.0, 1.0),  # a plane of size 0 is infinite
         rgba=colours.FLOOR,
         group=int(Role.BOTH),
         contype=1,
@@ -83,7 +83,7 @@ def add_floor(spec: Any) -> None:
 
 
 def add_bins(spec: Any) -> None:
-    """The eight bins; the open sides of each face world +x and -x."""
+    """Add the eight bins; the open sides of each face world +x and -x."""
     for name in frames.BIN_CENTRES:
         frame = REFERENCE_FRAMES[f"{name}::link"]
         body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
@@ -91,13 +91,13 @@ def add_bins(spec: Any) -> None:
 
 
 def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
-    """One bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
+    """Add one bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
 
-    Base and sills are only drawn: nothing gets there, and every shape that can be touched costs time in each step.
+    Base and sills are visual only: nothing gets there, and every collision shape costs time in each step.
     """
     inner, thick, rim = 0.3175, 0.008, 0.79089  # inner half width, walls (grown outward), height of their upper edge
     corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
-    floor = 0.225  # solid from half height on: nothing passes a floor as thick as that
+    floor = 0.225  # solid from half height on: nothing tunnels through a floor of this thickness
     add_shape(
         body, box(2 * inner, 2 * inner, floor, at(z=frames.BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH
     )
@@ -116,9 +116,9 @@ def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
 
 
 def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float, top: float) -> None:
-    """A wall along x of `foot` with a rounded upper edge.
+    """Add a wall along x of `foot` with a rounded upper edge.
 
-    Between a flat part and the narrow flat top of a box the engine now and then finds a contact that points sideways.
+    Between a flat part and the narrow flat top of a box the engine sometimes finds a contact that points sideways.
     """
     radius = thick / 2
     shoulder = top - radius
@@ -129,7 +129,7 @@ def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float,
 
 
 def add_conveyor(spec: Any) -> None:
-    """The conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
+    """Add the conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
     length, width, thickness = frames.CONVEYOR_SIZE
     body = spec.worldbody.add_body(
         name=BELT_GEOM, pos=frames.CONVEYOR_CENTRE.position, quat=frames.CONVEYOR_CENTRE.quaternion
@@ -151,10 +151,10 @@ def add_conveyor(spec: Any) -> None:
 
 
 def add_frames(spec: Any) -> None:
-    """Posts and bars that sensors hang from and an arm can hit: two portals over the bins, a fence along the conveyor.
+    """Add two portals over the bins and a fence along the conveyor: posts and bars for sensors, which an arm can hit.
 
-    They turn with the original's workcell, the yaw of which is rounded to 1.57. Each is a body of its own and flat: the
-    box around it is what the arm is tested against first.
+    They have the yaw of the original's workcell, which is rounded to 1.57. Each is a flat body of its own: the arm is
+    first tested against its bounding box.
     """
     thick = 0.05
 
@@ -180,14 +180,14 @@ def add_frames(spec: Any) -> None:
 
 
 def add_shelf(spec: Any, slots: int) -> None:
-    """The shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
+    """Add the shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
     side = frames.SHELF_PITCH * (frames.shelf_columns(slots) + 1)
     body = spec.worldbody.add_body(name="shelf", pos=(*frames.SHELF_CENTRE, 0.0))
     add_shape(body, box(side, side, frames.SHELF_SURFACE, at(z=frames.SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
 
 
 def add_deletion_wall(spec: Any) -> None:
-    """The space at the end of the belt in which parts leave the cell. Nothing touches it and nobody sees it."""
+    """Add the invisible, contact-free space at the end of the belt in which parts leave the cell."""
     spec.worldbody.add_geom(
         name=DELETION_WALL_GEOM,
         type=mujoco.mjtGeom.mjGEOM_BOX,

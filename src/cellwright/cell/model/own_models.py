@@ -1,4 +1,4 @@
-"""User-defined part types and furniture, read from descriptions and MJCF files and made ready for the engine."""
+"""User-defined part types and furniture, read from descriptions and MJCF files and prepared for the engine."""
 
 import math
 from collections.abc import Iterable
@@ -27,20 +27,20 @@ _MJCF_KINDS: dict[int, ModelShapeKind] = {
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
-_SHOWN_GROUPS = 3  # the engine's viewers draw the groups 0 to 2 unless told otherwise
-_UNSET = (0.5, 0.5, 0.5, 1.0)  # the engine's own colour of a geom that was given none
+_SHOWN_GROUPS = 3  # the engine's viewers draw the groups 0 to 2 by default
+_UNSET = (0.5, 0.5, 0.5, 1.0)  # the engine's default colour of a geom
 
 
 @dataclass(frozen=True, slots=True)
 class Mjcf:
-    """What is in a file: shapes with their meshes, and the mass of all moving bodies together [kg]."""
+    """Content of an MJCF file: shapes with their meshes, and the mass of all moving bodies together [kg]."""
 
     shapes: tuple[tuple[ModelShape, Mesh | None], ...]
     mass: float
 
 
 def read_mjcf(path: Path) -> Mjcf:
-    """The shapes of a file's model, in the frame of its outermost body where there is one, else of its world.
+    """Read the shapes of a file's model, in the frame of its outermost body if there is one, else of its world.
 
     Raises:
         ModelFileError: the engine refuses it, or it is not one rigid body.
@@ -108,7 +108,7 @@ def _mjcf_pose(position: Any, quaternion: Any) -> Pose:
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """Shapes, of which `touched` carry shares of the mass, and the meshes that they name."""
+    """Shapes and the meshes that they name; the `touched` shapes carry shares of the mass."""
 
     touched: tuple[Shape, ...]
     seen: tuple[Shape, ...]
@@ -116,7 +116,7 @@ class Form:
     mass: float
 
     def add_meshes(self, spec: Any) -> None:
-        """Give a model specification the meshes."""
+        """Add the meshes to a model specification."""
         weighing = {shape.mesh for shape in self.touched}
         for name, mesh in self.meshes.items():
             add_mesh(spec, name, mesh, weighs=name in weighing)
@@ -124,14 +124,14 @@ class Form:
 
 @dataclass(frozen=True, slots=True)
 class OwnPartType:
-    """A part type of somebody's own and its form."""
+    """User-defined part type and its form."""
 
     kind: PartType
     form: Form
 
 
 def own_part_type(name: str, model: Model) -> OwnPartType:
-    """A part type of somebody's own.
+    """Build a user-defined part type.
 
     Raises:
         ModelFileError: a file that the engine cannot use, or without a mass.
@@ -145,25 +145,25 @@ def own_part_type(name: str, model: Model) -> OwnPartType:
     if model.mjcf is not None and reach > FARTHEST_REACH:
         limit = f"a part keeps within {FARTHEST_REACH:g} m"
         raise ModelFileError(f"{model.mjcf}: reaches {reach:.2f} m from its origin; {limit}")
-    # what is touched is drawn, unless something else is
+    # collision shapes are drawn, unless there are visual ones
     seen = () if form.seen == form.touched else form.seen
     return OwnPartType(PartType(name, form.mass, form.touched, seen), form)
 
 
 def model_problems(trial: Trial) -> list[str]:
-    """What the engine finds wrong with the models of a trial's own; the description has been checked before."""
-    found = []
+    """Return the engine's errors about a trial's user-defined models; the description has been checked before."""
+    problems = []
     models = [*trial.part_models.items(), *((f"furniture|{piece.name}", piece.model) for piece in trial.furniture)]
     for name, model in models:
         try:
             form_of(name, model) if "|" in name else own_part_type(name, model)
         except ModelFileError as error:
-            found.append(str(error))
-    return found
+            problems.append(str(error))
+    return problems
 
 
 def add_furniture(spec: Any, pieces: Iterable[Furniture]) -> None:
-    """Put what stands in the cell into a model specification; nothing of it moves.
+    """Add the furniture of the cell to a model specification; all of it is fixed.
 
     Raises:
         ModelFileError: a file that the engine cannot use.
@@ -181,7 +181,7 @@ def add_furniture(spec: Any, pieces: Iterable[Furniture]) -> None:
 
 
 def form_of(name: str, model: Model) -> Form:
-    """The shapes of a model; its meshes are named after it.
+    """Return the shapes of a model; its meshes are named after it.
 
     Raises:
         ModelFileError: a file that cannot be used.
@@ -189,9 +189,9 @@ def form_of(name: str, model: Model) -> Form:
     read = [(shape, _mesh_of(shape)) for shape in model.shapes]
     mass = model.mass or 0.0
     if model.mjcf is not None:
-        found = read_mjcf(model.mjcf)
-        read = [(shape, mesh) for shape, mesh in found.shapes]
-        mass = found.mass if model.mass is None else model.mass
+        mjcf_file = read_mjcf(model.mjcf)
+        read = [(shape, mesh) for shape, mesh in mjcf_file.shapes]
+        mass = mjcf_file.mass if model.mass is None else model.mass
     volumes = [_volume(shape, mesh) if shape.is_touched else 0.0 for shape, mesh in read]
     whole = sum(volumes)
     meshes: dict[str, Mesh] = {}
@@ -230,7 +230,7 @@ def _shape(shape: ModelShape, colour: tuple[float, float, float, float]) -> Shap
 
 
 def _centred(shape: Shape, mesh: Mesh, name: str) -> tuple[Shape, Mesh]:
-    """A mesh whose box is centred on its origin, and the shape that shows it where it was."""
+    """Return a mesh whose box is centred on its origin, and the shape that keeps it in place."""
     vertices, triangles = mesh
     lower, upper = vertices.min(axis=0), vertices.max(axis=0)
     x, y, z = ((lower + upper) / 2).tolist()
@@ -241,7 +241,7 @@ def _centred(shape: Shape, mesh: Mesh, name: str) -> tuple[Shape, Mesh]:
 
 
 def _volume(shape: ModelShape, mesh: Mesh | None) -> float:
-    """Volume [m^3], by which the mass is shared; of a mesh, what its triangles enclose, else its box."""
+    """Return the volume [m^3] by which the mass is shared; of a mesh, what its triangles enclose, else its box."""
     if mesh is not None:
         vertices, triangles = mesh
         a, b, c = (vertices[triangles[:, corner]] for corner in range(3))

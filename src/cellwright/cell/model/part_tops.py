@@ -1,7 +1,7 @@
 """Tops of user-defined part types: surface heights on a grid, flat spots for the cup, box and height.
 
-The part stands as it was modelled, or with another side up. Its touched shapes are looked at from above on a grid; a
-mesh counts as its convex hull, as it is touched.
+The part stands as modelled, or with another side up. A grid samples its collision shapes from above; a mesh counts as
+its convex hull, as in contacts.
 """
 
 import math
@@ -17,21 +17,23 @@ from cellwright.cell.model.own_models import Form
 from cellwright.engine.shapes import Role, Shape, Touch, add_shape, bounds
 from cellwright.util.pose import Pose, Quaternion, Vector3
 
-STEEPEST = math.radians(5.0)
-"""A surface that is tilted by more than this [rad] is not flat."""
+MAX_TILT = math.radians(5.0)
+"""Maximum tilt [rad] of a flat surface."""
 
 Heights = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_GRID_CELLS, _MIN_CELL = 220, 0.0005  # cells of the grid along the longer side; their least size [m]
-_CYLINDER_SIDES = 64  # of the prism that stands for a cylinder
+_GRID_CELLS, _MIN_CELL = 220, 0.0005  # cells of the grid along the longer side; their minimum size [m]
+_CYLINDER_SIDES = 64  # sides of the prism that stands for a cylinder
 
 
 class Grid:
-    """Square cells that fill the floor plan of a box with these corners [m].
+    """Grid of square cells over the floor plan of a box with these corners [m].
 
-    The middles of the columns are `x`, shape (1, columns), those of the rows `y`, shape (rows, 1); `cell` is a cell's
-    edge [m].
+    Attributes:
+        x: middles of the columns, shape (1, columns) [m].
+        y: middles of the rows, shape (rows, 1) [m].
+        cell: edge of a cell [m].
     """
 
     def __init__(self, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> None:
@@ -44,12 +46,12 @@ class Grid:
 
 
 def _hull(model: Any, geom: int) -> NDArray[np.float64]:
-    """The triangles of a mesh's convex hull in the part's frame [m], shape (n, 3, 3)."""
+    """Return the triangles of a mesh's convex hull in the part's frame [m], shape (n, 3, 3)."""
     mesh = int(model.geom_dataid[geom])
     first = int(model.mesh_vertadr[mesh])
     graph = model.mesh_graph[int(model.mesh_graphadr[mesh]) :]
     vertices, faces = int(graph[0]), int(graph[1])
-    begin = 2 + 3 * vertices + 3 * faces  # behind the addresses, the vertices and their neighbours
+    begin = 2 + 3 * vertices + 3 * faces  # after the addresses, the vertices and their neighbours
     numbers = np.array(graph[begin : begin + 3 * faces], np.int64).reshape(-1, 3)
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
@@ -59,14 +61,14 @@ def _hull(model: Any, geom: int) -> NDArray[np.float64]:
 
 
 def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
-    """Height [m] of a convex surface over each cell, -inf beside it, and where it is flat."""
+    """Return the height [m] of a convex surface over each cell, -inf beside it, and a mask of its flat cells."""
     heights, is_flat = np.full(grid.shape, -np.inf), np.zeros(grid.shape, bool)
     x0, y0 = float(grid.x[0, 0]), float(grid.y[0, 0])
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     for corners, normal, length in zip(triangles, normals, lengths, strict=True):
         if normal[2] <= 1e-6 * length:
-            continue  # it looks down or aside
+            continue  # faces down or sideways
         first = np.floor((corners[:, :2].min(axis=0) - (x0, y0)) / grid.cell).astype(int)
         last = np.ceil((corners[:, :2].max(axis=0) - (x0, y0)) / grid.cell).astype(int)
         rows, columns = slice(max(first[1], 0), last[1] + 1), slice(max(first[0], 0), last[0] + 1)
@@ -74,15 +76,15 @@ def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
         (ax, ay, _), (bx, by, _) = corners[1] - corners[0], corners[2] - corners[0]
         along_a, along_b = (dx * by - dy * bx) / normal[2], (dy * ax - dx * ay) / normal[2]
         is_inside = (along_a >= -1e-9) & (along_b >= -1e-9) & (along_a + along_b <= 1 + 1e-9)
-        found = np.where(is_inside, corners[0, 2] - (normal[0] * dx + normal[1] * dy) / normal[2], -np.inf)
-        is_higher = found > heights[rows, columns]
-        heights[rows, columns][is_higher] = found[is_higher]
-        is_flat[rows, columns][is_higher] = normal[2] >= math.cos(STEEPEST) * length
+        surface = np.where(is_inside, corners[0, 2] - (normal[0] * dx + normal[1] * dy) / normal[2], -np.inf)
+        is_higher = surface > heights[rows, columns]
+        heights[rows, columns][is_higher] = surface[is_higher]
+        is_flat[rows, columns][is_higher] = normal[2] >= math.cos(MAX_TILT) * length
     return heights, is_flat
 
 
 def _analytic(grid: Grid, shape: Shape) -> tuple[Heights, Mask]:
-    """Height [m] of a simple shape over each cell, -inf beside it, and where it is flat."""
+    """Return the height [m] of a simple shape over each cell, -inf beside it, and a mask of its flat cells."""
     radius, half = shape.size[0], shape.size[1]
     match shape.kind:
         case "box":
@@ -98,7 +100,7 @@ def _analytic(grid: Grid, shape: Shape) -> tuple[Heights, Mask]:
 
 
 def _round(grid: Grid, pose: Pose, radius: float, half: float) -> tuple[Heights, Mask]:
-    """A cylinder, as a prism around it."""
+    """Approximate a cylinder by a prism around it."""
     turns = np.arange(_CYLINDER_SIDES) * 2 * math.pi / _CYLINDER_SIDES
     sides = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(_CYLINDER_SIDES)])
     return _prism(
@@ -107,7 +109,10 @@ def _round(grid: Grid, pose: Pose, radius: float, half: float) -> tuple[Heights,
 
 
 def _prism(grid: Grid, pose: Pose, normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> tuple[Heights, Mask]:
-    """A body of planes, given by outward normals, shape (n, 3), and distances from its middle [m], in its own frame."""
+    """Return height and flatness of a convex polyhedron.
+
+    Its planes are given in its own frame, by outward normals, shape (n, 3), and distances from its middle [m].
+    """
     rotation = _rotation(pose)
     px, py, pz = pose.position
     leave, enter = np.full(grid.shape, np.inf), np.full(grid.shape, -np.inf)
@@ -125,51 +130,51 @@ def _prism(grid: Grid, pose: Pose, normals: NDArray[np.float64], offsets: NDArra
         else:
             enter = np.maximum(enter, height)
     is_there = ~is_beside & (enter <= leave)
-    return np.where(is_there, pz + leave, -np.inf), is_there & (top_slope >= math.cos(STEEPEST))
+    return np.where(is_there, pz + leave, -np.inf), is_there & (top_slope >= math.cos(MAX_TILT))
 
 
 def _rotation(pose: Pose) -> NDArray[np.float64]:
-    """The rotation of a pose as a matrix, shape (3, 3)."""
+    """Return the rotation of a pose as a matrix, shape (3, 3)."""
     return np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
 
 
 def _ball(grid: Grid, centre: Vector3, radius: float) -> tuple[Heights, Mask]:
     aside = np.hypot(grid.x - centre[0], grid.y - centre[1])
     up = np.sqrt(np.maximum(radius**2 - aside**2, 0.0))
-    return np.where(aside <= radius, centre[2] + up, -np.inf), aside <= radius * math.sin(STEEPEST)
+    return np.where(aside <= radius, centre[2] + up, -np.inf), aside <= radius * math.sin(MAX_TILT)
 
 
 def _highest(surfaces: list[tuple[Heights, Mask]]) -> tuple[Heights, Mask]:
     heights, is_flat = surfaces[0]
-    for found, flat in surfaces[1:]:
-        is_flat = np.where(found > heights, flat, is_flat)
-        heights = np.maximum(heights, found)
+    for surface, flat in surfaces[1:]:
+        is_flat = np.where(surface > heights, flat, is_flat)
+        heights = np.maximum(heights, surface)
     return heights, is_flat
 
 
 LEVEL = 0.001
-"""What lies within this height [m] of a spot is level with it."""
+"""Maximum difference in height [m] between a spot and surfaces that are level with it."""
 
 CLEARANCE = CUP.size[0] + 0.002
-"""What is higher than a spot stays this far [m] from it: beside the cup, which is widest behind its face."""
+"""Minimum distance [m] of a spot from anything higher: room for the cup, which is widest behind its face."""
 
 _QUARTER = math.pi / 2
 
 _ROLL_AND_PITCH = (0.0, 0.0), (math.pi, 0.0), (0.0, _QUARTER), (0.0, -_QUARTER), (-_QUARTER, 0.0), (_QUARTER, 0.0)
 
 TURNS = tuple(Pose.from_rpy((0.0, 0.0, 0.0), (*angles, 0.0)) for angles in _ROLL_AND_PITCH)
-"""part_T_top for each side that may be up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
+"""part_T_top for each side up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
 
-_MOST_SPOTS = 8
+_MAX_SPOTS = 8
 _AWARD = 0.02  # [m] a flat spot of a larger radius is no better
 _PENALTY = 0.3  # of the distance to the centre of mass, against the radius
 
 
 @dataclass(frozen=True, slots=True)
 class FlatSpot:
-    """A place on the top that the cup can stand on: its middle, in the frame of the top [m].
+    """Place on the top that the cup can stand on: its middle, in the frame of the top [m].
 
-    `radius` is that of the largest flat and level disc about it [m], at most that of the cup's face.
+    `radius` is that of the largest flat and level disc around it [m], at most that of the cup's face.
     """
 
     position: Vector3
@@ -178,15 +183,15 @@ class FlatSpot:
 
 @dataclass(frozen=True, slots=True)
 class PartTop:
-    """A part type as it looks from above with one of its sides up, in a frame that has its origin and z up.
+    """Top view of a part type with one of its sides up, in a frame that has the part's origin and z up.
 
     Attributes:
-        turn: part_T_top: this frame in the part's (w, x, y, z).
+        turn: part_T_top: rotation of this frame in the part's (w, x, y, z).
         centre_of_mass: [m].
-        lower: corner of its box of least coordinates [m].
-        upper: corner of largest coordinates [m].
-        radius: of the circle about the middle of the box that holds its floor plan [m].
-        spots: flat spots, one for each height at which there are any, the best first.
+        lower: corner of its box with the minimum coordinates [m].
+        upper: corner with the maximum coordinates [m].
+        radius: radius of the circle around the middle of the box that contains its floor plan [m].
+        spots: flat spots, one for each height that has any, the best first.
     """
 
     turn: Quaternion
@@ -198,7 +203,7 @@ class PartTop:
 
 
 def part_tops(form: Form) -> tuple[PartTop, ...]:
-    """What a part of this form offers to a cup from above, for each of `TURNS`."""
+    """Return the top of a part of this form for each of `TURNS`."""
     spec = mujoco.MjSpec()
     form.add_meshes(spec)
     body = spec.worldbody.add_body(name="part")
@@ -209,7 +214,7 @@ def part_tops(form: Form) -> tuple[PartTop, ...]:
 
 
 def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
-    """What one side offers; `model` has a geom for each touched shape, in their order."""
+    """Return the top of one side; `model` has a geom for each collision shape, in their order."""
     top_T_part = part_T_top.inverse()
     shapes = [shape.moved(top_T_part) for shape in form.touched]
     rotation = _rotation(top_T_part)
@@ -229,11 +234,11 @@ def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
 
 
 def _spots(grid: Grid, heights: Heights, is_flat: Mask, centre: Vector3) -> tuple[FlatSpot, ...]:
-    """The best spot at each height at which there is something flat, the best of all first."""
+    """Return the best spot at each height that has a flat surface, the best of all first."""
     aside = np.hypot(grid.x - centre[0], grid.y - centre[1])
-    found: list[tuple[float, FlatSpot]] = []
+    rated: list[tuple[float, FlatSpot]] = []
     left = is_flat.copy()
-    for _ in range(_MOST_SPOTS):
+    for _ in range(_MAX_SPOTS):
         if not left.any():
             break
         level = _commonest(heights[left])
@@ -246,35 +251,35 @@ def _spots(grid: Grid, heights: Heights, is_flat: Mask, centre: Vector3) -> tupl
             value = np.where(is_free, np.minimum(room, _AWARD) - _PENALTY * aside, -np.inf)
             row, column = np.unravel_index(int(value.argmax()), value.shape)
             place = (float(grid.x[0, column]), float(grid.y[row, 0]), float(heights[row, column]))
-            found.append((float(value[row, column]), FlatSpot(place, float(room[row, column]))))
-    return tuple(spot for _, spot in sorted(found, key=lambda each: -each[0]))
+            rated.append((float(value[row, column]), FlatSpot(place, float(room[row, column]))))
+    return tuple(spot for _, spot in sorted(rated, key=lambda each: -each[0]))
 
 
 def _commonest(heights: Heights) -> float:
-    """The height [m] that most of these have, to within `LEVEL`."""
+    """Return the most common height [m], to within `LEVEL`."""
     steps, counts = np.unique(np.round(heights / LEVEL).astype(np.int64), return_counts=True)
     step = steps[counts.argmax()]
     return float(np.median(heights[np.round(heights / LEVEL).astype(np.int64) == step]))
 
 
 def _distance_to(mask: Mask, cell: float, limit: float, *, beyond: bool) -> Heights:
-    """Distance [m] from the middle of each cell to the edge of the nearest one in a mask, at most `limit`.
+    """Return the distance [m] from the middle of each cell to the edge of the nearest cell in a mask.
 
-    The limit is 100 cells or so: squares are kept in 16 bits. `beyond` says that what lies outside of the grid is in
-    the mask.
+    It is at most `limit`, which is about 100 cells: squares are kept in 16 bits. With `beyond`, everything outside of
+    the grid is in the mask.
     """
     if not (mask.any() or beyond):
         return np.full(mask.shape, limit)
     rows, columns = mask.shape
-    most = math.ceil(limit / cell) + 1
-    padded = np.pad(mask, [(most, most), (1, 1)], constant_values=beyond)
+    reach = math.ceil(limit / cell) + 1
+    padded = np.pad(mask, [(reach, reach), (1, 1)], constant_values=beyond)
     places = np.arange(columns + 2, dtype=np.int16)
-    before = np.maximum.accumulate(np.where(padded, places, -most), axis=1)
-    behind = np.minimum.accumulate(np.where(padded, places, columns + most)[:, ::-1], axis=1)[:, ::-1]
-    along = np.minimum(np.minimum(places - before, behind - places), most)[:, 1:-1].astype(np.int16) ** 2
-    nearest = along[most : most + rows].copy()
-    for step in range(1, most):
-        for first in (most - step, most + step):
+    before = np.maximum.accumulate(np.where(padded, places, -reach), axis=1)
+    behind = np.minimum.accumulate(np.where(padded, places, columns + reach)[:, ::-1], axis=1)[:, ::-1]
+    along = np.minimum(np.minimum(places - before, behind - places), reach)[:, 1:-1].astype(np.int16) ** 2
+    nearest = along[reach : reach + rows].copy()
+    for step in range(1, reach):
+        for first in (reach - step, reach + step):
             np.minimum(nearest, along[first : first + rows] + np.int16(step**2), out=nearest)
     return np.asarray(np.clip((np.sqrt(nearest, dtype=np.float64) - 0.5) * cell, 0.0, limit))
 

@@ -1,8 +1,8 @@
-"""The catalogue of part types: mass, what is touched, what is seen.
+"""Catalogue of part types: mass, collision shapes and visual shapes.
 
-Figures: the part models of the 2017 competition. A part's origin is at the middle of its underside unless said. Where
-the original wrote a height into the wrong field (part1: yaw, part4: roll), so does this catalogue: the shapes lie as
-there.
+Figures: the part models of the 2017 competition. A part's origin is at the middle of its underside unless stated
+otherwise. Where the original wrote a height into the wrong field (part1: yaw, part4: roll), so does this catalogue: the
+shapes lie as in the original.
 """
 
 from dataclasses import dataclass
@@ -28,18 +28,18 @@ KNOWN_TYPES = (
     "t_brace_part",
     "u_joint_part",
 )
-"""Part types that a logical camera knows by name, those without a model included."""
+"""Part types that a logical camera knows by name, including those without a model."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartType:
-    """A type of part.
+    """Type of part.
 
     Attributes:
         name: as in the files, `gear_part`.
         mass: [kg].
-        solid: what is touched; the shapes share the mass.
-        seen: what is drawn besides; when empty the solid shapes are drawn themselves.
+        solid: collision shapes; they share the mass.
+        seen: visual shapes; when empty, the solid shapes are drawn.
     """
 
     name: str
@@ -177,19 +177,19 @@ PART_TYPES = tuple(_CATALOGUE)
 
 
 STAYING_TYPES = frozenset({"disk_part", "gasket_part", "gear_part"})
-"""Part types whose contact surfaces correct no penetration in the original; those of the others do so slowly."""
+"""Part types whose contact surfaces correct no penetration in the original; those of the others correct it slowly."""
 
 
 def separation_speed(name: str) -> float:
-    """How fast [m/s] a part's surface lets it out of what it was put into; of two bodies the lower one counts.
+    """Return the maximum speed [m/s] at which a part's contact surface separates it from an overlapping body.
 
-    Figures: `max_vel` of the original's models (0 or 0.1).
+    Of two bodies the lower value counts. Figures: `max_vel` of the original's models (0 or 0.1).
     """
     return 0.0 if name in STAYING_TYPES else 0.1
 
 
 def part_type(name: str) -> PartType:
-    """A type of part by name.
+    """Return the part type of this name.
 
     Raises:
         UnknownNameError: there is no model of that type.
@@ -201,7 +201,7 @@ def part_type(name: str) -> PartType:
 
 
 def add_part_meshes(spec: Any) -> None:
-    """Give a model specification the meshes that parts are drawn with."""
+    """Add the meshes that parts are drawn with to a model specification."""
     shapes.add_mesh(spec, shapes.GEAR, shapes.ring(shapes.gear_outline, 0.006, 0.0, 0.0119, 144))
     shapes.add_mesh(spec, shapes.GASKET, shapes.ring(shapes.gasket_outline, 0.03, 0.0, 0.02, 72))
     groove = [(0.1125, 0.0), (0.1125, 0.004), (0.1, 0.009), (0.1, 0.0634), (0.1125, 0.0684), (0.1125, 0.0724)]
@@ -209,9 +209,16 @@ def add_part_meshes(spec: Any) -> None:
 
 
 def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
-    """Put a free part into a model specification with the meshes of `add_part_meshes`; its body.
+    """Add a free part to a model specification.
 
-    Body and free joint have the name, and the origin is at `pose` in the world frame.
+    Args:
+        spec: model specification with the meshes of `add_part_meshes`.
+        name: name of the body and of its free joint.
+        kind: type of the part.
+        pose: world_T_part.
+
+    Returns:
+        The body of the part.
     """
     body = spec.worldbody.add_body(name=name, pos=pose.position, quat=pose.quaternion)
     body.add_freejoint(name=name)
