@@ -1,7 +1,7 @@
-"""The tables of bounds in the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
+"""Tables of bounds in the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
 
-They are made of the readers' own constants. In a page a table stands between `<!-- made: NAME -->` and `<!-- end -->`;
-all else there is written by hand.
+They are generated from the readers' own constants. In a page a table stands between `<!-- made: NAME -->` and
+`<!-- end -->`; the rest of the page is written by hand.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ _MADE = re.compile(
 
 
 def tables() -> Mapping[str, str]:
-    """Every table, by its name."""
+    """Return each table, by its name."""
     return {"trial-bounds": _trial_bounds(), "robot-unused": _unused(), "robot-bounds": _robot_bounds()}
 
 
 def filled(page: str) -> str:
-    """A page with its tables made anew.
+    """Return a page with its tables generated again.
 
     Raises:
-        UnknownNameError: it asks for a table that there is not.
+        UnknownNameError: the page names an unknown table.
     """
     made = tables()
 

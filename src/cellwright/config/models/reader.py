@@ -1,4 +1,4 @@
-"""Reader of a trial's own part types and furniture, from YAML shapes or model files."""
+"""Reader of a trial's part types and furniture, from YAML shapes or model files."""
 
 import math
 import re
@@ -28,7 +28,7 @@ _USES = ("both", "touched", "seen")
 
 
 def _colour(reader: Reader, node: Node) -> Colour | None:
-    """Red, green, blue and, where it is given, opacity."""
+    """Return red, green, blue and opacity (1 if the file gives none)."""
     items = node.items if isinstance(node, Items) else ()
     numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
     if len(numbers) not in (3, 4) or len(numbers) != len(items) or not all(0 <= number <= 1 for number in numbers):
@@ -39,7 +39,7 @@ def _colour(reader: Reader, node: Node) -> Colour | None:
 
 
 def _path(reader: Reader, node: Node) -> Path | None:
-    """A path, which counts from the folder of the YAML file that it stands in."""
+    """Return a path; relative ones start from the folder of the YAML file."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
         reader.problems.error(node, f"must be the path of a file, not {described(node)}")
         return None
@@ -63,7 +63,7 @@ def _lengths(reader: Reader, node: Node) -> Vector3 | None:
 
 
 def _scale(reader: Reader, node: Node) -> Vector3 | None:
-    """Factors of a mesh: three numbers, or one for all."""
+    """Return the scale factors of a mesh: three numbers, or one for all axes."""
     if isinstance(node, Items):
         return _lengths(reader, node)
     factor = reader.number(node)
@@ -95,9 +95,9 @@ _SHAPE = Keys(
 
 
 def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:
-    """A model from the `shapes` or the `file` in a table; None when something is wrong with them.
+    """Return the model from the `shapes` or the `file` in a table, or None after an error.
 
-    `values` are its `mass` and `color`, where the table has them; errors are about `where`.
+    `values` are its `mass` and `color`, where the table has them; errors refer to `where`.
     """
     shapes, file = table.get("shapes"), table.get("file")
     if (shapes is None) == (file is None):
@@ -165,7 +165,7 @@ def _shape(table: Table, reader: Reader) -> ModelShape | None:
 
 
 def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
-    """Report a shape that is flat, turned inside out or larger than a cell."""
+    """Report a shape that is flat, inverted or larger than a cell."""
     if shape.mesh is not None:
         if not reader.admit_mesh(shape.mesh):
             reader.problems.error(where, f"the meshes of a trial have at most {MAX_MESH_BYTES >> 20} MiB together")
@@ -188,7 +188,7 @@ def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
 
 
 def reach(shape: ModelShape) -> float:
-    """How far a shape reaches from the origin of its model at most [m]; for a mesh that of its farthest vertex."""
+    """Return the maximum distance of a shape from its model's origin [m]; for a mesh, that of its farthest vertex."""
     x, y, z = shape.size
     away = math.hypot(*shape.pose.position)
     match shape.kind:
@@ -205,18 +205,18 @@ def reach(shape: ModelShape) -> float:
 LEAST_MASS, MOST_MASS = 1e-3, 100.0
 """Bounds of a part's mass [kg]."""
 FARTHEST_REACH = 0.22
-"""How far a part may reach from its origin [m]: parts that wait stand 0.45 m apart."""
+"""Maximum distance of a part's surface from its origin [m]: waiting parts stand 0.45 m apart."""
 MOST_FURNITURE = 200
 MOST_TYPES = 200
-"""Most part types of somebody's own."""
+"""Maximum number of user-defined part types."""
 
 _RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
-_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # these tails are taken off a model's name to get its type
+_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
 def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
-    """Part types of somebody's own by name."""
+    """Return the user-defined part types by name."""
     table = reader.table(node)
     found: dict[str, Model] = {}
     if table and len(table.entries) > MOST_TYPES:
@@ -255,7 +255,7 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
 
 
 def read_furniture(reader: Reader, node: Node) -> tuple[Furniture, ...]:
-    """Furniture of somebody's own."""
+    """Return the user-defined furniture."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list, not {described(node)}")
         return ()

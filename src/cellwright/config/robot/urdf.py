@@ -15,15 +15,15 @@ from cellwright.util.errors import DescriptionError, did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
 ENDLESS = 1e9
-"""Figures from here on mean that there is no limit [rad; m; N m; N; rad/s; m/s]."""
+"""Figures from here on mean no limit [rad; m; N m; N; rad/s; m/s]."""
 
-_UNIT = 1e-3  # axes within this of unit length are rounded ones
-_FEW = 200  # joints whose names are searched for similar ones: that takes long
+_UNIT = 1e-3  # tolerance of an axis's length, for rounding
+_FEW = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
 class JointReader:
-    """Reads joints one by one, and remembers what is to be told of all of them together."""
+    """Reader of single joints that collects what one warning reports of all of them."""
 
     def __init__(self, numbers: Numbers) -> None:
         self._numbers = numbers
@@ -33,7 +33,7 @@ class JointReader:
         self.without_velocity: list[str] = []
 
     def read(self, element: Element) -> Joint | None:
-        """The joint in an element; None where it cannot be made sense of, which is told."""
+        """Return the joint in an element; None if it is invalid, which is reported."""
         name = element.get("name")
         if name is None:
             self._problems.error(element, "a joint without a name")
@@ -56,7 +56,7 @@ class JointReader:
         return Joint(name, type_, parent, child, origin, axis, self._limits(element, type_), self._mimic(element))
 
     def element_of(self, joint: Joint) -> Element:
-        """Where a joint stands."""
+        """Return the element of a joint."""
         return self._elements[joint.name]
 
     def _type(self, element: Element) -> JointType | None:
@@ -77,7 +77,7 @@ class JointReader:
         return name
 
     def _axis(self, element: Element, type_: JointType) -> Vector3:
-        """The unit vector of the axis; (0, 0, 0) where it means nothing."""
+        """Return the unit vector of the axis; (0, 0, 0) for types without one."""
         if type_ not in (*DRIVEN, JointType.PLANAR):
             return _NO_AXIS
         written = element.find("axis")
@@ -97,7 +97,7 @@ class JointReader:
         return (x, y, z)
 
     def _limits(self, element: Element, type_: JointType) -> Limits:
-        """What the joint can do. Lower above upper sets no bounds; neither does effort or velocity of 0."""
+        """Return the joint's limits. Lower above upper sets no bounds; neither does effort or velocity of 0."""
         if type_ not in DRIVEN:
             return Limits()
         written = element.find("limit")
@@ -132,7 +132,7 @@ class JointReader:
         return Mimic(leader, number(written, "multiplier", 1.0), number(written, "offset", 0.0))
 
     def with_leaders(self, joints: Sequence[Joint]) -> list[Joint]:
-        """The joints, those that follow another tied to the first in the chain, which follows none itself."""
+        """Return the joints, with each mimic joint coupled to the head of its chain."""
         by_name = {joint.name: joint for joint in joints}
         return [replace(joint, mimic=self._first_leader(joint, by_name)) for joint in joints]
 
@@ -168,14 +168,14 @@ class JointReader:
 
 
 MOST_LINKS = 1000
-"""Most links of one robot."""
+"""Maximum number of links of one robot."""
 MOST_SHAPES = 5000
-"""Most shapes of one robot, seen and touched together."""
+"""Maximum number of shapes of one robot, visual and collision shapes together."""
 MOST_WARNINGS = 20
-"""Most warnings that are told of one file."""
+"""Maximum number of warnings that are listed for one file."""
 
 _LONGEST_TAG = 60
-_SHOWN = 3  # names that a message gives before it counts the rest
+_SHOWN = 3  # number of names in a message before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
 _XACRO = "xacro:"
 _EXPANDED = "; macros of xacro are expanded where the file's name ends in .xacro"
@@ -183,10 +183,10 @@ _KNOWN = ("link", "joint", "material")
 
 
 def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
-    """The robot in a URDF or xacro file; `warn` takes a line `path:line: key: what` for all that was forgiven.
+    """Return the robot in a URDF or xacro file; `warn` gets a line `path:line: key: what` for each tolerated fault.
 
     Raises:
-        DescriptionError: it is none that can be read; every problem reads `path:line: key: what is wrong`.
+        DescriptionError: the file is no readable robot; every problem reads `path:line: key: what is wrong`.
     """
     problems = Problems()
     robot = _Reader(read_elements(path, problems), path, problems).read()
@@ -214,7 +214,7 @@ class _Reader:
         self._joints = JointReader(numbers)
 
     def read(self) -> RobotModel | None:
-        """The robot; None where something is wrong, which is among the problems then."""
+        """Return the robot, or None after errors, which are in `problems`."""
         self._tell_of_others()
         self._check_counts()
         elements = self._link_elements()
@@ -240,7 +240,7 @@ class _Reader:
         return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
 
     def _tell_of_others(self) -> None:
-        """What is passed over, where it looks as if it was to be read: once for each kind."""
+        """Warn of ignored elements that look like misspelt ones, once for each kind."""
         first: dict[str, Element] = {}
         for element in self._root.children:
             first.setdefault(element.tag, element)
@@ -251,7 +251,7 @@ class _Reader:
                 self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
 
     def _check_counts(self) -> None:
-        """Refuse what is no robot: all that follows takes its time with each link."""
+        """Refuse excessive counts, since all following steps take time for each link."""
         shapes = sum(len(link.all("visual", "collision")) for link in self._root.all("link"))
         for what, count, most in (
             ("links", len(self._root.all("link")), MOST_LINKS),
@@ -278,7 +278,7 @@ class _Reader:
         return found
 
     def _connected(self, links: dict[str, Element]) -> list[Joint]:
-        """The joints in the order of the file, each between links that there are."""
+        """Return the joints in the order of the file, each between existing links."""
         found: list[Joint] = []
         above: dict[str, Joint] = {}
         for element in self._root.all("joint"):
@@ -287,7 +287,7 @@ class _Reader:
                 continue
             for tag, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
-                    is_one_of_many = self._problems.error_count > MOST_WARNINGS  # names are searched slowly
+                    is_one_of_many = self._problems.error_count > MOST_WARNINGS  # the search for similar names is slow
                     hint = "" if is_one_of_many else did_you_mean(name[:_LONGEST_TAG], links)
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:
@@ -311,7 +311,7 @@ class _Reader:
         return False
 
     def _with_stand_ins(self, links: dict[str, Link], joints: list[Joint]) -> dict[str, Link]:
-        """The links, with simple shapes where their meshes are missing, or where the file has no shapes at all.
+        """Return the links, with simple shapes where their meshes are missing, or where the file has no shapes at all.
 
         A robot without visuals is drawn by its collision shapes.
         """
@@ -327,7 +327,7 @@ class _Reader:
         return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
 
     def _tell_of_all(self) -> None:
-        """One warning each for what may be the same in many places."""
+        """Give one warning for each fault that may occur in many places."""
         for what, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
             if names:
                 count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
@@ -349,7 +349,7 @@ class _Reader:
 
 
 def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
-    """The joints below a link in the order of their indices: parents first, children in the order given."""
+    """Return the joints below a link in the order of their indices: parents first, children in the order given."""
     below: dict[str, list[Joint]] = {}
     for joint in joints:
         below.setdefault(joint.parent, []).append(joint)

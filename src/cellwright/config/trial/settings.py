@@ -1,4 +1,4 @@
-"""Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every slip is an error."""
+"""Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every mistake is an error."""
 
 import re
 from fractions import Fraction
@@ -21,7 +21,7 @@ _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([
 
 
 def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
-    """The timestep [s] as numerator and denominator in lowest terms."""
+    """Return the timestep [s] as numerator and denominator in lowest terms."""
     text = str(node.value) if isinstance(node, Leaf) and isinstance(node.value, str | int | float) else ""
     match = _STEP.fullmatch(text)
     try:
@@ -38,12 +38,12 @@ def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
 
 
 def _by_joint(read: Read) -> Keys:
-    """A mapping of joints to values, each of which `read` reads."""
+    """Return the keys of a mapping of joints to values, each of which `read` reads."""
     return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
 
 
 def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
-    """Fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
+    """Return fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
     table = reader.table(node)
     if table is None:
         return None
@@ -52,7 +52,7 @@ def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
 
 
 def _initial(reader: Reader, node: Node) -> dict[str, float]:
-    """Joint positions, which may be expressions; values that cannot be computed have been reported before."""
+    """Return joint positions, which may be expressions; values that cannot be evaluated have been reported before."""
     states: dict[str, float] = {}
     if isinstance(node, Table):
         reader.refuse_unknown(node, ARM_JOINTS, "joint")
@@ -88,7 +88,7 @@ OWN_ARM = Keys(
     },
     strict="entry",
 )
-"""What stands under `arm` in the section `cellwright`."""
+"""Keys under `arm` in the section `cellwright`."""
 
 OWN = Keys(
     optional={
@@ -102,11 +102,11 @@ OWN = Keys(
     },
     strict="entry",
 )
-"""The section `cellwright`; `read_cameras` reads its `sensors`, which need to know those of the 2017 format."""
+"""Keys of the section `cellwright`; `read_cameras` reads its `sensors`, which depend on those of the 2017 format."""
 
 
 def read_settings(node: Node, reader: Reader) -> dict[str, Any]:
-    """The fields of a trial that the section `cellwright` sets, without its cameras."""
+    """Return the fields of a trial that the section `cellwright` sets, without its cameras."""
     table = reader.table(node)
     if table is None:
         return {}
