@@ -1,4 +1,4 @@
-"""The report on files, for people and for programs."""
+"""Report on files, for people and for programs."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_tri
 from cellwright.util.errors import UnknownNameError
 
 WARNED = {"comp_conf1": 1, "comp_conf2": 2}
-"""Sections that have no effect in the public trial either, and stay for the numbers that they use up."""
+"""Sections without effect in the public trial too, which stay for the part numbers that they use."""
 
 
 @pytest.mark.slow

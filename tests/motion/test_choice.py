@@ -43,7 +43,7 @@ def test_a_place_out_of_comfort_is_taken_when_there_is_no_other() -> None:
     assert discomfort(forward(joints), joints.rail) == pytest.approx(1.2 - COMFORTABLE[1])
 
 
-def test_wishes_are_heard() -> None:
+def test_accept_restricts_the_postures() -> None:
     pose = tool_down(-0.3, 0.23, 0.9)
     inward = solve(pose, INITIAL, accept=lambda joints: joints.wrist_2 > 0.0)
     assert inward.wrist_2 == pytest.approx(math.pi / 2)

@@ -39,7 +39,7 @@ def test_the_gripper_stays_on_the_part_while_it_dwells(x: float, y: float, yaw: 
         time = plan.touches + (plan.rises - plan.touches) * step / 20
         gripper = forward(plan.motion.at(time - plan.departs).positions)
         assert math.dist(gripper.position, (part.at(time) @ GEAR_T_GRIPPER).position) < 2e-4
-    # while coming down and rising it is straight above the part
+    # while descending and rising it is straight above the part
     for time in (plan.touches - 0.25, plan.rises + 0.25):
         gripper = forward(plan.motion.at(time - plan.departs).positions)
         grasp = part.at(time) @ GEAR_T_GRIPPER
@@ -70,7 +70,7 @@ def test_a_longer_lead_is_kept() -> None:
     assert plan.sets_off - plan.arrives >= 2.0 - 1e-9
 
 
-def test_what_cannot_be_met_is_told_why() -> None:
+def test_an_impossible_interception_states_the_reason() -> None:
     with pytest.raises(UnreachableError, match="too soon"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 60.0, window=WINDOW)
     with pytest.raises(UnreachableError, match="too late"):

@@ -30,10 +30,10 @@ def test_between_knots_it_is_what_the_controller_of_the_arm_makes_of_it(time: fl
         ]
         for joint in range(7)
     ]
-    wanted = Trajectory(rows).state(round(time * 1e9))
+    expected = Trajectory(rows).state(round(time * 1e9))
     point = MOTION.at(round(time * 1e9) / 1e9)
-    assert point.positions == pytest.approx(wanted.positions, abs=1e-8)
-    assert point.velocities == pytest.approx(wanted.velocities, abs=1e-5)
+    assert point.positions == pytest.approx(expected.positions, abs=1e-8)
+    assert point.velocities == pytest.approx(expected.velocities, abs=1e-5)
 
 
 def test_points_are_even_and_end_with_the_motion() -> None:

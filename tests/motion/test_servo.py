@@ -1,4 +1,4 @@
-"""How the arm of a real cell follows, with and without anticipation."""
+"""Tracking of a real cell's arm, with and without anticipation."""
 
 import math
 from dataclasses import replace
@@ -37,7 +37,7 @@ DOWN = along(straight(ABOVE_BIN, tool_down(-0.3, 0.23, 0.8)))
 
 
 def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile = "original") -> tuple[float, float]:
-    """How far the gripper is from where it should be [mm]: at most on the way, and half a second after."""
+    """Return the distance of the gripper from its target [mm]: the maximum on its path, and half a second after."""
     cell = Cell(replace(ARM_ONLY, initial_joint_states=motion.start.by_name()), servo=servo)
     cell.reset()
     arm = cell.arm

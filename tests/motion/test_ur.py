@@ -19,7 +19,7 @@ from tests.motion.samples import INITIAL, anywhere
 
 
 def off_by(a: Pose, b: Pose) -> float:
-    """How far poses are apart: the larger of distance [m] and angle [rad]."""
+    """Return the difference between poses: the larger of distance [m] and angle [rad]."""
     return max(math.dist(a.position, b.position), angle_between(a, b))
 
 
@@ -54,14 +54,14 @@ def test_the_chain_is_that_of_the_arm_in_the_cell() -> None:
 @example(Joints(0.0, 0.5, -1.0, 2.0, 0.3, math.pi, 1.0))  # wrists 1 and 3 in line
 @example(Joints(1.434, 0.0, 0.0, 0.0, -math.pi / 2, 0.0, 1.0))  # both
 def test_the_inverse_finds_the_joints_again(joints: Joints) -> None:
-    wanted = forward(joints)
-    found = inverse(wanted, joints.rail)
+    expected = forward(joints)
+    found = inverse(expected, joints.rail)
     assert 1 <= len(found) <= 8
-    assert all(off_by(forward(each), wanted) < 2e-7 for each in found)
+    assert all(off_by(forward(each), expected) < 2e-7 for each in found)
     stretch, in_line = abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))
     beside = wrist_distance_squared(joints) - 0.163941**2
     if min(stretch, in_line, beside) > 1e-3:
-        assert all(off_by(forward(each), wanted) < 1e-9 for each in found)
+        assert all(off_by(forward(each), expected) < 1e-9 for each in found)
         assert min(apart(each, joints) for each in found) < 1e-6
 
 
@@ -144,11 +144,11 @@ def test_usual_postures() -> None:
 
 
 def apart(a: Joints, b: Joints) -> float:
-    """The largest difference of an angle, whole turns aside [rad]."""
+    """Return the largest difference of an angle, ignoring whole turns [rad]."""
     return max(abs(math.remainder(p - q, 2 * math.pi)) for p, q in zip(a[1:], b[1:], strict=True))
 
 
 def wrist_distance_squared(joints: Joints) -> float:
-    """How far the wrist is from the pan axis, squared [m^2]."""
+    """Return the squared distance of the wrist from the pan axis [m^2]."""
     x, y, _ = link_poses(joints)["wrist_3_link"].position
     return (x - 0.3) ** 2 + (y - joints.rail) ** 2

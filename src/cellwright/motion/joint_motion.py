@@ -127,8 +127,8 @@ class JointMotion:
         u = (time - self.times[index]) / step
         positions, velocities = [], []
         for p0, p1, v0, v1 in zip(*self._ends(index), strict=True):
-            a, b, way = v0 * step, v1 * step, p1 - p0
-            square, cube = 3.0 * way - 2.0 * a - b, a + b - 2.0 * way
+            a, b, distance = v0 * step, v1 * step, p1 - p0
+            square, cube = 3.0 * distance - 2.0 * a - b, a + b - 2.0 * distance
             positions.append(p0 + u * (a + u * (square + u * cube)))
             velocities.append((a + u * (2.0 * square + u * 3.0 * cube)) / step)
         return MotionPoint(time, Joints(*positions), Joints(*velocities))
@@ -161,16 +161,16 @@ class JointMotion:
 
     def strain(self, limits: MotionLimits) -> float:
         """Return the largest share of the velocity and acceleration limits that the motion uses; over 1 is too fast."""
-        most = 0.0
+        strain = 0.0
         for index, step in enumerate(b - a for a, b in pairwise(self.times)):
             rows = zip(*self._ends(index), limits.velocity, limits.acceleration, strict=True)
             for p0, p1, v0, v1, speed, push in rows:
                 mean = (p1 - p0) / step
                 middle = 1.5 * mean - 0.25 * (v0 + v1)
                 first, last = (6.0 * mean - 4.0 * v0 - 2.0 * v1) / step, (2.0 * v0 + 4.0 * v1 - 6.0 * mean) / step
-                most = max(most, abs(v0) / speed, abs(v1) / speed, abs(middle) / speed)
-                most = max(most, abs(first) / push, abs(last) / push)
-        return most
+                strain = max(strain, abs(v0) / speed, abs(v1) / speed, abs(middle) / speed)
+                strain = max(strain, abs(first) / push, abs(last) / push)
+        return strain
 
     def _ends(self, index: int) -> tuple[Joints, Joints, Joints, Joints]:
         """Return positions and velocities at both ends of a cubic."""

@@ -191,17 +191,17 @@ def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) 
         yield plane, math.atan2(-(c * m01 - s * m21), m11), math.atan2(-(s * m00 + c * m20), s * m02 + c * m22)
 
 
-def _plane_in_reach(outward: float, up: float, wanted: float) -> float:
+def _plane_in_reach(outward: float, up: float, target: float) -> float:
     """Return the plane angle [rad] nearest to the target with wrist 1 in reach, or the target if there is none."""
     distance = math.hypot(outward, up)
     direction = math.atan2(outward, up)
-    to_wrist_1 = math.hypot(outward - D5 * math.sin(wanted), up - D5 * math.cos(wanted))
+    to_wrist_1 = math.hypot(outward - D5 * math.sin(target), up - D5 * math.cos(target))
     limit = min(MAX_REACH, max(A2 - A3, to_wrist_1))
     if limit == to_wrist_1 or distance == 0.0:
-        return wanted
+        return target
     # Wrist 1 is d5 from the origin of wrist 3, in the direction of the plane angle: the law of cosines.
     aside = math.acos(max(-1.0, min(1.0, (distance**2 + D5**2 - limit**2) / (2 * distance * D5))))
-    return min((direction + aside, direction - aside), key=lambda angle: abs(_principal(angle - wanted)))
+    return min((direction + aside, direction - aside), key=lambda angle: abs(_principal(angle - target)))
 
 
 def _turned_back(pan: float, rows: Rows) -> Rows:

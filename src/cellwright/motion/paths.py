@@ -14,7 +14,7 @@ SPACING = 0.01
 TURN_SPACING = 0.05
 """Angle between neighbouring poses of a straight path [rad]."""
 
-LARGEST_STEP = 0.2
+MAX_STEP = 0.2
 """Maximum motion of a joint between neighbouring poses [rad; m]; more is a jump to another posture."""
 
 
@@ -24,7 +24,7 @@ def straight(
     *,
     rail: float | None = None,
     spacing: float = SPACING,
-    largest_step: float = LARGEST_STEP,
+    largest_step: float = MAX_STEP,
 ) -> tuple[Joints, ...]:
     """Return the joints along a straight path of the gripper from its present pose to another, with even rotation.
 
@@ -64,7 +64,7 @@ def follow(
     world_T_grippers: Sequence[Pose],
     rails: float | Sequence[float],
     *,
-    largest_step: float = LARGEST_STEP,
+    largest_step: float = MAX_STEP,
 ) -> tuple[Joints, ...]:
     """Return the joints along a sequence of gripper poses, in the posture that the arm is in.
 

@@ -16,7 +16,7 @@ from cellwright.util.errors import UnreachableError, UsageError
 _FIDELITY = 2e-4
 """Maximum deviation [rad; m] of the cubics between the knots from the profile."""
 
-_LONGEST_STEP = 0.04
+_MAX_STEP = 0.04
 """Maximum time between knots [s]."""
 
 _SPEEDS_AT_VIA = tuple(step / 8 for step in range(9))
@@ -127,13 +127,13 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
     if len(knots) == 1:
         return JointMotion.hold(knots[0], 0.0)
     curve = JointMotion(tuple(marks), tuple(knots), knot_velocities(marks, knots))
-    wanted = InputParameter(1)
-    wanted.target_position, wanted.max_velocity = [marks[-1]], [1.0]
-    wanted.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
-    wanted.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
-    profile = _calculate(wanted)
-    stretch = _needed_stretch(_driven(curve, profile, _LONGEST_STEP / 8), limits)
-    return _stretched(_driven(curve, profile, min(_LONGEST_STEP, _step(limits)) / stretch), stretch)
+    request = InputParameter(1)
+    request.target_position, request.max_velocity = [marks[-1]], [1.0]
+    request.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
+    request.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
+    profile = _calculate(request)
+    stretch = _needed_stretch(_driven(curve, profile, _MAX_STEP / 8), limits)
+    return _stretched(_driven(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
 
 
 def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotion:
@@ -155,7 +155,7 @@ def _step(limits: MotionLimits) -> float:
 
     Where the jerk jumps by 2 j inside of a step h, the cubic through both ends is off by up to 2 j h^3 / 192.
     """
-    return min(_LONGEST_STEP, math.cbrt(96.0 * _FIDELITY / max(limits.jerk)))
+    return min(_MAX_STEP, math.cbrt(96.0 * _FIDELITY / max(limits.jerk)))
 
 
 def _profile(
@@ -164,20 +164,20 @@ def _profile(
     for velocity, limit in zip((*start_velocity, *goal_velocity), limits.velocity * 2, strict=True):
         if not abs(velocity) <= limit + _SLACK:
             raise UsageError(f"a velocity of {velocity} at an end is above the limit of {limit}")
-    wanted = InputParameter(7)
-    wanted.current_position, wanted.target_position = start, goal
-    wanted.current_velocity, wanted.target_velocity = start_velocity, goal_velocity
-    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = limits.velocity, limits.acceleration, limits.jerk
-    return _calculate(wanted, at_least)
+    request = InputParameter(7)
+    request.current_position, request.target_position = start, goal
+    request.current_velocity, request.target_velocity = start_velocity, goal_velocity
+    request.max_velocity, request.max_acceleration, request.max_jerk = limits.velocity, limits.acceleration, limits.jerk
+    return _calculate(request, at_least)
 
 
-def _calculate(wanted: InputParameter, at_least: float = 0.0) -> Trajectory:
-    wanted.synchronization = Synchronization.Phase
+def _calculate(request: InputParameter, at_least: float = 0.0) -> Trajectory:
+    request.synchronization = Synchronization.Phase
     if at_least > 0.0:
-        wanted.minimum_duration = at_least
-    trajectory = Trajectory(wanted.degrees_of_freedom)
+        request.minimum_duration = at_least
+    trajectory = Trajectory(request.degrees_of_freedom)
     try:
-        result = Ruckig(wanted.degrees_of_freedom).calculate(wanted, trajectory)
+        result = Ruckig(request.degrees_of_freedom).calculate(request, trajectory)
     except RuckigError as error:
         raise UsageError(f"no motion keeps these limits: {error}") from error
     if result not in (Result.Working, Result.Finished):
@@ -233,7 +233,7 @@ def _needed_stretch(motion: JointMotion, limits: MotionLimits) -> float:
         mean = Joints(*((after - before) / step for before, after in rows))
         acceleration = max(acceleration, *(abs(a) / m for a, m in zip(mean, limits.acceleration, strict=True)))
         changes = zip(previous, mean, limits.jerk, strict=True)
-        jerk = max(jerk, *(abs(after - before) / step / most for before, after, most in changes))
+        jerk = max(jerk, *(abs(after - before) / step / limit for before, after, limit in changes))
         previous = mean
     return max(velocity, math.sqrt(acceleration), math.cbrt(jerk))
 

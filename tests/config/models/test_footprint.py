@@ -1,4 +1,4 @@
-"""Footprints: true to the parts as they are built, and distances true to geometry."""
+"""Footprints: equal to the parts as built, with exact distances."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_part_upside_down_covers_its_mirror_image() -> None:
 def test_what_is_not_known_counts_as_a_disc() -> None:
     (tilted,) = footprint("piston_rod_part", at(roll=0.3)).patches
     assert (tilted.corners, tilted.radius) == (((0.0, 0.0),), PART_RADII["piston_rod_part"])
-    assert footprint("a type of somebody's own", at()).radius == UNKNOWN_RADIUS
+    assert footprint("an unknown type", at()).radius == UNKNOWN_RADIUS
 
 
 def test_the_margin_in_a_square() -> None:
@@ -77,7 +77,7 @@ def test_a_gap_is_the_same_both_ways_and_from_wherever_one_looks(
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, st.floats(0.0, 0.2))
-def test_a_gap_above_enough_is_told_as_such(
+def test_a_gap_above_enough_is_above_enough(
     first: str, second: str, x: float, y: float, turn: float, enough: float
 ) -> None:
     a, b = footprint(first, at()), footprint(second, at(x, y, turn))

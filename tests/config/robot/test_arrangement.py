@@ -1,4 +1,4 @@
-"""Checks of a configuration as a whole: which joints move a link, and groups by their keys."""
+"""Checks of a whole configuration: the joints that move a link, and groups by their keys."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Where a robot stands: quaternions (x, y, z, w) as written, of unit length as read."""
+"""Base pose of a robot: quaternions (x, y, z, w) as written, of unit length as read."""
 
 import math
 from pathlib import Path
@@ -24,8 +24,8 @@ def read(folder: Path, text: str) -> tuple[Pose, list[str]]:
 
 
 def test_the_rounding_of_the_field_is_no_slip(tmp_path: Path) -> None:
-    pose, said = read(tmp_path, "{position: [0, 0, 0.9], orientation: [0, 0, 0.707, 0.707]}")
-    assert said == []
+    pose, warnings = read(tmp_path, "{position: [0, 0, 0.9], orientation: [0, 0, 0.707, 0.707]}")
+    assert warnings == []
     assert pose.position == pytest.approx((0, 0, 0.9))
     assert pose.yaw == pytest.approx(math.pi / 2)
     assert pose.quaternion == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)))
@@ -38,7 +38,7 @@ def test_nothing_said_is_the_origin(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("[0, 0, 0]", ": must be a mapping, not a list"),
         ("{positon: [0, 0, 0]}", ".positon: unknown entry, ignored; did you mean position"),
@@ -51,9 +51,9 @@ def test_nothing_said_is_the_origin(tmp_path: Path) -> None:
         ("{orientation: [0, 0, 1, 1]}", ".orientation: a quaternion has the length 1, and this one 1.41; it is scaled"),
     ],
 )
-def test_slips(text: str, said: str, tmp_path: Path) -> None:
+def test_slips(text: str, message: str, tmp_path: Path) -> None:
     (line,) = read(tmp_path, text)[1]
-    assert line.startswith(said)
+    assert line.startswith(message)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=4, max_size=4))

@@ -1,4 +1,4 @@
-"""The cameras of a robot configuration: what they are fixed to, where they look, and what is no camera."""
+"""Cameras of a robot configuration: their links, their directions, and invalid ones."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def test_an_arm_like_the_panda_is_an_arm_with_a_gripper_that_is_closed_at_0(tmp_
 
 @pytest.mark.parametrize("sides", [("left", "right"), ("one", "two")])
 def test_fingers_of_two_short_limbs_make_no_gripper(tmp_path: Path, sides: tuple[str, str]) -> None:
-    """With limbs of three joints no arm is found behind the torso; their fingers are not one hand all the same."""
+    """With limbs of three joints the draft has no arm behind the torso, and their fingers form no hand."""
     found = limbs(tmp_path, urdf(sides, arm=3))
     assert [arm.joints for arm in found.arms] == [TORSO]
     assert found.grippers == ()

@@ -1,4 +1,4 @@
-"""Meshes in the text of a URDF, as programs elsewhere are told of them."""
+"""Mesh references in the text of a URDF for external programs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ URDF = '<robot><visual><geometry><mesh scale="1 1 1" filename="{}"/></geometry><
 
 @pytest.fixture
 def urdf(tmp_path: Path) -> Path:
-    """Where a URDF is, in a folder of a robot that has one mesh."""
+    """Return the path of a URDF in a robot's folder that has one mesh."""
     mesh = tmp_path / "my arm" / "meshes" / "link & tip.stl"
     mesh.parent.mkdir(parents=True)
     mesh.write_bytes(b"")

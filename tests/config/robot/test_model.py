@@ -1,4 +1,4 @@
-"""A robot's tree: indices, names, ways through it."""
+"""Tree of a robot: indices, names, paths through it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Forward kinematics: where links are in a posture."""
+"""Forward kinematics: poses of links in a posture."""
 
 import math
 
@@ -18,7 +18,7 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 @pytest.mark.parametrize(
     ("kind", "position", "tip"),
     [
-        (JointType.REVOLUTE, math.pi / 2, (1.0, 0.0, 1.0)),  # about y: what points up points forward
+        (JointType.REVOLUTE, math.pi / 2, (1.0, 0.0, 1.0)),  # about y: the axis that points up points forward
         (JointType.CONTINUOUS, -math.pi / 2, (-1.0, 0.0, 1.0)),
         (JointType.PRISMATIC, 0.5, (0.0, 0.5, 2.0)),
         (JointType.FIXED, 0.5, (0.0, 0.0, 2.0)),

@@ -1,4 +1,4 @@
-"""Which file is meant by a name or a path, and that those that come along are sound."""
+"""Robot files by name or path, and validity of the bundled ones."""
 
 from pathlib import Path
 
@@ -16,13 +16,13 @@ def silent(_line: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
-def test_those_that_come_along_are_flawless(name: str) -> None:
+def test_bundled_robots_give_no_warnings(name: str) -> None:
     report = check([find_robot(name)])
     assert report.lines() == ["ok"]
     assert load_robot(name, silent).arms
 
 
-def test_qinglong_comes_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_qinglong_is_bundled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "qinglong" in bundled()
     monkeypatch.chdir(tmp_path)
     (tmp_path / "qinglong").mkdir()

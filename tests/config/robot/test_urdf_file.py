@@ -1,4 +1,4 @@
-"""Bytes of robot files: what is forgiven, with a warning that says where, and what is refused."""
+"""Bytes of robot files: tolerated ones, with a warning that names the place, and refused ones."""
 
 import os
 from pathlib import Path
@@ -13,7 +13,7 @@ from cellwright.util.errors import DescriptionError
 
 
 def read(folder: Path, content: bytes) -> tuple[Element, list[str]]:
-    """The outermost element, and the warnings without the path's folder."""
+    """Return the root element, and the warnings without the path's folder."""
     path = folder / "robot.urdf"
     path.write_bytes(content)
     problems = Problems()
@@ -36,7 +36,7 @@ def test_elements_know_where_they_stand(tmp_path: Path) -> None:
     assert warnings == []
 
 
-def test_stray_control_bytes_are_forgiven_and_told_of(tmp_path: Path) -> None:
+def test_stray_control_bytes_give_a_warning(tmp_path: Path) -> None:
     element, warnings = read(tmp_path, b'<robot>\n\n<link \x1aname="a"/></robot>\0\n')
     assert element.children[0].get("name") == "a"
     assert warnings == [
@@ -110,10 +110,10 @@ def test_figures_from_the_environment(tmp_path: Path, monkeypatch: pytest.Monkey
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=st.binary(max_size=200) | st.text("<>/=\"' ar\n&;!-?[]", max_size=60).map(str.encode))
 def test_no_bytes_do_any_harm(tmp_path: Path, content: bytes) -> None:
-    told = ""
+    message = ""
     try:
         read(tmp_path, content)
     except DescriptionError as error:
-        told = str(error)
-    assert told == "" or told.startswith(f"{tmp_path}{os.sep}robot.urdf")
-    assert "\n" not in told
+        message = str(error)
+    assert message == "" or message.startswith(f"{tmp_path}{os.sep}robot.urdf")
+    assert "\n" not in message

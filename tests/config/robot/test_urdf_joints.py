@@ -1,4 +1,4 @@
-"""Joints: kinds, axes, limits as PyBullet sees them, and joints that follow others."""
+"""Joints: types, axes, limits as in PyBullet, and mimic joints."""
 
 import math
 from pathlib import Path
@@ -35,7 +35,7 @@ def test_limits(tmp_path: Path, written: str, kind: str, limits: Limits) -> None
     assert read_one(tmp_path, f"<limit {written}/>", kind)[0].limits == limits
 
 
-def test_what_has_no_effort_or_velocity_is_told_once_for_all(tmp_path: Path) -> None:
+def test_missing_efforts_and_velocities_give_one_warning(tmp_path: Path) -> None:
     joints = [joint(f"j{child}", "a", child, '<limit lower="0" upper="1"/>') for child in "bcdef"]
     _, warnings = read(tmp_path, robot(*joints, links="abcdef"))
     assert warnings == [
@@ -46,8 +46,8 @@ def test_what_has_no_effort_or_velocity_is_told_once_for_all(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 def test_a_joint_that_needs_limits_and_has_none_is_refused(tmp_path: Path, kind: str) -> None:
-    told = f'robot.urdf:4: joint[j]: a {kind} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
-    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [told]
+    expected = f'robot.urdf:4: joint[j]: a {kind} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
+    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
 
 
 def test_axes_become_unit_vectors(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def test_shapes(tmp_path: Path, form: str, shape: ModelShape) -> None:
     assert read_link(tmp_path, seen(form))[0].shapes == (shape,)
 
 
-def test_what_is_touched_is_told_from_what_is_seen(tmp_path: Path) -> None:
+def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
     box = '<geometry><box size="1 1 1"/></geometry>'
     text = f'<collision><origin xyz="0 0 1" rpy="0 0 0"/>{box}</collision><visual>{box}</visual><visual>{box}</visual>'
     shapes = read_link(tmp_path, text)[0].shapes

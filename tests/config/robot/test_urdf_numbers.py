@@ -1,4 +1,4 @@
-"""Numbers in attributes: what counts as one, and what is forgiven."""
+"""Numbers in attributes: valid and tolerated ones."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from cellwright.util.pose import Pose
 
 
 def read(text: str, count: int, *, may_be_infinite: bool = False) -> tuple[list[float] | None, list[str], list[str]]:
-    """The numbers, and what is told: errors and warnings."""
+    """Return the numbers, and the errors and warnings."""
     problems = Problems()
     element = Element("origin", {"xyz": text}, Place(0, "r.urdf", 3), "origin")
     found = Numbers(problems).read(element, "xyz", count, may_be_infinite=may_be_infinite)

@@ -1,4 +1,4 @@
-"""The URDF that a configuration names: beside it, one folder up as in old revisions, or a hint at what there is."""
+"""URDF of a configuration: beside it, one folder up as in old revisions, or a hint at existing ones."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from cellwright.util.errors import DescriptionError
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """descriptions/robot with its URDF in a folder of its own."""
+    """Return descriptions/robot with its URDF in a folder of its own."""
     found = tmp_path / "descriptions" / "robot"
     (found / "urdf").mkdir(parents=True)
     (found / "urdf" / "robot.urdf").touch()
@@ -34,8 +34,8 @@ def test_beside_the_configuration(folder: Path) -> None:
 
 
 def test_from_the_folder_above_as_old_revisions_have_it(folder: Path) -> None:
-    found, said = find(folder, "urdf_path: robot/urdf/robot.urdf")
-    assert said == []
+    found, warnings = find(folder, "urdf_path: robot/urdf/robot.urdf")
+    assert warnings == []
     assert found is not None
     assert found.samefile(folder / "urdf" / "robot.urdf")
 

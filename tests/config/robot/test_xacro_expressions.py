@@ -1,4 +1,4 @@
-"""Expressions of xacro files reckon, and do nothing else."""
+"""Expressions of xacro files compute, and do nothing else."""
 
 from pathlib import Path
 
@@ -97,7 +97,7 @@ def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.Monk
         expand_xacro(path, ROBOT.format(f'<xacro:macro name="m0"><link name="a"/></xacro:macro>{macros}<xacro:m39/>'))
 
 
-def test_a_process_that_is_gone_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_dead_process_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(urdf_file, "_PROGRAM", "import os; os._exit(7)")
     with pytest.raises(DescriptionError, match=r"its process ended before it was expanded \(status 7\)"):
         expanded(tmp_path, "a")
@@ -106,4 +106,4 @@ def test_a_process_that_is_gone_is_told(tmp_path: Path, monkeypatch: pytest.Monk
 def test_the_bounds_are_those_of_robot_files() -> None:
     from cellwright.config.robot.urdf_file import MAX_BYTES
 
-    assert xacro_program.MOST_TEXT == MAX_BYTES
+    assert xacro_program.MAX_TEXT == MAX_BYTES

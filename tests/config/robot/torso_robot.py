@@ -25,11 +25,11 @@ ARM = (  # origin, axis, effort [N m], speed [rad/s], mass [kg]
     ("0 0 -0.05", "1 0 0", 10, 6, 0.4),
 )
 INWARDS = (("0 1 0", 0.0, 0.04), ("0 -1 0", 0.0, 0.04))
-"""Axis and range [m] of each finger: closed at 0, open at 0.04, as those of OpenArm, of the Panda and of the R1."""
+"""Axis and range [m] of each finger: closed at 0, open at 0.04, as in OpenArm, the Panda and the R1."""
 
 
 def arm_names(side: str, count: int = 7) -> tuple[str, ...]:
-    """The joints of an arm, from the shoulder on."""
+    """Return the joints of an arm, from the shoulder on."""
     return tuple(f"{side}_arm_joint{number}" for number in range(1, count + 1))
 
 
@@ -86,7 +86,7 @@ def _link(name: str, mass: float, size: float) -> str:
 
 
 def write(folder: Path, text: str) -> Path:
-    """Write a robot's file into a folder; its path."""
+    """Write a robot's file into a folder, and return its path."""
     path = folder / "robot.urdf"
     path.write_text(text)
     return path

@@ -1,4 +1,4 @@
-"""Cameras under Cellwright's own section: what is read, and that no slip passes."""
+"""Cameras in Cellwright's own section: valid entries, and errors for all mistakes."""
 
 from __future__ import annotations
 

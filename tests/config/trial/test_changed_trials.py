@@ -29,7 +29,7 @@ quiet = settings(suppress_health_check=[HealthCheck.function_scoped_fixture, Hea
 
 
 def load(path: Path) -> Trial | None:
-    """The trial in a file, or None where it is refused as it should be."""
+    """Return the trial in a file, or None if it is refused correctly."""
     try:
         loaded = load_trial([path])
     except DescriptionError as error:
@@ -74,7 +74,7 @@ def test_what_was_a_finding_once_is_none_now(case: Path) -> None:
 
 
 @pytest.mark.parametrize("line", ["what is wrong", "a.yaml: ", "a.yaml:3: two\nlines", "a.yaml:3: \x1b[2J"])
-def test_lines_that_help_nobody_would_be_found(line: str) -> None:
+def test_useless_lines_would_be_found(line: str) -> None:
     with pytest.raises(FindingError):
         check_lines([line], ["a.yaml"])
     check_lines(["a.yaml:3: key: what is wrong"], ["a.yaml"])

@@ -1,4 +1,4 @@
-"""What the public trials come to, against the figures that the competition's own launcher made of them."""
+"""Resolved values of the public trials, against the figures of the competition's own launcher."""
 
 import json
 from typing import Any

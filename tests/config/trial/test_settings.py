@@ -1,4 +1,4 @@
-"""Cellwright's own section: what it sets, and that no slip passes."""
+"""Cellwright's own section: its settings, and errors for all mistakes."""
 
 import math
 

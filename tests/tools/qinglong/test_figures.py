@@ -1,4 +1,4 @@
-"""The figures of the QingLong against the table of its indices, as PyBullet counts and tells them."""
+"""Figures of the QingLong against the table of its indices, as PyBullet numbers and reports them."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""The hands of the QingLong: five fingers that are where its joints are."""
+"""Hands of the QingLong: five fingers at the places of its joints."""
 
 import pytest
 

@@ -125,11 +125,11 @@ def _check_extent(path: Path, root: ET.Element) -> None:
     raise ModelFileError(f"{path}: elements nested deeper than {MAX_DEPTH}")
 
 
-MOST_GEOMS = 200
+MAX_GEOMS = 200
 """Maximum number of shapes of one model."""
 MAX_TOTAL_BYTES = 50 << 20
 """Maximum total size of the meshes and pictures of one file [bytes]."""
-LARGEST_NUMBER = 4096
+MAX_NUMBER = 4096
 """Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
 
 _NOT_READ = (
@@ -145,8 +145,8 @@ def check_mjcf(file: ModelFile) -> None:
     Raises:
         ModelFileError: it is refused.
     """
-    if (shapes := sum(1 for _ in file.root.iter("geom"))) > MOST_GEOMS:
-        raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MOST_GEOMS} are read")
+    if (shapes := sum(1 for _ in file.root.iter("geom"))) > MAX_GEOMS:
+        raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MAX_GEOMS} are read")
     total = 0
     for element in file.root.iter():
         if element.tag in _NOT_READ:
@@ -182,8 +182,8 @@ def _check_picture(path: Path) -> None:
         head = stream.read(24)
     if head.startswith(b"\x89PNG"):
         width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
-        if max(width, height) > LARGEST_NUMBER:
-            raise ModelFileError(f"{path}: a picture of {width} x {height}; at most {LARGEST_NUMBER} each are read")
+        if max(width, height) > MAX_NUMBER:
+            raise ModelFileError(f"{path}: a picture of {width} x {height}; at most {MAX_NUMBER} each are read")
 
 
 def _check_numbers(path: Path, element: ET.Element) -> None:
@@ -197,5 +197,5 @@ def _check_numbers(path: Path, element: ET.Element) -> None:
             numbers = [float(word) for word in text.split()]
         except ValueError:
             continue  # a name
-        if any(not abs(number) <= LARGEST_NUMBER for number in numbers):
-            raise ModelFileError(f"{path}: <{element.tag} {name}={text!r:.40}>: at most {LARGEST_NUMBER}")
+        if any(not abs(number) <= MAX_NUMBER for number in numbers):
+            raise ModelFileError(f"{path}: <{element.tag} {name}={text!r:.40}>: at most {MAX_NUMBER}")

@@ -17,7 +17,7 @@ Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 MAX_TRIANGLES = 200_000
 """Maximum number of triangles of a mesh, as in the engine."""
-FARTHEST_VERTEX = 1e9
+MAX_COORDINATE = 1e9
 """Maximum coordinate, in the file's units; a file with larger ones is broken."""
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -80,8 +80,8 @@ def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int6
         raise ModelFileError(f"{path}: a triangle with a corner that does not exist")
     if not np.isfinite(vertices).all():
         raise ModelFileError(f"{path}: a coordinate that is no finite number")
-    if np.abs(vertices).max() > FARTHEST_VERTEX:
-        raise ModelFileError(f"{path}: a coordinate beyond {FARTHEST_VERTEX:g}")
+    if np.abs(vertices).max() > MAX_COORDINATE:
+        raise ModelFileError(f"{path}: a coordinate beyond {MAX_COORDINATE:g}")
 
 
 def _stl(content: bytes) -> Triangles:

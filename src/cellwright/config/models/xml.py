@@ -15,9 +15,9 @@ from cellwright.config.models.meshes import read_mesh
 from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind, clipped_colour
 from cellwright.util.pose import Pose, Vector3
 
-MOST_SHAPES = 200
+MAX_SHAPES = 200
 """Maximum number of shapes of one model."""
-MOST_LINKS = 300
+MAX_LINKS = 300
 """Maximum number of links of one model."""
 
 
@@ -28,8 +28,8 @@ def read_xml(file: ModelFile, folder: Path) -> Model:
         ModelFileError: the model has unsupported content, or no shapes or mass.
     """
     count = sum(1 for tag in ("collision", "visual") for _ in file.root.iter(tag))
-    if count > MOST_SHAPES:
-        raise ModelFileError(f"{file.path}: {count} shapes; at most {MOST_SHAPES} are read")
+    if count > MAX_SHAPES:
+        raise ModelFileError(f"{file.path}: {count} shapes; at most {MAX_SHAPES} are read")
     reader = _Sdf(file.path, folder) if file.format == "sdf" else _Urdf(file.path, folder)
     mass, shapes = reader.read(file.root)
     if not shapes:
@@ -52,18 +52,18 @@ class _Reader:
     def refuse(self, message: str) -> ModelFileError:
         return ModelFileError(f"{self.path}: {message}")
 
-    def numbers(self, text: str | None, count: int, what: str) -> list[float]:
+    def numbers(self, text: str | None, count: int, kind: str) -> list[float]:
         """Return exactly `count` finite numbers."""
         try:
             found = [float(word) for word in (text or "").split()]
         except ValueError:
             found = []
         if len(found) != count or not all(map(math.isfinite, found)):
-            raise self.refuse(f"{what} takes {count} finite number{'s' if count > 1 else ''}, not {text!r}")
+            raise self.refuse(f"{kind} takes {count} finite number{'s' if count > 1 else ''}, not {text!r}")
         return found
 
-    def vector(self, text: str | None, what: str) -> Vector3:
-        x, y, z = self.numbers(text, 3, what)
+    def vector(self, text: str | None, kind: str) -> Vector3:
+        x, y, z = self.numbers(text, 3, kind)
         return (x, y, z)
 
     def refuse_moving(self, joints: Iterable[ET.Element]) -> None:
@@ -167,17 +167,17 @@ class _Urdf(_Reader):
                 raise self.refuse(f"the joint {joint.get('name')!r} lacks its parent or child")
             parents[child.get("link", "")] = (parent.get("link", ""), self._origin(joint))
         names = {link.get("name", ""): None for link in root.findall("link")}
-        if len(names) > MOST_LINKS:
-            raise self.refuse(f"{len(names)} links; at most {MOST_LINKS} are read")
+        if len(names) > MAX_LINKS:
+            raise self.refuse(f"{len(names)} links; at most {MAX_LINKS} are read")
         return {name: self._place(name, parents, names) for name in names}
 
     def _place(self, name: str, parents: dict[str, tuple[str, Pose]], names: Mapping[str, None]) -> Pose:
-        place, way = Pose(), [name]
+        place, path = Pose(), [name]
         while name in parents:
             name, origin = parents[name]
-            if name in way or name not in names:
-                raise self.refuse(f"the joints below {way[-1]!r} lead to {name!r}, which is no way to a first link")
-            way.append(name)
+            if name in path or name not in names:
+                raise self.refuse(f"the joints below {path[-1]!r} lead to {name!r}, which is no way to a first link")
+            path.append(name)
             place = origin @ place
         return place
 

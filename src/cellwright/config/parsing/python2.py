@@ -12,12 +12,12 @@ from typing import TypeVar
 T = TypeVar("T")
 
 _MASK = (1 << 64) - 1
-_SMALLEST_TABLE = 8
+_MIN_TABLE_SIZE = 8
 
 
 def dictionary_order(keys: Iterable[T]) -> list[T]:
     """Return keys in the iteration order of a CPython 2.7 dictionary into which they were inserted one by one."""
-    slots: list[tuple[int, T] | None] = [None] * _SMALLEST_TABLE
+    slots: list[tuple[int, T] | None] = [None] * _MIN_TABLE_SIZE
     for used, key in enumerate(dict.fromkeys(keys), start=1):
         _put(slots, _hash(key), key)
         if used * 3 >= len(slots) * 2:
@@ -43,9 +43,9 @@ def quotient(a: float, b: float) -> float:
     return a // b if isinstance(a, int) and isinstance(b, int) else a / b
 
 
-def _resized(old: list[tuple[int, T] | None], least: int) -> list[tuple[int, T] | None]:
-    size = _SMALLEST_TABLE
-    while size <= least:
+def _resized(old: list[tuple[int, T] | None], min_size: int) -> list[tuple[int, T] | None]:
+    size = _MIN_TABLE_SIZE
+    while size <= min_size:
         size *= 2
     slots: list[tuple[int, T] | None] = [None] * size
     for slot in old:

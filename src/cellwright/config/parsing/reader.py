@@ -69,7 +69,7 @@ class Keys:
 FARTHEST = 10_000.0
 """Maximum coordinate [m]; larger ones are typing errors."""
 
-LONGEST_NAME = 200
+MAX_NAME_LENGTH = 200
 """Maximum length of any name, in characters."""
 
 MAX_MESH_BYTES = 50 << 20
@@ -169,9 +169,9 @@ class Reader:
 
     def _readable(self, where: Located, name: str) -> str | None:
         """Return the name, or None if it cannot be printed or sent."""
-        if name.isprintable() and len(name) <= LONGEST_NAME:
+        if name.isprintable() and len(name) <= MAX_NAME_LENGTH:
             return name
-        self.problems.error(where, f"must be a name of at most {LONGEST_NAME} characters that can be printed")
+        self.problems.error(where, f"must be a name of at most {MAX_NAME_LENGTH} characters that can be printed")
         return None
 
     def number(self, node: Node) -> float | None:
@@ -211,14 +211,14 @@ class Reader:
         self.problems.error(node, f"must be true or false, not {described(node)}")
         return None
 
-    def whole(self, node: Node, *, least: int = 0) -> int | None:
-        """A whole number of at least `least`."""
+    def whole(self, node: Node, *, minimum: int = 0) -> int | None:
+        """Return a whole number of at least `minimum`."""
         if isinstance(node, Leaf) and isinstance(node.value, int):
             if isinstance(node.value, bool):
                 self.problems.warn(node, f"{described(node)} counts as {int(node.value)}")
-            if node.value >= least:
+            if node.value >= minimum:
                 return int(node.value)
-            self.problems.error(node, f"must be at least {least}, not {node.value}")
+            self.problems.error(node, f"must be at least {minimum}, not {node.value}")
             return None
         hint = ""
         if isinstance(node, Leaf) and isinstance(node.value, str | float) and _NUMBER.fullmatch(str(node.value)):
@@ -244,12 +244,12 @@ class Reader:
         vector = self.vector(node)
         return vector if vector is None or self.near(node, vector) else None
 
-    def coordinates(self, node: Node, least: int) -> tuple[float, ...] | None:
-        """At least `least` plain numbers [m]; whole numbers stay whole, for they are divided as such."""
+    def coordinates(self, node: Node, minimum: int) -> tuple[float, ...] | None:
+        """Return at least `minimum` plain numbers [m]; whole numbers stay whole, since their division rounds down."""
         if not isinstance(node, Items):
             self.problems.error(node, f"must be a list of three numbers, not {described(node)}")
             return None
-        if len(node.items) < least:
+        if len(node.items) < minimum:
             self.problems.error(node, f"must be a list of three numbers, not of {len(node.items)}")
             return None
         if len(node.items) > 3:
@@ -330,22 +330,22 @@ def numbers(count: int, names: str) -> Read:
     return read
 
 
-def number(least: float, most: float, unit: str = "") -> Read:
+def number(minimum: float, maximum: float, unit: str = "") -> Read:
     """Return a reader of a number within bounds, as a float."""
-    return _bounded(Reader.number, float, "g", least, most, unit)
+    return _bounded(Reader.number, float, "g", minimum, maximum, unit)
 
 
-def whole(least: int, most: int, unit: str = "") -> Read:
+def whole(minimum: int, maximum: int, unit: str = "") -> Read:
     """Return a reader of a whole number within bounds."""
-    return _bounded(Reader.whole, int, "d", least, most, unit)
+    return _bounded(Reader.whole, int, "d", minimum, maximum, unit)
 
 
-def _bounded(read: Read, kind: type, form: str, least: float, most: float, unit: str) -> Read:
+def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, unit: str) -> Read:
     def bounded(reader: Reader, node: Node) -> Any:
         found = read(reader, node)
-        if found is None or least <= found <= most:
+        if found is None or minimum <= found <= maximum:
             return None if found is None else kind(found)
-        bounds = f"{least:{form}} to {most:{form}} {unit}".rstrip()
+        bounds = f"{minimum:{form}} to {maximum:{form}} {unit}".rstrip()
         reader.problems.error(node, f"must be from {bounds}, not {found:{form}}")
         return None
 

@@ -19,7 +19,7 @@ from cellwright.config.parsing.tree import Place, Problem
 from cellwright.util.errors import DescriptionError
 from cellwright.util.files import open_to_read
 
-LARGEST = 64 << 20
+MAX_FILE_BYTES = 64 << 20
 """Maximum size of a collected file [bytes]; larger ones are not read."""
 
 _PACKAGE = Path(FOLDER)
@@ -73,7 +73,7 @@ class Sources:
 def _read(place: Path) -> bytes | None:
     """Return the content of a plain file; None if it is no plain file or cannot be read."""
     try:
-        if not place.is_file() or place.stat().st_size > LARGEST:
+        if not place.is_file() or place.stat().st_size > MAX_FILE_BYTES:
             return None
         return place.read_bytes()
     except (OSError, ValueError):
@@ -105,16 +105,16 @@ def note_source(path: Path, content: bytes | None = None) -> None:
         sources.add(path, content)
 
 
-def read_at_most(path: Path, most: int) -> bytes | None:
-    """The bytes of a file; None where there are more than `most` of them.
+def read_at_most(path: Path, max_bytes: int) -> bytes | None:
+    """Return the bytes of a file; None if there are more than `max_bytes`.
 
     Raises:
         OSError: it cannot be read.
-        ValueError: it has a name that no file can have.
+        ValueError: its name is no valid file name.
     """
     with open_to_read(path) as stream:
-        content = stream.read(most + 1)
-    if len(content) > most:
+        content = stream.read(max_bytes + 1)
+    if len(content) > max_bytes:
         return None
     note_source(path, content)
     return content

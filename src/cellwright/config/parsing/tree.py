@@ -11,7 +11,7 @@ from cellwright.util.errors import DescriptionError
 
 Severity: TypeAlias = Literal["error", "warning"]
 
-MOST_TOLD = 1000
+MAX_PROBLEMS = 1000
 """Maximum number of errors, and of warnings, that are listed for one trial or robot; the others are counted."""
 
 
@@ -104,11 +104,11 @@ class Problems:
 
     def _of(self, severity: Severity) -> tuple[Problem, ...]:
         found = dict.fromkeys(problem for problem in self._found if problem.severity == severity)
-        told = sorted(found, key=lambda problem: problem.place)
-        if len(told) > MOST_TOLD:
-            message = f"{len(told) - MOST_TOLD} more {severity}s besides these"
-            told[MOST_TOLD:] = [Problem(told[MOST_TOLD].place, "", message, severity)]
-        return tuple(told)
+        ordered = sorted(found, key=lambda problem: problem.place)
+        if len(ordered) > MAX_PROBLEMS:
+            message = f"{len(ordered) - MAX_PROBLEMS} more {severity}s besides these"
+            ordered[MAX_PROBLEMS:] = [Problem(ordered[MAX_PROBLEMS].place, "", message, severity)]
+        return tuple(ordered)
 
 
 Scalar: TypeAlias = str | int | float | bool | date | bytes | None

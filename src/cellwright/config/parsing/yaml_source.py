@@ -33,7 +33,7 @@ MAX_NODES = 50_000
 MAX_SCALAR = 10_000
 """Maximum length of a single value in characters."""
 
-_LONGEST_KEY = 80
+_MAX_KEY_LENGTH = 80
 _MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
 
 
@@ -157,15 +157,15 @@ class _Builder:
             if not isinstance(key_node, ScalarNode):
                 raise self._invalid(key_node, "a list or mapping cannot be a key")
             name = self._scalar(key_node)
-            own_key = shortened(str(name), _LONGEST_KEY)
-            way = f"{key}.{own_key}" if key else own_key
+            own_key = shortened(str(name), _MAX_KEY_LENGTH)
+            path = f"{key}.{own_key}" if key else own_key
             at = self._text.place(key_node.start_mark.index)
             if position >= len(merged):
                 if name in written:
                     message = f"given again (first on {table.entries[name].place}); this one counts"
-                    self._problems.add(Problem(at, way, message, "warning"))
+                    self._problems.add(Problem(at, path, message, "warning"))
                 written.add(name)
-            table.entries[name] = Entry(name, self.node(value_node, way, at), at, way)
+            table.entries[name] = Entry(name, self.node(value_node, path, at), at, path)
         return table
 
     def _pairs(self, node: MappingNode) -> tuple[list[tuple[yaml.Node, yaml.Node]], list[tuple[yaml.Node, yaml.Node]]]:

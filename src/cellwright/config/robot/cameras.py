@@ -153,11 +153,11 @@ def _up(camera: Camera) -> Vector3:
     return _numbers(camera, "up_axis", _AXES["z"])
 
 
-def _size(camera: Camera, name: str, default: int, most: int) -> int:
+def _size(camera: Camera, name: str, default: int, maximum: int) -> int:
     value = camera.values.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= most:
+    if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= maximum:
         raise UsageError(
-            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {most}, not {_shown(value)}"
+            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {maximum}, not {_shown(value)}"
         )
     return value
 

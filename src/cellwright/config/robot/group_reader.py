@@ -9,7 +9,7 @@ from cellwright.config.robot.config import Arm, End, Gripper, Posture
 from cellwright.config.robot.model import ROOT, Joint, RobotModel
 from cellwright.util.errors import did_you_mean
 
-MOST_LISTED = 12
+MAX_LISTED = 12
 """Maximum number of valid names in a message; `cellwright robot` lists them all."""
 
 
@@ -64,8 +64,8 @@ class GroupReader:
     def joints(self, node: Node, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
         """Return a list of distinct joints that a program can move; as `joint` otherwise."""
         if not isinstance(node, Items) or not node.items:
-            what = "an empty list" if isinstance(node, Items) else described(node)
-            self._problems.error(node, f"must be a list of joints, by index or name, not {what}")
+            actual = "an empty list" if isinstance(node, Items) else described(node)
+            self._problems.error(node, f"must be a list of joints, by index or name, not {actual}")
             return None
         found: list[Joint] = []
         for item in node.items:
@@ -182,8 +182,8 @@ class GroupReader:
         ends = [End(str(item.value)) for item in items if isinstance(item, Leaf) and item.value in tuple(End)]
         if len(items) != count or len(ends) != count:
             choice = " or ".join(End)
-            what = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
-            self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {what}")
+            actual = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
+            self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {actual}")
             return ()
         return tuple(ends) if End.UPPER in ends else ()
 
@@ -293,8 +293,8 @@ class GroupReader:
     def _three(self, node: Node) -> tuple[Node, ...] | None:
         if isinstance(node, Items) and len(node.items) == len(AXES_OF_HEAD):
             return node.items
-        what = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {what}")
+        actual = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
+        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {actual}")
         return None
 
 
@@ -319,8 +319,8 @@ def _has_range(joint: Joint) -> bool:
 def listed(names: Iterable[str]) -> str:
     """Return names for a message, truncated to a maximum number."""
     found = list(names)
-    if len(found) > MOST_LISTED:
-        found[MOST_LISTED:] = [f"… {len(found) - MOST_LISTED} more, see `cellwright robot`"]
+    if len(found) > MAX_LISTED:
+        found[MAX_LISTED:] = [f"… {len(found) - MAX_LISTED} more, see `cellwright robot`"]
     return ", ".join(found) or "none"
 
 

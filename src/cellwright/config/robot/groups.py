@@ -37,13 +37,13 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     Two fingers of one palm may be called left and right. So names count only if a limb lies between the fork and the
     group, and without names it takes two such limbs.
     """
-    ways = [robot.chain(joint.child) for joint in joints]
-    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*ways, strict=False))
+    chains = [robot.chain(joint.child) for joint in joints]
+    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
     shared = sum(1 for _ in alike)  # joints that all paths from the root share at their start
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
-    for way in ways:
-        own = way[shared:]
+    for chain in chains:
+        own = chain[shared:]
         count = sum(joint.is_driven and joint.mimic is None and joint.name not in names for joint in own)
         if own:
             between[own[0].name] = max(count, between.get(own[0].name, 0))

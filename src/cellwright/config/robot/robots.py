@@ -190,14 +190,14 @@ class _Reading:
             check_sides(self.root, config, self.reader.problems)
         return config
 
-    def _list(self, name: str, what: str) -> Iterator[Node]:
+    def _list(self, name: str, kind: str) -> Iterator[Node]:
         """Yield the items of an optional list."""
         node = self.root.get(name)
         if isinstance(node, Items):
             yield from node.items
         elif node is not None:
             hint = "; begin each with a dash" if isinstance(node, Table) else "; write [] for none"
-            self.reader.problems.error(node, f"must be a list of {what}, not {described(node)}{hint}")
+            self.reader.problems.error(node, f"must be a list of {kind}, not {described(node)}{hint}")
 
     def _waist(self, groups: GroupReader) -> Posture | None:
         """Return the waist, which includes the joints of a folding waist."""

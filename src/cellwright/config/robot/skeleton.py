@@ -29,7 +29,7 @@ from cellwright.util.pose import Pose
 CLEAR = 0.2
 """Minimum change of the distance, as a share of a finger's travel, that distinguishes the open end from the closed."""
 
-_MIN_WAY = 1e-6  # [m]; a finger whose centre hardly moves gives no evidence
+_MIN_MOTION = 1e-6  # [m]; a finger whose centre hardly moves gives no evidence
 
 Vector = NDArray[np.float64]
 
@@ -82,11 +82,11 @@ def _open_end(
     for corner in product(*((joint.limits.lower, joint.limits.upper) for joint in reversed(leaders))):
         poses = link_poses(robot, {joint.name: at for joint, at in zip(reversed(leaders), corner, strict=True)})
         apart.append(_centre(robot, poses, own) - _centre(robot, poses, opposite))
-    way = apart[1] - apart[0]
-    length = float(np.linalg.norm(way))
-    if length < _MIN_WAY:
+    motion = apart[1] - apart[0]
+    length = float(np.linalg.norm(motion))
+    if length < _MIN_MOTION:
         return None
-    along = np.array(apart) @ way / length
+    along = np.array(apart) @ motion / length
     clear = CLEAR * length
     passes = along.min() < -clear and along.max() > clear  # fingers cannot pass each other: centres mislead
     lower, upper = np.abs(along[:2])
@@ -106,7 +106,7 @@ def _centre(robot: RobotModel, poses: Mapping[str, Pose], links: Sequence[str]) 
     return found
 
 
-LEAST_JOINTS = 4
+MIN_ARM_JOINTS = 4
 """Minimum number of joints of an arm."""
 ARM_SHARE = 1 / 3
 """Minimum length of an arm, as a share of the trunk that it hangs on; a finger's share of its arm is smaller."""
@@ -187,7 +187,7 @@ class _Runs:
         while starts:
             start = starts.pop(0)
             run, end = self._run(start)
-            if len(run) >= LEAST_JOINTS and not self._forks_into_arms(start, end):
+            if len(run) >= MIN_ARM_JOINTS and not self._forks_into_arms(start, end):
                 self.limbs.append(run)
             else:
                 self.rest += run
@@ -210,7 +210,7 @@ class _Runs:
             arms = [
                 joint
                 for joint in self._below.get(end, [])
-                if self._counts.get(joint.child, 0) + _is_of_an_arm(joint) >= LEAST_JOINTS
+                if self._counts.get(joint.child, 0) + _is_of_an_arm(joint) >= MIN_ARM_JOINTS
                 and self._lengths.get(joint.child, 0.0) >= ARM_SHARE * length
             ]
             if len(arms) != 1:
@@ -228,7 +228,7 @@ def _is_of_an_arm(joint: Joint) -> bool:
 def _trailing(limb: list[Joint]) -> list[Joint]:
     """Return the joints at the end of a run that are fingers rather than parts of an arm."""
     count = len(limb)
-    while count > LEAST_JOINTS and (
+    while count > MIN_ARM_JOINTS and (
         limb[count - 1].type is JointType.PRISMATIC or _FINGER.search(limb[count - 1].name)
     ):
         count -= 1

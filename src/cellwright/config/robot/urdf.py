@@ -144,14 +144,14 @@ class JointReader:
         if not joint.is_driven:
             self._problems.warn(element, f"a {joint.type} joint follows nothing; left out")
             return None
-        way = {joint.name: None}
+        chain = {joint.name: None}
         while True:
             leader, why = joints.get(mimic.joint), ""
             if leader is None:
                 hint = did_you_mean(mimic.joint, joints) if len(joints) <= _FEW else ""
                 why = f"follows the unknown joint {shortened(mimic.joint)!r}{hint}"
-            elif leader.name in way:
-                why = f"joints that follow each other in a ring: {', '.join(list(way)[:5])}"
+            elif leader.name in chain:
+                why = f"joints that follow each other in a ring: {', '.join(list(chain)[:5])}"
             elif not leader.is_driven:
                 why = f"follows {shortened(leader.name)!r}, a {leader.type} joint"
             elif max(abs(mimic.multiplier), abs(mimic.offset)) > FARTHEST:
@@ -161,20 +161,20 @@ class JointReader:
                 return None
             if leader.mimic is None:
                 return mimic
-            way[leader.name] = None
+            chain[leader.name] = None
             further = leader.mimic
             offset = mimic.multiplier * further.offset + mimic.offset
             mimic = Mimic(further.joint, mimic.multiplier * further.multiplier, offset)
 
 
-MOST_LINKS = 1000
+MAX_LINKS = 1000
 """Maximum number of links of one robot."""
-MOST_SHAPES = 5000
+MAX_SHAPES = 5000
 """Maximum number of shapes of one robot, visual and collision shapes together."""
-MOST_WARNINGS = 20
+MAX_WARNINGS = 20
 """Maximum number of warnings that are listed for one file."""
 
-_LONGEST_TAG = 60
+_MAX_TAG_LENGTH = 60
 _SHOWN = 3  # number of names in a message before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
 _XACRO = "xacro:"
@@ -193,18 +193,18 @@ def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
     if problems.errors or robot is None:
         raise DescriptionError(problems.errors, problems.warnings)
     warnings = problems.warnings
-    for warning in warnings[:MOST_WARNINGS]:
+    for warning in warnings[:MAX_WARNINGS]:
         warn(str(warning))
-    if len(warnings) > MOST_WARNINGS:
-        warn(f"{path}: {len(warnings) - MOST_WARNINGS} more warnings like these")
+    if len(warnings) > MAX_WARNINGS:
+        warn(f"{path}: {len(warnings) - MAX_WARNINGS} more warnings like these")
     return robot
 
 
 class _Reader:
     def __init__(self, root: Element, path: Path, problems: Problems) -> None:
         if root.tag != "robot":
-            what = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")
-            raise refusal(path, root.place.line, f"{what}; a URDF file begins with <robot>")
+            content = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")
+            raise refusal(path, root.place.line, f"{content}; a URDF file begins with <robot>")
         self._root = root
         self._path = path
         self._problems = problems
@@ -215,7 +215,7 @@ class _Reader:
 
     def read(self) -> RobotModel | None:
         """Return the robot, or None after errors, which are in `problems`."""
-        self._tell_of_others()
+        self._warn_of_ignored()
         self._check_counts()
         elements = self._link_elements()
         joints = self._connected(elements)
@@ -233,33 +233,33 @@ class _Reader:
         links = {name: self._links.read(element, name) for name, element in elements.items()}
         ordered = self._joints.with_leaders(ordered)
         links = self._with_stand_ins(links, ordered)
-        self._tell_of_all()
+        self._warn_of_common()
         name = self._root.get("name") or self._path.stem
         written = tuple(joint.name for joint in joints)
         is_sorted = written == tuple(joint.name for joint in ordered)
         return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
 
-    def _tell_of_others(self) -> None:
+    def _warn_of_ignored(self) -> None:
         """Warn of ignored elements that look like misspelt ones, once for each kind."""
         first: dict[str, Element] = {}
         for element in self._root.children:
             first.setdefault(element.tag, element)
-        for tag, element in islice(first.items(), MOST_LINKS):
+        for tag, element in islice(first.items(), MAX_LINKS):
             if tag.startswith(_XACRO):
                 self._problems.warn(element, f"<{shortened(tag)}> is passed over{_EXPANDED}")
-            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_LONGEST_TAG], _KNOWN)):
+            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_MAX_TAG_LENGTH], _KNOWN)):
                 self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
 
     def _check_counts(self) -> None:
         """Refuse excessive counts, since all following steps take time for each link."""
         shapes = sum(len(link.all("visual", "collision")) for link in self._root.all("link"))
-        for what, count, most in (
-            ("links", len(self._root.all("link")), MOST_LINKS),
-            ("joints", len(self._root.all("joint")), MOST_LINKS),
-            ("shapes", shapes, MOST_SHAPES),
+        for kind, count, limit in (
+            ("links", len(self._root.all("link")), MAX_LINKS),
+            ("joints", len(self._root.all("joint")), MAX_LINKS),
+            ("shapes", shapes, MAX_SHAPES),
         ):
-            if count > most:
-                raise refusal(self._path, 0, f"{count} {what}; at most {most} are read")
+            if count > limit:
+                raise refusal(self._path, 0, f"{count} {kind}; at most {limit} are read")
 
     def _link_elements(self) -> dict[str, Element]:
         found: dict[str, Element] = {}
@@ -287,8 +287,8 @@ class _Reader:
                 continue
             for tag, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
-                    is_one_of_many = self._problems.error_count > MOST_WARNINGS  # the search for similar names is slow
-                    hint = "" if is_one_of_many else did_you_mean(name[:_LONGEST_TAG], links)
+                    is_one_of_many = self._problems.error_count > MAX_WARNINGS  # the search for similar names is slow
+                    hint = "" if is_one_of_many else did_you_mean(name[:_MAX_TAG_LENGTH], links)
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:
                 message = (
@@ -326,12 +326,12 @@ class _Reader:
             lacking = {name: lacking.get(name, set()) | bare.get(name, set()) for name in {**lacking, **bare}}
         return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
 
-    def _tell_of_all(self) -> None:
+    def _warn_of_common(self) -> None:
         """Give one warning for each fault that may occur in many places."""
-        for what, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
+        for kind, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
             if names:
                 count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
-                message = f"{count} no {what} limit or one of 0 ({_some(names)}); taken for unlimited"
+                message = f"{count} no {kind} limit or one of 0 ({_some(names)}); taken for unlimited"
                 self._warn(message)
         if names := self._links.without_inertia:
             count = "a link has" if len(names) == 1 else f"{len(names)} links have"

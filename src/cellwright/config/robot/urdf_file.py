@@ -28,7 +28,7 @@ from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
 from cellwright.util.pose import Pose, Vector3
 
-_MOST_READ = 10_000  # of a package's manifest, whose name is near its start [bytes]
+_MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 
 
@@ -55,7 +55,7 @@ def package_folders(name: str, path: Path) -> Iterator[Path]:
 def _declared_name(folder: Path) -> str | None:
     try:
         with (folder / "package.xml").open("rb") as stream:
-            text = stream.read(_MOST_READ).decode("utf-8", "replace")
+            text = stream.read(_MAX_MANIFEST_BYTES).decode("utf-8", "replace")
     except (OSError, ValueError):
         return None
     note_source(folder / "package.xml")
@@ -94,14 +94,14 @@ def expand_xacro(path: Path, text: str) -> str:
     except subprocess.TimeoutExpired:
         raise refusal(path, 0, f"xacro: takes longer than {MAX_EXPANSION_TIME:g} s to expand") from None
     try:
-        said = json.loads(done.stdout)
+        answer = json.loads(done.stdout)
     except ValueError:  # killed by the system, or by a library that fails badly on lack of memory
         raise refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
-    if "text" in said:
-        for each in said["files"]:
+    if "text" in answer:
+        for each in answer["files"]:
             note_source(Path(each))
-        return str(said["text"])
-    raise refusal(Path(said["path"]), int(said["line"]), str(said["message"]))
+        return str(answer["text"])
+    raise refusal(Path(answer["path"]), int(answer["line"]), str(answer["message"]))
 
 
 MAX_BYTES = 16 << 20
@@ -113,7 +113,7 @@ _STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
-_LONGEST_NAME = 60
+_MAX_NAME_LENGTH = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +234,7 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
             raise refusal(path, line(), f"more than {MAX_ELEMENTS} elements; is this a robot file?")
         if len(stack) == MAX_DEPTH:
             raise refusal(path, line(), f"elements nested deeper than {MAX_DEPTH}; is this a robot file?")
-        name = attributes.get("name", "").strip()[:_LONGEST_NAME]
+        name = attributes.get("name", "").strip()[:_MAX_NAME_LENGTH]
         own = f"{tag}[{name}]" if name else tag
         key = "" if not stack else f"{stack[-1].key}.{own}" if stack[-1].key else own
         element = Element(tag, attributes, Place(0, str(path), line()), key)
@@ -283,8 +283,8 @@ class Numbers:
             if taken != " ".join(text.split()):
                 self.problems.warn(element, f"{name}={shortened(text)!r} is taken for {taken}")
             return found[:count]
-        what = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
-        self.problems.error(element, f"{name} takes {what}, not {shortened(text)!r}")
+        expected = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
+        self.problems.error(element, f"{name} takes {expected}, not {shortened(text)!r}")
         return None
 
     def number(self, element: Element, name: str, default: float, *, may_be_infinite: bool = False) -> float:

@@ -24,7 +24,7 @@ DENSITY = 1200.0
 """Rough density of a robot's links [kg/m^3], which gives the thickness of a limb from the mass of its link."""
 
 _USUAL = 0.16  # radius of a limb of unknown mass, as a share of its length
-_LEAST, _MOST = 0.005, 0.12  # radius [m]
+_MIN_RADIUS, _MAX_RADIUS = 0.005, 0.12  # radius [m]
 
 
 class Use(Enum):
@@ -68,7 +68,7 @@ def _limbs(link: Link, joints: list[Joint]) -> list[ModelShape]:
         return [_limb((2 * x, 2 * y, 2 * z), mass)]
     above = next((math.hypot(*joint.origin.position) for joint in joints if joint.child == link.name), 0.0)
     radius = (3 * mass / (4 * math.pi * DENSITY)) ** (1 / 3) or _USUAL * above
-    return [ModelShape("sphere", (_within(radius, _LEAST, _MOST), 0.0, 0.0), Pose(middle))]
+    return [ModelShape("sphere", (_within(radius, _MIN_RADIUS, _MAX_RADIUS), 0.0, 0.0), Pose(middle))]
 
 
 def _limb(end: Vector3, mass: float) -> ModelShape:
@@ -76,7 +76,7 @@ def _limb(end: Vector3, mass: float) -> ModelShape:
     length = math.hypot(*end)
     radius = math.sqrt(mass / (DENSITY * math.pi * length)) or _USUAL * length
     thin, thick = THICKNESS
-    radius = _within(_within(radius, thin * length, thick * length), _LEAST, _MOST)
+    radius = _within(_within(radius, thin * length, thick * length), _MIN_RADIUS, _MAX_RADIUS)
     x, y, z = end
     pose = Pose((x / 2, y / 2, z / 2), _turn_z_to((x / length, y / length, z / length)))
     return ModelShape("capsule", (radius, max(length - radius, length / 2), 0.0), pose)
@@ -88,13 +88,13 @@ def _turn_z_to(direction: Vector3) -> Quaternion:
     return normalized((1 + z, -y, x, 0.0)) if z > -1 + 1e-9 else (0.0, 1.0, 0.0, 0.0)
 
 
-def _within(value: float, least: float, most: float) -> float:
-    return max(least, min(value, most))
+def _within(value: float, minimum: float, maximum: float) -> float:
+    return max(minimum, min(value, maximum))
 
 
-HEAVIEST = 1e6
+MAX_MASS = 1e6
 """Maximum valid mass [kg]."""
-LARGEST = 1e4
+MAX_LENGTH = 1e4
 """Maximum valid length of a shape [m]."""
 
 _FORMS: tuple[str, ...] = get_args(ModelShapeKind)
@@ -139,8 +139,8 @@ class LinkReader:
             self._problems.error(written or element, '<inertial> needs <mass value="…"/> [kg]')
             return None
         mass = self._numbers.number(written, "value", 0.0)
-        if not 0.0 <= mass <= HEAVIEST:
-            self._problems.error(written, f"a mass of {mass:g} kg; 0 to {HEAVIEST:g} kg make sense")
+        if not 0.0 <= mass <= MAX_MASS:
+            self._problems.error(written, f"a mass of {mass:g} kg; 0 to {MAX_MASS:g} kg make sense")
             return None
         moments = element.find("inertia")
         xx, yy, zz, xy, xz, yz = (self._numbers.number(moments, name, 0.0) if moments else 0.0 for name in _INERTIA)
@@ -158,8 +158,8 @@ class LinkReader:
         form = next((child for child in geometry.children if child.tag in _FORMS), None) if geometry else None
         if form is None:
             other = geometry.children[0].tag if geometry and geometry.children else None
-            what = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
-            self._problems.warn(geometry or element, f"{what} is left out{suggestion(other or '', _FORMS)}")
+            content = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
+            self._problems.warn(geometry or element, f"{content} is left out{suggestion(other or '', _FORMS)}")
             return None
         colour, is_touched, path = self._colour(element), element.tag == "collision", None
         if form.tag != "mesh":
@@ -188,7 +188,7 @@ class LinkReader:
         else:
             needed = tuple(self._numbers.number(form, name, 0.0) for name in names)
             size = (needed[0], needed[1] if len(needed) > 1 else 0.0, 0.0)
-        if not all(0.0 < value <= LARGEST for value in needed):
+        if not all(0.0 < value <= MAX_LENGTH for value in needed):
             given = " ".join(f"{value:g}" for value in needed)
             self._problems.warn(form, f"a {form.tag} of {given} m is left out; lengths are above 0")
             return None
@@ -228,4 +228,4 @@ def _is_possible(xx: float, yy: float, zz: float, xy: float, xz: float, yz: floa
     """Return whether an inertia resists every rotation."""
     with np.errstate(all="ignore"):
         moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    return bool(moments[0] > 0 and moments[2] < HEAVIEST * LARGEST)
+    return bool(moments[0] > 0 and moments[2] < MAX_MASS * MAX_LENGTH)

@@ -35,7 +35,7 @@ _INWARDS = frozenset(
 _WITHOUT = ("type", "vars")
 
 
-def keep_to_reckoning() -> None:
+def restrict_to_arithmetic() -> None:
     """Restrict xacro's expressions, in this process, to arithmetic."""
     xacro.safe_eval = _evaluated
     xacro.substitution_args._eval = _substituted
@@ -80,13 +80,13 @@ def _substituted(text: str, context: dict[str, Any]) -> str:
     return str(eval(text, {"__builtins__": builtins}, module._DictWrapper(arguments, known)))  # noqa: S307
 
 
-MOST_MEMORY = 1 << 30
+MAX_MEMORY = 1 << 30
 """Maximum memory for the expansion of a file [bytes]; enforced on Linux only."""
-MOST_TEXT = 16 << 20
+MAX_TEXT = 16 << 20
 """Maximum length of an expanded text, in characters."""
 
 _QUOTED = re.compile(r"'([^']+)'|\"([^\"]+)\"|(xacro:\w+)|'?(\w+)'?")
-_LONGEST_MESSAGE = 300
+_MAX_MESSAGE_LENGTH = 300
 _REPETITIONS = (  # xacro repeats a message and its source
     (re.compile(r"<class '[^']*'>: (.*) \1"), r"\1"),
     (re.compile(r"(: \S+) \[Errno \d+\].*"), r"\1"),
@@ -107,23 +107,23 @@ def main() -> None:
     if sys.platform == "linux":
         import resource  # Windows has no such module
 
-        resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY, MOST_MEMORY))
+        resource.setrlimit(resource.RLIMIT_DATA, (MAX_MEMORY, MAX_MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    answer, path = sys.stdout, Path(sys.argv[1])
+    output, path = sys.stdout, Path(sys.argv[1])
     text = sys.stdin.buffer.read().decode("utf-8", "replace")
     try:
         expanded = _expanded(path, text)
-        said: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
+        answer: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
     except _RefusedError as error:
-        said = {"path": str(error.path), "line": error.line, "message": str(error)}
-    print(json.dumps(said), end="", file=answer, flush=True)
+        answer = {"path": str(error.path), "line": error.line, "message": str(error)}
+    print(json.dumps(answer), end="", file=output, flush=True)
 
 
 def _expanded(path: Path, text: str) -> str:
     silence = io.StringIO()
     try:
         with contextlib.redirect_stderr(silence), contextlib.redirect_stdout(silence):
-            keep_to_reckoning()
+            restrict_to_arithmetic()
             _find_packages_beside(path)
             xacro.init_stacks(str(path))
             document = xacro.parse(text, str(path))
@@ -135,8 +135,8 @@ def _expanded(path: Path, text: str) -> str:
         raise _RefusedError(_current(path), 0, "xacro: macros that call each other without end") from None
     except Exception as error:  # expressions are Python and may raise anything
         raise _failure(_current(path), error) from None
-    if len(expanded) > MOST_TEXT:
-        raise _RefusedError(path, 0, f"xacro: expands to more than {MOST_TEXT >> 20} MiB")
+    if len(expanded) > MAX_TEXT:
+        raise _RefusedError(path, 0, f"xacro: expands to more than {MAX_TEXT >> 20} MiB")
     return expanded
 
 
@@ -163,21 +163,21 @@ def _current(path: Path) -> Path:
 
 def _failure(path: Path, error: Exception) -> _RefusedError:
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
-        return _RefusedError(path, 0, f"xacro: needs more than {MOST_MEMORY >> 20} MiB of memory to expand")
+        return _RefusedError(path, 0, f"xacro: needs more than {MAX_MEMORY >> 20} MiB of memory to expand")
     message = " ".join(str(error).split()) or type(error).__name__
     for pattern, instead in _REPETITIONS:
         message = pattern.sub(instead, message)
     if isinstance(error, xacro.XacroException) and error.macros:
         names = ", ".join(macro.body.getAttribute("name") for macro in error.macros)
         message += f" (in the macro {names})"
-    return _RefusedError(path, _line_of(path, message), f"xacro: {shortened(message, _LONGEST_MESSAGE)}")
+    return _RefusedError(path, _line_of(path, message), f"xacro: {shortened(message, _MAX_MESSAGE_LENGTH)}")
 
 
 def _line_of(path: Path, message: str) -> int:
     """Return the line of a message, found by the text that it quotes; 0 if unknown."""
     try:
         with path.open("rb") as stream:
-            text = stream.read(MOST_TEXT).decode("utf-8", "replace")
+            text = stream.read(MAX_TEXT).decode("utf-8", "replace")
     except (OSError, ValueError):
         return 0
     quoted = [next(filter(None, match.groups())) for match in _QUOTED.finditer(message)]

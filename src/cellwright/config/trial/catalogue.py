@@ -61,13 +61,13 @@ def find_trial(name_or_path: str | Path) -> Path:
     known = [*bundled(), *bundled_sensors()]
     if name in known:
         return _FOLDER / f"{name}{_SUFFIX}"
-    brought = plugins.names("trials")
-    if name in brought:
-        return _brought(name)
-    raise UnknownNameError("trial", name, [*known, *brought])
+    from_plugins = plugins.names("trials")
+    if name in from_plugins:
+        return _plugin_trial(name)
+    raise UnknownNameError("trial", name, [*known, *from_plugins])
 
 
-def _brought(name: str) -> Path:
+def _plugin_trial(name: str) -> Path:
     """Return the file of a plugin's trial, which is a path or a function that returns one."""
     found = plugins.load("trials", name)
     try:

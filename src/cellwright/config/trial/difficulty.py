@@ -79,7 +79,7 @@ DemandKind: TypeAlias = Literal[
     "off_tray",
 ]
 
-_TURNED_OVER = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
+_UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +158,7 @@ def _of_supply(trial: Trial) -> Iterator[Demand]:
 def _of_poses(trial: Trial) -> Iterator[Demand]:
     objects = _objects(trial.orders)
     heights = [(each.type, each.pose.rotate((0.0, 0.0, 1.0))[2]) for each in objects]
-    turned = dict.fromkeys(kind for kind, height in heights if height < _TURNED_OVER)
+    turned = dict.fromkeys(kind for kind, height in heights if height < _UPSIDE_DOWN)
     if turned:
         yield Demand("turned_over", f"{_listed(list(turned))} to be turned over")
     off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
@@ -167,10 +167,10 @@ def _of_poses(trial: Trial) -> Iterator[Demand]:
 
 
 def _of_drops(trial: Trial) -> Iterator[Demand]:
-    wanted = ordered_types(trial)
+    ordered = ordered_types(trial)
     grouped: dict[tuple[DemandKind, str, str], list[str]] = {}
     for region in trial.drop_regions:
-        if region.type not in wanted:
+        if region.type not in ordered:
             continue
         kind, where = _fall(region)
         places = grouped.setdefault((kind, region.type, where), [])

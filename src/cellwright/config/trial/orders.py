@@ -11,7 +11,7 @@ from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
 from cellwright.config.trial.trial import Kit, KitObject, Order
 from cellwright.util.errors import suggestion
 
-MOST_KITS = 10_000
+MAX_KITS = 10_000
 """Maximum number of kits and their parts in all orders of a trial."""
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
@@ -28,14 +28,14 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
         reader.problems.error(node, f"must be a mapping; a list of orders{other_year.belongs(2023)}")
         return ()
     orders: dict[object, Order] = {}
-    asked = 0
+    requested = 0
     for entry in reader.entries(node):
         order = _order(entry, book, other_year)
         if order:
-            asked += sum(1 + len(kit.objects) for kit in order.kits)
+            requested += sum(1 + len(kit.objects) for kit in order.kits)
             orders[entry.name] = order
-        if asked > MOST_KITS:
-            reader.problems.error(node, f"asks for more than {MOST_KITS} kits and parts in all")
+        if requested > MAX_KITS:
+            reader.problems.error(node, f"asks for more than {MAX_KITS} kits and parts in all")
             return ()
     # The original copied the orders into a second dictionary and iterated over that.
     walked = [orders[name] for name in dictionary_order(orders)]

@@ -113,8 +113,8 @@ PART = Keys({"type": Reader.name, "pose": Reader.placement})
 BIN = Keys({"models": None}, {"xyz": Reader.position})
 GRID = Keys(
     {
-        "xyz_start": partial(Reader.coordinates, least=3),
-        "xyz_end": partial(Reader.coordinates, least=2),
+        "xyz_start": partial(Reader.coordinates, minimum=3),
+        "xyz_end": partial(Reader.coordinates, minimum=2),
         "rpy": Reader.vector,
         "num_models_x": Reader.whole,
         "num_models_y": Reader.whole,

@@ -12,7 +12,7 @@ from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, Plug
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
 
-MOST_SENSORS = 500
+MAX_SENSORS = 500
 """Maximum number of sensors in one cell."""
 
 ARM_TYPES = ("ur10",)
@@ -67,11 +67,11 @@ def read_arm(node: Node, reader: Reader) -> bool:
 def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
     """Return the section `sensors` without sensors of unknown types."""
     table = reader.table(node)
-    if table and len(table.entries) > MOST_SENSORS:
-        reader.problems.error(node, f"{len(table.entries)} sensors; at most {MOST_SENSORS} are read")
+    if table and len(table.entries) > MAX_SENSORS:
+        reader.problems.error(node, f"{len(table.entries)} sensors; at most {MAX_SENSORS} are read")
         return ()
-    brought = plugins.names("sensors") if table else []
-    sensors = [_sensor(entry, brought, reader) for entry in table.entries.values()] if table else []
+    from_plugins = plugins.names("sensors") if table else []
+    sensors = [_sensor(entry, from_plugins, reader) for entry in table.entries.values()] if table else []
     found = tuple(sensor for sensor in sensors if sensor is not None)
     # A break beam publishes on a second topic, whose name no other sensor can have.
     changes = {f"{sensor.name}_change": sensor.name for sensor in found if sensor.type == "break_beam"}
@@ -82,7 +82,7 @@ def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
     return found
 
 
-def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | None:
+def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -91,10 +91,10 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
     if name is None or not SENSOR.complete(values):
         return None
     sensor = Sensor(name, **values)
-    if sensor.type not in SENSOR_TYPES and sensor.type not in brought:
+    if sensor.type not in SENSOR_TYPES and sensor.type not in from_plugins:
         year = LATER_SENSORS.get(sensor.type)
         origin = f" of the {year} format" if year else ""
-        hint = suggestion(sensor.type, (*SENSOR_TYPES, *brought))
+        hint = suggestion(sensor.type, (*SENSOR_TYPES, *from_plugins))
         if sensor.type in CAMERA_TYPES:
             hint = "; cameras that take pictures stand under cellwright: sensors:"
         message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
@@ -105,7 +105,7 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
 
 
 def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
-    """Check a name that becomes a topic and frames, and whose prefix identified the frame's publisher in the original."""
+    """Check a name that becomes a topic and frames; its prefix named the publisher of the frame in the original."""
     if not _TOPIC.fullmatch(name):
         reader.problems.error(entry, "a sensor's name becomes a topic: only letters, digits, _ and / between them")
     elif name in TAKEN_NAMES:
@@ -121,7 +121,7 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
         reader.problems.warn(entry, message)
 
 
-MOST_CAMERAS = 16
+MAX_CAMERAS = 16
 """Maximum number of cameras in one cell."""
 MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
 """Minimum width and height, and the maximum of each [pixels]."""
@@ -178,8 +178,8 @@ def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_ar
     table = reader.table(node) if node else None
     if table is None:
         return ()
-    if len(table.entries) > MOST_CAMERAS:
-        reader.problems.error(table, f"{len(table.entries)} cameras; at most {MOST_CAMERAS} are read")
+    if len(table.entries) > MAX_CAMERAS:
+        reader.problems.error(table, f"{len(table.entries)} cameras; at most {MAX_CAMERAS} are read")
         return ()
     taken = {sensor.name for sensor in sensors}
     cameras = [_camera(entry, taken, reader, has_arm=has_arm) for entry in table.entries.values()]

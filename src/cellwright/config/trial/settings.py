@@ -13,8 +13,8 @@ from cellwright.config.trial.sensors import read_plugin_devices
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.util.errors import ExpressionError
 
-SHORTEST_STEP = Fraction(1, 100_000)
-LONGEST_STEP = Fraction(1, 50)
+MIN_TIMESTEP = Fraction(1, 100_000)
+MAX_TIMESTEP = Fraction(1, 50)
 LARGEST_SEED = 2**63 - 1
 
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
@@ -31,8 +31,8 @@ def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
     if step is None:
         reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500, not {described(node)}")
         return None
-    if not SHORTEST_STEP <= step <= LONGEST_STEP:
-        reader.problems.error(node, f"must be from {SHORTEST_STEP} to {LONGEST_STEP} s, not {shortened(text)}")
+    if not MIN_TIMESTEP <= step <= MAX_TIMESTEP:
+        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s, not {shortened(text)}")
         return None
     return step.numerator, step.denominator
 
