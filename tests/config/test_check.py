@@ -15,7 +15,7 @@ WARNED = {"comp_conf1": 1, "comp_conf2": 2}
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*bundled(), *bundled_sensors()])
-def test_bundled_files_are_flawless(name: str) -> None:
+def test_bundled_files_give_no_warnings(name: str) -> None:
     report = check([find_trial(name)])
     assert report.ok
     assert len(report.warnings) == WARNED.get(name, 0)

@@ -26,7 +26,7 @@ def test_a_straight_way_between_poses_has_its_ends(a: Pose, b: Pose) -> None:
 
 
 @given(poses, poses, st.floats(0.0, 1.0))
-def test_it_goes_and_turns_evenly_the_shorter_way(a: Pose, b: Pose, share: float) -> None:
+def test_it_moves_and_turns_evenly_the_shorter_way(a: Pose, b: Pose, share: float) -> None:
     middle = between(a, b, share)
     assert math.dist(a.position, middle.position) == pytest.approx(share * math.dist(a.position, b.position), abs=1e-9)
     whole = angle_between(a, b)
@@ -91,7 +91,7 @@ def test_following_poses_with_a_rail_of_their_own() -> None:
         follow(ABOVE_BIN, [forward(ABOVE_BIN)], rails)
 
 
-def test_what_makes_no_sense_is_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     with pytest.raises(UsageError, match="spacing"):
         straight(ABOVE_BIN, forward(INITIAL), spacing=0.0)
     with pytest.raises(UsageError, match="finite"):

@@ -113,7 +113,7 @@ def test_a_payload_hangs_on_every_joint_before_it() -> None:
     assert weight(stretched, 0.5).rail == weight(stretched, 0.5).shoulder_pan == 0.0
 
 
-def test_the_command_ends_where_the_arm_is_to_stand_but_for_its_weight() -> None:
+def test_the_command_ends_at_the_target_but_for_the_weight() -> None:
     command = anticipated(DOWN)
     assert command.duration > DOWN.duration
     assert command.velocities[-1] == STILL

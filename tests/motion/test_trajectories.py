@@ -40,7 +40,7 @@ def test_from_rest_to_rest_no_joint_turns_back(a: Joints, b: Joints, share: floa
         assert (q - p) * (y - x) >= -1e-6
 
 
-def test_the_way_is_straight_where_one_joint_is_the_slowest() -> None:
+def test_the_path_is_straight_if_one_joint_is_the_slowest() -> None:
     goal = Joints(*(a + 0.2 * v for a, v in zip(INITIAL, DEFAULT_LIMITS.velocity, strict=True)))
     goal = goal._replace(wrist_1=INITIAL.wrist_1 + 2.0)
     motion = move(INITIAL, goal)

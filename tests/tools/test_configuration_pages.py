@@ -166,7 +166,7 @@ def test_the_reference_has_every_table_of_entries_once() -> None:
     assert sorted(entries_on_pages()) == sorted(REFERENCE)
 
 
-def test_the_whole_trial_is_sound() -> None:
+def test_the_whole_trial_is_valid() -> None:
     assert load_trial(text=yaml.safe_dump(WHOLE)).warnings == ()
 
 
@@ -187,7 +187,7 @@ def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bo
 @pytest.mark.parametrize(
     ("place", "name"), [(place, name) for place, (entries, _) in PLACES.items() for name in entries.names]
 )
-def test_what_is_required_must_be_there_and_nothing_else(place: str, name: str) -> None:
+def test_exactly_the_required_entries_are_mandatory(place: str, name: str) -> None:
     entries, where = PLACES[place]
     text = changed(where, name, less=True)
     if name in entries.required:
@@ -198,7 +198,7 @@ def test_what_is_required_must_be_there_and_nothing_else(place: str, name: str) 
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_what_is_not_declared_is_unknown(place: str) -> None:
+def test_undeclared_entries_are_unknown(place: str) -> None:
     try:
         messages = load_trial(text=changed(PLACES[place][1], "nonsense", 1)).warnings
     except DescriptionError as error:
@@ -206,14 +206,14 @@ def test_what_is_not_declared_is_unknown(place: str) -> None:
     assert any("nonsense" in str(problem) and "unknown" in str(problem) for problem in messages)
 
 
-def test_what_is_declared_is_kept() -> None:
+def test_declared_entries_have_fields() -> None:
     assert {*parts.OPTIONS.names} - {parts.ALIASES} == {field.name for field in fields(Options)}
     kept = {*settings.OWN_ARM.names, *settings.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
     assert kept | {"tolerances"} == {field.name for field in fields(ArmSettings)}
     assert {"seed", "timestep", "arm"} == {field.name for field in fields(CellSettings)}
 
 
-def test_what_an_empty_file_comes_to_is_what_the_reference_says() -> None:
+def test_an_empty_file_has_the_defaults_of_the_reference() -> None:
     trial = load_trial(text="").trial
     assert trial.options == Options()
     assert trial.settings == CellSettings()

@@ -53,7 +53,7 @@ def test_a_part_upside_down_covers_its_mirror_image() -> None:
     assert min(patch.span(0, 1)[0] for patch in over.patches) == pytest.approx(-0.135)
 
 
-def test_what_is_not_known_counts_as_a_disc() -> None:
+def test_unknown_types_count_as_a_disc() -> None:
     (tilted,) = footprint("piston_rod_part", at(roll=0.3)).patches
     assert (tilted.corners, tilted.radius) == (((0.0, 0.0),), PART_RADII["piston_rod_part"])
     assert footprint("an unknown type", at()).radius == UNKNOWN_RADIUS
@@ -65,7 +65,7 @@ def test_the_margin_in_a_square() -> None:
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, TURNS)
-def test_a_gap_is_the_same_both_ways_and_from_wherever_one_looks(
+def test_a_gap_is_symmetric_and_independent_of_the_frame(
     first: str, second: str, x: float, y: float, yaw: float, turn: float
 ) -> None:
     a, b = at(0.0, 0.0, yaw), at(x, y, turn)

@@ -27,7 +27,7 @@ def check(folder: Path, inside: str) -> None:
         ("<worldbody><body>" + '<geom size=".1"/>' * (MAX_GEOMS + 1) + "</body></worldbody>", "201 shapes"),
     ],
 )
-def test_what_would_cost_all_memory_or_an_hour_is_refused(tmp_path: Path, inside: str, why: str) -> None:
+def test_excessive_memory_or_time_is_refused(tmp_path: Path, inside: str, why: str) -> None:
     with pytest.raises(ModelFileError, match=r"model\.xml: ") as refused:
         check(tmp_path, inside)
     assert why in str(refused.value)

@@ -51,7 +51,7 @@ def test_values_arrive_by_name() -> None:
         ("{power: 1, x: red}", "x: unknown property (known: power, color, is_on, note)"),
     ],
 )
-def test_slips(text: str, message: str) -> None:
+def test_mistakes(text: str, message: str) -> None:
     root, reader = table(text)
     values = KEYS.read(root, reader)
     (problem,) = reader.problems.errors

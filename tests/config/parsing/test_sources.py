@@ -53,7 +53,7 @@ def test_files_keep_their_places_and_are_read_again_from_there(tmp_path: Path) -
     assert again.home == first.home
 
 
-def test_what_a_xacro_includes_is_taken_along(tmp_path: Path) -> None:
+def test_includes_of_a_xacro_are_collected(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "two.xacro").write_text(XACRO)
     (tmp_path / "parts" / "link.xacro").write_text(LINK)
@@ -77,7 +77,7 @@ def test_packages_of_ros_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert sources.packages() == ["files/share"]
 
 
-def test_what_is_no_plain_file_is_not_read_twice(tmp_path: Path) -> None:
+def test_only_plain_files_are_read_twice(tmp_path: Path) -> None:
     with sources_collected() as sources:
         sources.add(tmp_path)
         sources.add(tmp_path / "none")

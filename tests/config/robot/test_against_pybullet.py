@@ -72,7 +72,7 @@ def is_chosen(path: Path) -> bool:
 
 
 @pytest.mark.slow
-def test_every_file_that_comes_with_pybullet(oracle: Oracle) -> None:
+def test_every_file_of_pybullet(oracle: Oracle) -> None:
     chance = random.Random(7)
     found = {}
     paths = [path for path in sorted(DATA.rglob("*.urdf")) if is_chosen(path)]
@@ -93,7 +93,7 @@ def test_every_file_that_comes_with_pybullet(oracle: Oracle) -> None:
         found[name] = differences(robot, judged, postures)
         if "random_urdfs" not in name:  # those are single bodies
             assert engine_differences(robot, postures[1]) == [], name
-    assert {name: what for name, what in found.items() if what} == OTHERWISE
+    assert {name: each for name, each in found.items() if each} == OTHERWISE
 
 
 KINDS = ("fixed", "revolute", "continuous", "prismatic", "spherical", "planar")

@@ -95,7 +95,7 @@ def test_tandem_s_tip_looks_out_of_the_hand_from_between_the_fingers(tandem: Rob
     assert poses["left_tip"].position[:2] == pytest.approx(middle[:2], abs=1e-9)
 
 
-def test_what_a_gripper_drives_is_open_at_0(tandem: RobotModel) -> None:
+def test_a_gripper_is_open_at_0(tandem: RobotModel) -> None:
     for side in ("right", "left"):
         driven, follower = tandem.joint(f"{side}_gripper"), tandem.joint(f"{side}_gripper_follower")
         assert (driven.type, driven.limits.lower) == (JointType.PRISMATIC, 0.0)

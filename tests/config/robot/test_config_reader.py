@@ -55,13 +55,13 @@ def test_groups(small: RobotConfig) -> None:
     assert small.fixed_link is None
 
 
-def test_where_it_goes_home(small: RobotConfig) -> None:
+def test_home_posture(small: RobotConfig) -> None:
     assert small.start == {"r1": 0.1, "r2": 0.2, "l1": -0.1, "l2": 0.2}
     others = {"spin": 0.5, "head_pitch": 0.3, "head_yaw": 0.0, "lift": 0.25, "r_finger": 0.0, "l_finger": 0.0}
     assert small.home == small.start | others
 
 
-def test_what_is_known_and_not_used_is_kept(small: RobotConfig) -> None:
+def test_known_unused_entries_are_kept(small: RobotConfig) -> None:
     assert small.others == {"vibration_thresholds": {"ee_dist": [0.15, 0.2], "tabletop_height": 0.85}}
 
 

@@ -30,7 +30,7 @@ def test_a_torso_that_carries_two_arms_is_the_waist(tmp_path: Path, sides: tuple
     assert found.waist.joints == TORSO
 
 
-def test_sides_follow_from_y_where_names_tell_none(tmp_path: Path) -> None:
+def test_sides_follow_from_y_without_names(tmp_path: Path) -> None:
     found = limbs(tmp_path, urdf(("one", "two")))
     assert [arm.joints for arm in found.arms] == [arm_names("two"), arm_names("one")]  # "two" is at y = -0.2 m
     assert [gripper.joints for gripper in found.grippers] == [fingers("two"), fingers("one")]

@@ -69,7 +69,7 @@ def test_sides_follow_from_names_and_right_comes_first(tmp_path: Path) -> None:
     assert [arm.joints[0] for arm in find_limbs(model).arms] == ["right_arm_1", "left_arm_1"]
 
 
-def test_what_carries_the_arms(tmp_path: Path) -> None:
+def test_joints_that_carry_the_arms(tmp_path: Path) -> None:
     trunk = [("rail", "prismatic", "base", "cart"), ("turn", "revolute", "cart", "torso")]
     model = robot(tmp_path, *trunk, *chain("a", "torso", 4), *chain("b", "torso", 4), *chain("neck", "torso", 2))
     found = find_limbs(model)
@@ -92,7 +92,7 @@ def test_a_tool_is_the_tip(tmp_path: Path) -> None:
     assert found.arms[0].tip == "tool0"
 
 
-def test_nothing_to_be_found_is_said(tmp_path: Path) -> None:
+def test_a_draft_without_limbs_says_so(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("wheel", "base", 1, "continuous"))
     text = skeleton(model, tmp_path / "robot.urdf", tmp_path)
     assert "# None was found" in text

@@ -70,7 +70,7 @@ def test_the_last_link_lies_around_its_centre_of_mass() -> None:
         ((), set(), []),
     ],
 )
-def test_what_is_there_serves_first(
+def test_existing_shapes_serve_first(
     shapes: tuple[ModelShape, ...], lacking: set[Use], uses: list[tuple[str, bool, bool]]
 ) -> None:
     link = with_stand_ins(Link("arm", shapes=shapes), [joint_at((0.0, 0.0, 0.4))], lacking)

@@ -110,7 +110,7 @@ def test_warnings_do_not_flood(tmp_path: Path) -> None:
         ("<html/>", "robot.urdf:1: no robot: it begins with <html>; a URDF file begins with <robot>"),
     ],
 )  # fmt: skip
-def test_what_is_no_tree_of_links_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+def test_links_without_a_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
     assert problem in refused(tmp_path, text)
 
 
@@ -121,15 +121,15 @@ def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("elements", "what"),
+    ("elements", "message"),
     [
         ("<link/>" * (MAX_LINKS + 1), f"{MAX_LINKS + 1} links; at most {MAX_LINKS} are read"),
         ("<joint/>" * (MAX_LINKS + 1), f"{MAX_LINKS + 1} joints; at most {MAX_LINKS} are read"),
         (f"<link>{'<visual/>' * (MAX_SHAPES + 1)}</link>", f"{MAX_SHAPES + 1} shapes; at most {MAX_SHAPES} are read"),
     ],
 )
-def test_more_than_any_robot_has_is_refused(tmp_path: Path, elements: str, what: str) -> None:
-    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {what}"]
+def test_excessive_counts_are_refused(tmp_path: Path, elements: str, message: str) -> None:
+    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
 
 
 def test_a_long_chain_is_read(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ def test_numbers_have_blanks_between_them(text: str) -> None:
 
 
 @pytest.mark.parametrize(("text", "taken"), [("1, 2,3", "1 2 3"), ("1 2 3 4", "1 2 3"), ("-1.57. 0 0", "-1.57 0 0")])
-def test_slips_that_real_files_have_are_forgiven(text: str, taken: str) -> None:
+def test_common_mistakes_of_real_files_are_tolerated(text: str, taken: str) -> None:
     assert read(text, 3) == ([float(word) for word in taken.split()], [], [f"xyz='{text}' is taken for {taken}"])
 
 

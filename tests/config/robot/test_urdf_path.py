@@ -44,7 +44,7 @@ def test_anywhere_by_its_whole_path(folder: Path, tmp_path: Path) -> None:
     assert find(folder, f"urdf_path: {folder}/urdf/robot.urdf")[0] == folder / "urdf" / "robot.urdf"
 
 
-def test_what_comes_close_is_named(folder: Path) -> None:
+def test_a_similar_name_is_suggested(folder: Path) -> None:
     missing = f":1: urdf_path: there is no file {{}} in {folder}, nor in the folder above; did you mean urdf/robot.urdf"
     for written in ("urdf/robt.urdf", "something_else.urdf"):
         assert find(folder, f"urdf_path: {written}") == (None, [missing.format(written)])
@@ -53,7 +53,7 @@ def test_what_comes_close_is_named(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("written", ["''", "1", "[a]", "{}", "", "true", '"a\\0b"', '"a\\nb"'])
-def test_what_is_no_path(written: str, folder: Path) -> None:
+def test_invalid_paths(written: str, folder: Path) -> None:
     found, (line,) = find(folder, f"urdf_path: {written}")
     assert found is None
     assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file, not ")

@@ -43,7 +43,7 @@ def urdf(
     """The robot's file.
 
     Args:
-        sides: what the names of the arms begin with, from y = 0.2 m to y = -0.2 m; one is an arm on the torso's middle.
+        sides: prefixes of the names of the arms, from y = 0.2 m to y = -0.2 m; one is an arm on the torso's middle.
         torso, arm: how many joints these have.
         fingers: axis and range of each finger.
     """

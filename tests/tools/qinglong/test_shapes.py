@@ -46,7 +46,7 @@ def test_a_capsule_has_balls_at_its_ends() -> None:
     assert [shape.pose.position[2] for shape in made] == [0.5, 0.0, 1.0]
 
 
-def test_a_cushion_is_as_big_as_asked_for_and_round_everywhere() -> None:
+def test_a_cushion_has_the_requested_size_and_is_round_everywhere() -> None:
     centre, size, radius = (1.0, 2.0, 3.0), (0.4, 0.6, 0.8), 0.1
     made = cushion(centre, size, radius, SHELL)
     for axis in range(3):

@@ -78,7 +78,7 @@ def _close(name: str, folder: Path) -> str:
     return did_you_mean(name, found) or (f"; did you mean {found[0]}" if len(found) == 1 else "")
 
 
-_ROUGH = 0.01  # tolerance of a quaternion's length before a warning: 0.707 is rounding
+_NORM_TOLERANCE = 0.01  # tolerance of a quaternion's length before a warning: 0.707 is rounding
 
 
 def read_base_pose(node: Node | None, reader: Reader) -> Pose:
@@ -99,7 +99,7 @@ def read_base_pose(node: Node | None, reader: Reader) -> Pose:
             where, f"must be a quaternion x, y, z, w, and this one turns nowhere: its length is {length:g}"
         )
         return Pose()
-    if abs(length - 1.0) > _ROUGH:
+    if abs(length - 1.0) > _NORM_TOLERANCE:
         reader.problems.warn(where, f"a quaternion has the length 1, and this one {length:.3g}; it is scaled")
     return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
 

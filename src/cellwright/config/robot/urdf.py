@@ -14,11 +14,11 @@ from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
 from cellwright.util.errors import DescriptionError, did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
-ENDLESS = 1e9
+UNLIMITED = 1e9
 """Figures from here on mean no limit [rad; m; N m; N; rad/s; m/s]."""
 
-_UNIT = 1e-3  # tolerance of an axis's length, for rounding
-_FEW = 200  # number of joints up to which similar names are searched, which is slow
+_AXIS_TOLERANCE = 1e-3  # tolerance of an axis's length, for rounding
+_MAX_SEARCHED = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
@@ -88,7 +88,7 @@ class JointReader:
         if not 1e-9 < length < math.inf:
             self._problems.error(written, "an axis of no direction; give a unit vector such as 0 0 1")
             return (1.0, 0.0, 0.0)
-        if type_ is JointType.PRISMATIC and abs(length - 1.0) > _UNIT:
+        if type_ is JointType.PRISMATIC and abs(length - 1.0) > _AXIS_TOLERANCE:
             message = (
                 f"the axis has a length of {length:g}; its direction alone is taken (PyBullet stretches the way by it)"
             )
@@ -118,7 +118,7 @@ class JointReader:
 
     def _limit(self, element: Element, name: str) -> float:
         value = self._numbers.number(element, name, 0.0, may_be_infinite=True)
-        return value if abs(value) < ENDLESS else math.copysign(math.inf, value)
+        return value if abs(value) < UNLIMITED else math.copysign(math.inf, value)
 
     def _mimic(self, element: Element) -> Mimic | None:
         written = element.find("mimic")
@@ -148,7 +148,7 @@ class JointReader:
         while True:
             leader, why = joints.get(mimic.joint), ""
             if leader is None:
-                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _FEW else ""
+                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _MAX_SEARCHED else ""
                 why = f"follows the unknown joint {shortened(mimic.joint)!r}{hint}"
             elif leader.name in chain:
                 why = f"joints that follow each other in a ring: {', '.join(list(chain)[:5])}"
@@ -175,7 +175,7 @@ MAX_WARNINGS = 20
 """Maximum number of warnings that are listed for one file."""
 
 _MAX_TAG_LENGTH = 60
-_SHOWN = 3  # number of names in a message before it counts the rest
+_MAX_SHOWN = 3  # number of names in a message before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
 _XACRO = "xacro:"
 _EXPANDED = "; macros of xacro are expanded where the file's name ends in .xacro"
@@ -363,5 +363,5 @@ def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
 
 
 def _some(names: list[str]) -> str:
-    shown = ", ".join(shortened(name) for name in names[:_SHOWN])
-    return f"{shown}, and {len(names) - _SHOWN} more" if len(names) > _SHOWN else shown
+    shown = ", ".join(shortened(name) for name in names[:_MAX_SHOWN])
+    return f"{shown}, and {len(names) - _MAX_SHOWN} more" if len(names) > _MAX_SHOWN else shown

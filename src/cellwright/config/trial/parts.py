@@ -64,7 +64,7 @@ def read_options(node: Node, reader: Reader) -> tuple[Options, Mapping[str, str]
 MAX_PARTS = 2000
 """Maximum number of parts in one cell, including those on the belt's pool."""
 
-_MANY = 100
+_MAX_SEARCHED = 100
 """Number of names above which the search for similar ones stops: it takes long and is no help by then."""
 
 
@@ -102,7 +102,7 @@ class PartBook:
         """Return the type of a name, with a warning if no part of that type exists."""
         resolved = self.aliases.get(name, name)
         if resolved not in self.types:
-            aliases = self.aliases if len(self.aliases) <= _MANY else ()
+            aliases = self.aliases if len(self.aliases) <= _MAX_SEARCHED else ()
             hint = did_you_mean(name, [*self.types, *aliases]) or f" (known: {', '.join(sorted(self.types))})"
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
             self.reader.problems.warn(where, message)

@@ -20,7 +20,7 @@ SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
 CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
 CAMERA_PREFIX = "logical_camera"
 
-TAKEN_NAMES = frozenset(
+RESERVED_NAMES = frozenset(
     {
         *(
             "agv1/state",
@@ -108,7 +108,7 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
     """Check a name that becomes a topic and frames; its prefix named the publisher of the frame in the original."""
     if not _TOPIC.fullmatch(name):
         reader.problems.error(entry, "a sensor's name becomes a topic: only letters, digits, _ and / between them")
-    elif name in TAKEN_NAMES:
+    elif name in RESERVED_NAMES:
         reader.problems.error(entry, f"the cell itself has a topic {name!r}")
     elif name[0].isdigit():
         reader.problems.warn(entry, "begins with a digit, which ROS 2 has no topics for")
@@ -206,7 +206,7 @@ def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: 
     """Check a name that becomes topics and frames, in ROS 1 and in ROS 2."""
     if not _CAMERA_NAME.fullmatch(name):
         reason = "a camera's name becomes a topic: only letters, digits and _, and a letter first"
-    elif name in TAKEN_NAMES or name in taken:
+    elif name in RESERVED_NAMES or name in taken:
         reason = "there is a sensor of this name" if name in taken else f"the cell itself has a topic {name!r}"
     elif name.startswith(CAMERA_PREFIX):
         reason = f"a name that begins with {CAMERA_PREFIX} is that of a logical camera"
