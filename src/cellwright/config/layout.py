@@ -158,7 +158,10 @@ class Footprint:
         return min(_gap(a, b) for a, b in product(self.patches, other.patches))
 
     def margin(self, centre: Point, half: float) -> float:
-        """Return the clearance [m] to the edges of an axis-aligned square, 2 `half` wide; negative outside."""
+        """Return the clearance [m] to the edges of a square; negative outside.
+
+        The square has its middle at `centre`, and edges of 2 `half` [m] along the axes.
+        """
         spans = [(patch.span(1.0, 0.0), patch.span(0.0, 1.0)) for patch in self.patches]
         return half - max(max(centre[0] - x[0], x[1] - centre[0], centre[1] - y[0], y[1] - centre[1]) for x, y in spans)
 

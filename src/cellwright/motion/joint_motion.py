@@ -20,7 +20,7 @@ def knot_velocities(
     """Return the knot velocities [rad/s; m/s] for which the cubics between the knots have continuous acceleration.
 
     The times of the knots rise, and are at least two. `first` and `last` are the velocities at the first and the last
-    knot; without them the acceleration there is zero.
+    knot. Without them the acceleration there is zero.
     """
     ends = zip(first or (None,) * 7, last or (None,) * 7, strict=True)
     columns = [_column(times, values, *end) for values, end in zip(zip(*positions, strict=True), ends, strict=True)]

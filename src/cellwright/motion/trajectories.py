@@ -38,8 +38,15 @@ def move(
     """Return the shortest motion from one state to another.
 
     All joints arrive together. From rest to rest no joint turns back; the path is straight in the joints if the same
-    joint is the slowest throughout. Velocities at both ends are in m/s and rad/s; `at_least` is the shortest
-    duration allowed [s].
+    joint is the slowest throughout.
+
+    Args:
+        start: joints at the start.
+        goal: joints at the end.
+        limits: limits of the motion.
+        start_velocity: velocity at the start [m/s; rad/s].
+        goal_velocity: velocity at the end [m/s; rad/s].
+        at_least: minimum duration [s].
 
     Raises:
         UnreachableError: a joint would leave its range, or leave it further than at the start.

@@ -1,8 +1,8 @@
 """PyBullet's reading of URDF files, as a program of its own, since Bullet can crash on unusual files.
 
 Reads {"path": …, "postures": […]} as lines of JSON, and writes a line for each to the file descriptor that is its
-argument: {"base", "joints", "frames"}, or {"error"}. Of the numbers of a posture each driven joint takes the next.
-A file is read once: another one needs another name.
+argument: {"base", "joints", "frames"}, or {"error"}. Each driven joint takes the next
+number of a posture. A file is read once: another one needs another name.
 """
 
 import json

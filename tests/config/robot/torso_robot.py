@@ -1,6 +1,6 @@
-"""A torso of four joints in series that carries two arms of seven, each with two fingers that are closed at 0.
+"""Robot with a torso of four serial joints and two arms of seven, each with two fingers that are closed at 0.
 
-Masses, lengths, efforts and speeds are near those of mobile robots with two arms; the figures are made up.
+Masses, lengths, efforts and speeds are near those of mobile robots with two arms; the figures are invented.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ def urdf(
     arm: int = 7,
     fingers: tuple[tuple[Axis, float, float], ...] = INWARDS,
 ) -> str:
-    """The robot's file.
+    """Return the robot's file.
 
     Args:
         sides: prefixes of the names of the arms, from y = 0.2 m to y = -0.2 m; one is an arm on the torso's middle.
-        torso, arm: how many joints these have.
+        torso, arm: their numbers of joints.
         fingers: axis and range of each finger.
     """
     lines = ['<robot name="torso_robot">', _link("base", 50.0, 0.2)]

@@ -58,7 +58,7 @@ class Sources:
         return self._name(place)
 
     def packages(self) -> list[str]:
-        """Names of the ROS package folders from which files were read."""
+        """Names of the folders on the package path of ROS from which files were read."""
         listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
         folders = [Path(os.path.abspath(each)) for each in listed if each]
         return [self._name(each) for each in folders if any(place.is_relative_to(each) for place in self._contents)]

@@ -1,7 +1,7 @@
 """YAML parser: text to a tree with places, by PyYAML's rules and within bounds.
 
 The rules are PyYAML's (YAML 1.1), since the original used it. `yes` is true, `010` is eight, `1:30` is ninety, `1e3`
-is text, and the last of two equal keys counts. Anything that could carry code or grow without limit is refused.
+is text. The last of two equal keys counts. Anything that could carry code or grow without limit is refused.
 """
 
 from collections.abc import Hashable

@@ -24,7 +24,7 @@ AXES_OF_HEAD = ("roll", "pitch", "yaw")
 ARMS = Keys(dict.fromkeys(("joint_index", "ee_index", "rest_j_pos")), {"max_acceleration": None})
 GRIPPERS = Keys({"joint_index": None}, dict.fromkeys(("open", "max_acceleration")))
 GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
-"""Lists of the joints of each finger, as in old revisions, whose programs only read `joint_index`."""
+"""Lists of the joints of each finger in old revisions; only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
 _NO_HOME = "; write the positions that the joints go home to [rad; m]"
 

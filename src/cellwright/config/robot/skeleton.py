@@ -3,7 +3,7 @@
 Two fingers are open where they are farther apart, a single one where it is farther from its palm. Hands with more
 fingers, and fingers with more than one joint of their own, close in other ways, so their entries stay open.
 
-An arm is the run of four or more joints without a fork that is nearest to the root; the joints behind its end form its
+An arm is the run of four or more joints without a fork that is nearest to the root. The joints behind its end form its
 hand. A run that forks into two such runs is a trunk, and they are the arms. Names distinguish arms from legs, and right
 from left; without such names, the side follows from y.
 """

@@ -38,8 +38,8 @@ def with_stand_ins(link: Link, joints: Iterable[Joint], lacking: Collection[Use]
     """Return a link with all shapes that it needs for display and collision.
 
     Shapes for one purpose serve the other if it has none. A link without any shape gets limbs: capsules from its origin
-    to each joint that it carries, or a ball around its centre of mass when it carries none. The link comes without its
-    unreadable shapes; `lacking` are the purposes of those.
+    to each joint that it carries, or a ball around its centre of mass. The link comes without its unreadable shapes;
+    `lacking` are the purposes of those.
     """
     seen = any(shape.is_seen for shape in link.shapes)
     touched = any(shape.is_touched for shape in link.shapes)

@@ -170,7 +170,7 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
 
 
 def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[str, ...]]:
-    """Read all sections; continue to values that depend on several sections only if there was no error."""
+    """Read all sections, and build the trial only if there was no error."""
     expressions.check_expressions(root, reader.problems)
     other_year = OtherYear(root)
     for entry in root.entries.values():
