@@ -15,7 +15,7 @@ from cellwright.config.models.files import MAX_ASSET_BYTES
 from cellwright.config.models.reader import MAX_FURNITURE, MAX_TYPES
 from cellwright.config.models.xml import MAX_SHAPES
 from cellwright.config.parsing.expressions import MAX_BITS, MAX_LENGTH
-from cellwright.config.parsing.reader import FARTHEST, MAX_MESH_BYTES, MAX_NAME_LENGTH
+from cellwright.config.parsing.reader import MAX_COORDINATE, MAX_MESH_BYTES, MAX_NAME_LENGTH
 from cellwright.config.parsing.sources import MAX_BYTES
 from cellwright.config.parsing.tree import MAX_PROBLEMS
 from cellwright.config.parsing.yaml_source import MAX_DEPTH, MAX_NODES
@@ -84,7 +84,7 @@ def _trial_bounds() -> str:
             "shapes of one model; its meshes, each and those of a trial together": f"{MAX_SHAPES}; "
             f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",
             "errors, and warnings, that are told; the others are counted": f"{MAX_PROBLEMS}",
-            "a coordinate": f"±{FARTHEST:,.0f} m".replace(",", " "),
+            "a coordinate": f"±{MAX_COORDINATE:,.0f} m".replace(",", " "),
             "an expression": f"{MAX_LENGTH} characters, whole numbers up to {MAX_BITS} bits on the way",
             "a name": f"{MAX_NAME_LENGTH} characters",
         }

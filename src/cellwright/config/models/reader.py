@@ -187,7 +187,7 @@ def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
         reader.problems.error(where, message)
 
 
-def reach(shape: ModelShape) -> float:
+def extent(shape: ModelShape) -> float:
     """Return the maximum distance of a shape from its model's origin [m]; for a mesh, that of its farthest vertex."""
     x, y, z = shape.size
     away = math.hypot(*shape.pose.position)
@@ -238,7 +238,7 @@ def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
         elif model.mass is not None and not MIN_MASS <= model.mass <= MAX_MASS:
             message = f"a mass of {model.mass:g} kg; a part has {MIN_MASS:g} to {MAX_MASS:g} kg"
             reader.problems.error(body.entries.get("mass", entry), message)
-        elif (farthest := max(map(reach, model.shapes), default=0.0)) > FARTHEST_REACH:
+        elif (farthest := max(map(extent, model.shapes), default=0.0)) > FARTHEST_REACH:
             message = f"reaches {farthest:.2f} m from its origin; a part keeps within {FARTHEST_REACH:g} m"
             reader.problems.error(entry, message)
         else:

@@ -66,7 +66,7 @@ class Keys:
         return all(name in values for name, read in self.required.items() if read)
 
 
-FARTHEST = 10_000.0
+MAX_COORDINATE = 10_000.0
 """Maximum coordinate [m]; larger ones are typing errors."""
 
 MAX_NAME_LENGTH = 200
@@ -268,9 +268,9 @@ class Reader:
 
     def near(self, where: Located, numbers: Iterable[float]) -> bool:
         """Return whether coordinates [m] are plausible for a cell; report them if not."""
-        if all(abs(number) <= FARTHEST for number in numbers):
+        if all(abs(number) <= MAX_COORDINATE for number in numbers):
             return True
-        self.problems.error(where, f"lies more than {FARTHEST:g} m away")
+        self.problems.error(where, f"lies more than {MAX_COORDINATE:g} m away")
         return False
 
     def placement(self, node: Node) -> Placement | None:

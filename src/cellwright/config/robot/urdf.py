@@ -9,7 +9,7 @@ from pathlib import Path
 from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import DRIVEN, Joint, JointType, Limits, Link, Mimic, RobotModel
-from cellwright.config.robot.urdf_file import FARTHEST, Element, Numbers, read_elements
+from cellwright.config.robot.urdf_file import MAX_COORDINATE, Element, Numbers, read_elements
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
 from cellwright.util.errors import DescriptionError, did_you_mean, suggestion
 from cellwright.util.pose import Vector3
@@ -154,8 +154,8 @@ class JointReader:
                 why = f"joints that follow each other in a ring: {', '.join(list(chain)[:5])}"
             elif not leader.is_driven:
                 why = f"follows {shortened(leader.name)!r}, a {leader.type} joint"
-            elif max(abs(mimic.multiplier), abs(mimic.offset)) > FARTHEST:
-                why = f"follows {shortened(leader.name)!r} by a factor or offset beyond {FARTHEST:g}"
+            elif max(abs(mimic.multiplier), abs(mimic.offset)) > MAX_COORDINATE:
+                why = f"follows {shortened(leader.name)!r} by a factor or offset beyond {MAX_COORDINATE:g}"
             if leader is None or why:
                 self._problems.error(element, why)
                 return None

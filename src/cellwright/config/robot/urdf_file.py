@@ -256,7 +256,7 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
     return top[0]
 
 
-FARTHEST = 1e6
+MAX_COORDINATE = 1e6
 """Maximum valid coordinate [m; rad]."""
 
 
@@ -303,7 +303,7 @@ class Numbers:
         if origin is None:
             return Pose()
         position, rpy = self.vector(origin, "xyz"), self.vector(origin, "rpy")
-        if max(map(abs, (*position, *rpy))) > FARTHEST:
-            self.problems.error(origin, f"a coordinate beyond {FARTHEST:g}")
+        if max(map(abs, (*position, *rpy))) > MAX_COORDINATE:
+            self.problems.error(origin, f"a coordinate beyond {MAX_COORDINATE:g}")
             return Pose()
         return Pose.from_rpy(position, rpy) if any(rpy) else Pose(position)
