@@ -15,7 +15,7 @@ from cellwright.util.errors import ExpressionError
 
 MIN_TIMESTEP = Fraction(1, 100_000)
 MAX_TIMESTEP = Fraction(1, 50)
-LARGEST_SEED = 2**63 - 1
+MAX_SEED = 2**63 - 1
 
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 
@@ -92,7 +92,7 @@ OWN_ARM = Keys(
 
 OWN = Keys(
     optional={
-        "seed": whole(0, LARGEST_SEED),
+        "seed": whole(0, MAX_SEED),
         "timestep": _timestep,
         "arm": section(OWN_ARM, dict),
         "parts": read_part_models,
