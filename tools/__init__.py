@@ -1,1 +1,1 @@
-"""Makes parts of the docs and of the bundled robots; not in the wheel."""
+"""Generators of parts of the docs and of the bundled robots; not in the wheel."""

@@ -1,7 +1,7 @@
-"""The tables of bounds in the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
+"""Tables of bounds in the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
 
-They are made of the readers' own constants. In a page a table stands between `<!-- made: NAME -->` and `<!-- end -->`;
-all else there is written by hand.
+They are generated from the readers' own constants. In a page a table stands between `<!-- made: NAME -->` and
+`<!-- end -->`; the rest of the page is written by hand.
 """
 
 from __future__ import annotations
@@ -12,28 +12,28 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cellwright.config.models.files import MAX_ASSET_BYTES
-from cellwright.config.models.reader import MOST_FURNITURE, MOST_TYPES
-from cellwright.config.models.xml import MOST_SHAPES
+from cellwright.config.models.reader import MAX_FURNITURE, MAX_TYPES
+from cellwright.config.models.xml import MAX_SHAPES
 from cellwright.config.parsing.expressions import MAX_BITS, MAX_LENGTH
-from cellwright.config.parsing.reader import FARTHEST, LONGEST_NAME, MAX_MESH_BYTES
+from cellwright.config.parsing.reader import MAX_COORDINATE, MAX_MESH_BYTES, MAX_NAME_LENGTH
 from cellwright.config.parsing.sources import MAX_BYTES
-from cellwright.config.parsing.tree import MOST_TOLD
+from cellwright.config.parsing.tree import MAX_PROBLEMS
 from cellwright.config.parsing.yaml_source import MAX_DEPTH, MAX_NODES
 from cellwright.config.robot import meshes, urdf, urdf_file
 from cellwright.config.robot.config import UNUSED
 from cellwright.config.robot.group_reader import GRIPPER_UNUSED
 from cellwright.config.robot.robots import FOLDING_WAIST_UNUSED
-from cellwright.config.trial.orders import MOST_KITS
+from cellwright.config.trial.orders import MAX_KITS
 from cellwright.config.trial.parts import MAX_PARTS
 from cellwright.config.trial.sensors import (
     MAX_CAMERA_LATENCY,
+    MAX_CAMERAS,
     MAX_DEPTH_PIXELS,
     MAX_FOV,
     MAX_PICTURE_RATE,
     MAX_PICTURE_SIZE,
+    MAX_SENSORS,
     MIN_PICTURE_RATE,
-    MOST_CAMERAS,
-    MOST_SENSORS,
 )
 from cellwright.util.errors import UnknownNameError
 
@@ -43,15 +43,15 @@ _MADE = re.compile(
 
 
 def tables() -> Mapping[str, str]:
-    """Every table, by its name."""
+    """Return each table, by its name."""
     return {"trial-bounds": _trial_bounds(), "robot-unused": _unused(), "robot-bounds": _robot_bounds()}
 
 
 def filled(page: str) -> str:
-    """A page with its tables made anew.
+    """Return a page with its tables generated again.
 
     Raises:
-        UnknownNameError: it asks for a table that there is not.
+        UnknownNameError: the page names an unknown table.
     """
     made = tables()
 
@@ -64,7 +64,8 @@ def filled(page: str) -> str:
 
 
 def _bounds(rows: Mapping[str, str]) -> str:
-    return "\n".join(["| bound | value |", "|---|---|", *(f"| {what} | {value} |" for what, value in rows.items()), ""])
+    lines = (f"| {label} | {value} |" for label, value in rows.items())
+    return "\n".join(["| bound | value |", "|---|---|", *lines, ""])
 
 
 def _trial_bounds() -> str:
@@ -74,18 +75,18 @@ def _trial_bounds() -> str:
             "values in a file, each use of an anchor counted": f"{MAX_NODES:,}".replace(",", " "),
             "nesting": f"{MAX_DEPTH} levels",
             "parts in a cell, those that the belt will bring included; parts of one order": f"{MAX_PARTS}",
-            "kits that all orders ask for, each part in one counted as well": f"{MOST_KITS:,}".replace(",", " "),
-            "sensors; cameras that take pictures": f"{MOST_SENSORS}; {MOST_CAMERAS}",
+            "kits that all orders ask for, each part in one counted as well": f"{MAX_KITS:,}".replace(",", " "),
+            "sensors; cameras that take pictures": f"{MAX_SENSORS}; {MAX_CAMERAS}",
             "a camera's pictures": f"{MAX_PICTURE_SIZE[0]} × {MAX_PICTURE_SIZE[1]} pixels, "
             f"{MAX_DEPTH_PIXELS / 1e6:g} million where depth is measured; {MIN_PICTURE_RATE:g} to "
             f"{MAX_PICTURE_RATE:g} Hz; {MAX_FOV:g} rad wide; {MAX_CAMERA_LATENCY:g} s late",
-            "part types of your own; pieces of furniture": f"{MOST_TYPES}; {MOST_FURNITURE}",
-            "shapes of one model; its meshes, each and those of a trial together": f"{MOST_SHAPES}; "
+            "part types of your own; pieces of furniture": f"{MAX_TYPES}; {MAX_FURNITURE}",
+            "shapes of one model; its meshes, each and those of a trial together": f"{MAX_SHAPES}; "
             f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",
-            "errors, and warnings, that are printed; the others are counted": f"{MOST_TOLD}",
-            "a coordinate": f"±{FARTHEST:,.0f} m".replace(",", " "),
+            "errors, and warnings, that are printed; the others are counted": f"{MAX_PROBLEMS}",
+            "a coordinate": f"±{MAX_COORDINATE:,.0f} m".replace(",", " "),
             "an expression": f"{MAX_LENGTH} characters, whole numbers up to {MAX_BITS} bits on the way",
-            "a name": f"{LONGEST_NAME} characters",
+            "a name": f"{MAX_NAME_LENGTH} characters",
         }
     )
 
@@ -94,7 +95,7 @@ def _robot_bounds() -> str:
     return _bounds(
         {
             "a robot configuration": f"{MAX_BYTES >> 10} KiB",
-            "a URDF": f"{urdf_file.MAX_BYTES >> 20} MiB, {urdf.MOST_LINKS} links, "
+            "a URDF": f"{urdf_file.MAX_BYTES >> 20} MiB, {urdf.MAX_LINKS} links, "
             f"elements nested {urdf_file.MAX_DEPTH} deep",
             "all meshes of a robot": f"{meshes.MAX_TOTAL_BYTES >> 20} MiB",
         }
@@ -102,7 +103,7 @@ def _robot_bounds() -> str:
 
 
 def _unused() -> str:
-    rows = [f"| `{name}` | {what} |" for name, what in UNUSED.items()]
+    rows = [f"| `{name}` | {label} |" for name, label in UNUSED.items()]
     names = [
         *(f"grippers[].{name}" for name in GRIPPER_UNUSED),
         *(f"folding_waist.{name}" for name in FOLDING_WAIST_UNUSED),

@@ -1,4 +1,4 @@
-"""The contract as a page for people: `python -m tools.contract_page > docs/contract.md`."""
+"""Page of the interface, for people: `python -m tools.contract_page > docs/contract.md`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ comes at its camera's own rate, and only while somebody listens.
 
 
 def markdown(rows: Iterable[Row]) -> str:
-    """Rows as tables: what comes out of the cell, what goes in, actions and services."""
+    """Return rows as tables: published topics, subscribed topics, actions and services."""
     kinds: Sequence[tuple[str, Kind, Direction]] = (
         ("Topics from the cell", Kind.TOPIC, Direction.OUT),
         ("Topics to the cell", Kind.TOPIC, Direction.IN),
@@ -54,7 +54,7 @@ def markdown(rows: Iterable[Row]) -> str:
 
 
 def types_table() -> str:
-    """The types that the project defines itself, with their ROS 1 checksums."""
+    """Return the types that the project defines itself, with their ROS 1 checksums."""
     lines = ["| type | | MD5 |", "|---|---|---|"]
     for name, text in sources().items():
         about = text.splitlines()[0].removeprefix("# ")
@@ -63,7 +63,7 @@ def types_table() -> str:
 
 
 def contract_page() -> str:
-    """The whole page."""
+    """Return the whole page."""
     types = (
         "## Types of its own\n\n"
         "Standard types come from ROS itself; these are defined in `src/cellwright/messages/definitions`. "

@@ -1,8 +1,8 @@
-"""Message classes of the definition files: `python -m tools.message_classes` writes their modules anew.
+"""Message classes of the definition files: `python -m tools.message_classes` writes their modules.
 
 Each package of `middleware/messages/definitions` becomes a module of that name beside the folder, with one class for
-each message, request and response. A class takes its docstring from the first comment of its definition, and the
-comments of its fields from there as well. Every field has a default value.
+each message, request and response. The first comment of a definition is the docstring of its class; the comments of its
+fields become comments in the class. Every field has a default value.
 """
 
 import re
@@ -40,7 +40,7 @@ _LINE = re.compile(r"\S+\s+(?P<name>\w+)\s*(=\s*[^#]*)?(#\s*(?P<comment>.*))?")
 
 
 def modules() -> dict[str, str]:
-    """The source of each module, by package."""
+    """Return the source of each module, by package."""
     packages = sorted({name.partition("/")[0] for name, _ in parsed_definitions()})
     return {package: _Module(package).source() for package in packages}
 
@@ -52,7 +52,7 @@ def main() -> None:
 
 
 class _Module:
-    """The module of one package."""
+    """Module of one package."""
 
     def __init__(self, package: str) -> None:
         self._package = package
@@ -62,7 +62,7 @@ class _Module:
         self._classes: dict[str, list[str]] = {}
 
     def source(self) -> str:
-        """The text of the module."""
+        """Return the text of the module."""
         for name in self._definitions:
             self._add_class(name)
         lines = [
@@ -82,7 +82,7 @@ class _Module:
         return "\n".join([*lines, ""])
 
     def _add_class(self, name: str) -> None:
-        """Add the class of a type, behind those of the types in it."""
+        """Add the class of a type, after those of the types in it."""
         if name in self._classes:
             return
         constants, fields = self._definitions[name]
@@ -97,7 +97,7 @@ class _Module:
         self._classes[name] = lines
 
     def _type_and_default(self, desc: FieldDesc) -> tuple[str, str]:
-        """The annotation and the default value of a field."""
+        """Return the annotation and the default value of a field."""
         match desc:
             case (Nodetype.BASE, (name, _)):
                 return _BASE_TYPES.get(str(name), ("int", "0"))
@@ -115,7 +115,7 @@ class _Module:
         raise NotImplementedError(f"no class has a field of this form yet: {desc}")
 
     def _class(self, name: str) -> str:
-        """The name of a type's class, which stands above or is imported."""
+        """Return the name of a type's class, which is defined above or imported."""
         if name not in self._definitions:
             return self._imported("standard", _class_name(name))
         self._add_class(name)
@@ -135,14 +135,14 @@ def _class_name(name: str) -> str:
 
 
 def _commented(line: str, comment: str) -> list[str]:
-    """A line with its comment: behind it where there is room, else above it."""
+    """Return a line with its comment: behind it if there is room, else above it."""
     if not comment or len(line) + len(comment) + 4 <= _WIDTH:
         return [f"{line}  # {comment}" if comment else line]
     return [*(f"    # {each}" for each in textwrap.wrap(comment, _WIDTH - 6)), line]
 
 
 def _comments(name: str) -> tuple[str, dict[str, str]]:
-    """What a definition says: of the type as a whole, and of each field."""
+    """Return the comments of a definition: of the type as a whole, and of each field."""
     stem = re.sub("_(Request|Response)$", "", name)
     halves = sources()[stem].split("---\n")
     about, waiting, comments = f"Response of {short_name(stem)}.", "", {}

@@ -1,6 +1,6 @@
-"""The topics of a robot's node as a table for people: `python -m tools.robot_node_page PAGE`.
+"""Topics of a robot's node as a table for people: `python -m tools.robot_node_page PAGE`.
 
-The table stands in the page between two marks, and is written there anew.
+The command replaces the table in the page, between two marks.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _HEAD = ("name", "type", "rate", "QoS in ROS 2", "there", "what it is", "known f
 
 
 def tables() -> str:
-    """What the node says, what it hears, and its services."""
+    """Return the node's published topics, its subscribed topics, and its services."""
     parts = []
     for title, kind, direction in (
         ("It says", Kind.TOPIC, Direction.OUT),
@@ -36,7 +36,7 @@ def tables() -> str:
 
 
 def renewed(page: str) -> str:
-    """A page with the tables as they are now."""
+    """Return a page with the present tables."""
     before, _, rest = page.partition(BEGIN)
     _, _, after = rest.partition(END)
     return f"{before}{BEGIN}{tables()}{END}{after}"

@@ -1,4 +1,4 @@
-"""The report on files, for people and for programs."""
+"""Report on files, for people and for programs."""
 
 import json
 from pathlib import Path
@@ -10,12 +10,12 @@ from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_tri
 from cellwright.util.errors import UnknownNameError
 
 WARNED = {"comp_conf1": 1, "comp_conf2": 2}
-"""Sections that have no effect in the public trial either, and stay for the numbers that they use up."""
+"""Sections without effect in the public trial too, which stay for the part numbers that they use."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*bundled(), *bundled_sensors()])
-def test_bundled_files_are_flawless(name: str) -> None:
+def test_bundled_files_give_no_warnings(name: str) -> None:
     report = check([find_trial(name)])
     assert report.ok
     assert len(report.warnings) == WARNED.get(name, 0)

@@ -1,4 +1,4 @@
-"""Joint positions that tests of motions use, and strategies for more."""
+"""Joint positions for tests of motions, and strategies for more."""
 
 import math
 
@@ -13,12 +13,12 @@ ABOVE_BELT = solve(tool_down(1.1, 1.5, 1.1), INITIAL)
 
 _ANGLES = st.floats(-2 * math.pi, 2 * math.pi, allow_subnormal=False)
 anywhere = st.builds(Joints, st.floats(-2.1, 2.1, allow_subnormal=False), *(_ANGLES,) * 6)
-"""Any joints within their limits."""
+"""Joints within their limits."""
 
 moderate = st.builds(Joints, st.floats(-2.0, 2.0), *(st.floats(-3.0, 3.0),) * 6)
 """Joints that are not near their limits."""
 
 
 def farthest(a: Joints, b: Joints) -> float:
-    """The largest difference of a joint [rad; m]."""
+    """Return the largest difference of a joint [rad; m]."""
     return max(abs(p - q) for p, q in zip(a, b, strict=True))

@@ -21,11 +21,11 @@ def test_every_place_over_the_near_bins_is_reached_well(x: float, y: float, z: f
     assert discomfort(tool_down(x, y, z), joints.rail) < 0.02
 
 
-def test_where_the_arm_is_costs_nothing() -> None:
+def test_the_present_posture_costs_nothing() -> None:
     assert max(abs(a - b) for a, b in zip(solve(forward(ABOVE_BIN), ABOVE_BIN), ABOVE_BIN, strict=True)) < 1e-9
 
 
-def test_whole_turns_are_those_near_to_where_the_arm_is() -> None:
+def test_whole_turns_are_nearest_to_the_present_posture() -> None:
     turned = ABOVE_BIN._replace(wrist_3=ABOVE_BIN.wrist_3 - 2 * math.pi)
     assert turned.within_limits()
     assert solve(forward(ABOVE_BIN), turned).wrist_3 == pytest.approx(turned.wrist_3)
@@ -43,7 +43,7 @@ def test_a_place_out_of_comfort_is_taken_when_there_is_no_other() -> None:
     assert discomfort(forward(joints), joints.rail) == pytest.approx(1.2 - COMFORTABLE[1])
 
 
-def test_wishes_are_heard() -> None:
+def test_accept_restricts_the_postures() -> None:
     pose = tool_down(-0.3, 0.23, 0.9)
     inward = solve(pose, INITIAL, accept=lambda joints: joints.wrist_2 > 0.0)
     assert inward.wrist_2 == pytest.approx(math.pi / 2)
@@ -52,7 +52,7 @@ def test_wishes_are_heard() -> None:
         solve(pose, INITIAL, accept=lambda joints: False)
 
 
-def test_unusual_postures_only_when_asked_for() -> None:
+def test_unusual_postures_only_on_request() -> None:
     def unusual(joints: Joints) -> bool:
         return not is_usual(joints)
 
@@ -61,7 +61,7 @@ def test_unusual_postures_only_when_asked_for() -> None:
         solve(Pose.from_rpy((-0.7, 0.1, 2.0), (math.pi, 0.8, math.pi / 2)), INITIAL, rail=0.0)
 
 
-def test_what_is_out_of_reach_is_refused_with_place_and_reason() -> None:
+def test_unreachable_poses_are_refused_with_place_and_reason() -> None:
     with pytest.raises(UnreachableError, match=r"x 0\.500, y 3\.400, .*: .*mm beyond .* rail at 2\.100 m"):
         solve(tool_down(0.5, 3.4, 0.76), INITIAL)
     with pytest.raises(UnreachableError, match="no place for the rail"):

@@ -39,7 +39,7 @@ def test_the_gripper_stays_on_the_part_while_it_dwells(x: float, y: float, yaw: 
         time = plan.touches + (plan.rises - plan.touches) * step / 20
         gripper = forward(plan.motion.at(time - plan.departs).positions)
         assert math.dist(gripper.position, (part.at(time) @ GEAR_T_GRIPPER).position) < 2e-4
-    # while coming down and rising it is straight above the part
+    # while descending and rising it is straight above the part
     for time in (plan.touches - 0.25, plan.rises + 0.25):
         gripper = forward(plan.motion.at(time - plan.departs).positions)
         grasp = part.at(time) @ GEAR_T_GRIPPER
@@ -47,7 +47,7 @@ def test_the_gripper_stays_on_the_part_while_it_dwells(x: float, y: float, yaw: 
         assert 0.02 < gripper.position[2] - grasp.position[2] < 0.08
 
 
-def test_between_arrival_and_setting_off_the_arm_stands_above() -> None:
+def test_the_arm_waits_above_before_it_sets_off() -> None:
     plan = intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 10.0, window=WINDOW)
     for time in (plan.arrives, (plan.arrives + plan.sets_off) / 2, plan.sets_off):
         point = plan.motion.at(time - plan.departs)
@@ -70,7 +70,7 @@ def test_a_longer_lead_is_kept() -> None:
     assert plan.sets_off - plan.arrives >= 2.0 - 1e-9
 
 
-def test_what_cannot_be_met_is_told_why() -> None:
+def test_an_impossible_interception_states_the_reason() -> None:
     with pytest.raises(UnreachableError, match="too soon"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 60.0, window=WINDOW)
     with pytest.raises(UnreachableError, match="too late"):
@@ -92,7 +92,7 @@ def test_what_cannot_be_met_is_told_why() -> None:
         {"part": MovingPart(Pose((math.nan, 0.0, 0.0)), 0.0)},
     ],
 )
-def test_what_makes_no_sense_is_refused(wrong: dict[str, object]) -> None:
+def test_invalid_arguments_are_refused(wrong: dict[str, object]) -> None:
     arguments = {"part": SEEN, "part_T_gripper": GEAR_T_GRIPPER, "near": ABOVE_BELT, "now": 10.0, "window": WINDOW}
     with pytest.raises(UsageError):
         intercept(**{**arguments, **wrong})  # type: ignore[arg-type]

@@ -14,14 +14,14 @@ from tests.motion.samples import ABOVE_BIN, ABOVE_TRAY, INITIAL, farthest
 MOTION = move(INITIAL, ABOVE_BIN)
 
 
-def test_it_begins_and_ends_where_it_says() -> None:
+def test_it_begins_and_ends_at_start_and_end() -> None:
     assert MOTION.start == MOTION.at(0.0).positions == MOTION.at(-1.0).positions == INITIAL
     assert MOTION.end == MOTION.at(MOTION.duration).positions == MOTION.at(99.0).positions == ABOVE_BIN
     assert MOTION.at(99.0).velocities == MOTION.at(-1.0).velocities == STILL
 
 
 @given(st.floats(0.0, MOTION.duration))
-def test_between_knots_it_is_what_the_controller_of_the_arm_makes_of_it(time: float) -> None:
+def test_between_knots_it_equals_the_controllers_cubics(time: float) -> None:
     knots = list(zip(MOTION.times, MOTION.positions, MOTION.velocities, strict=True))
     rows = [
         [
@@ -30,10 +30,10 @@ def test_between_knots_it_is_what_the_controller_of_the_arm_makes_of_it(time: fl
         ]
         for joint in range(7)
     ]
-    wanted = Trajectory(rows).state(round(time * 1e9))
+    expected = Trajectory(rows).state(round(time * 1e9))
     point = MOTION.at(round(time * 1e9) / 1e9)
-    assert point.positions == pytest.approx(wanted.positions, abs=1e-8)
-    assert point.velocities == pytest.approx(wanted.velocities, abs=1e-5)
+    assert point.positions == pytest.approx(expected.positions, abs=1e-8)
+    assert point.velocities == pytest.approx(expected.velocities, abs=1e-5)
 
 
 def test_points_are_even_and_end_with_the_motion() -> None:
@@ -60,14 +60,14 @@ def test_motions_are_joined_only_where_they_fit() -> None:
         MOTION.then(move(ABOVE_BIN, INITIAL, start_velocity=STILL._replace(rail=0.1)))
 
 
-def test_strain_tells_what_is_asked_of_the_limits() -> None:
+def test_strain_is_the_used_share_of_the_limits() -> None:
     motion = move(ABOVE_BIN, ABOVE_TRAY)
     assert 0.9 < motion.strain(DEFAULT_LIMITS) < 1.1
     assert move(ABOVE_BIN, ABOVE_TRAY, DEFAULT_LIMITS.slower(2.0)).strain(DEFAULT_LIMITS) < 0.55
     assert JointMotion.hold(INITIAL, 1.0).strain(DEFAULT_LIMITS) == 0.0
 
 
-def test_the_command_is_in_the_order_asked_for_and_begins_with_the_second_knot() -> None:
+def test_the_command_is_in_the_requested_order_and_begins_with_the_second_knot() -> None:
     command = MOTION.command(ARM_JOINTS)
     assert command["joints"] == ARM_JOINTS
     assert command["times"] == list(MOTION.times[1:])

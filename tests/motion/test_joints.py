@@ -16,7 +16,7 @@ def test_joints_come_from_names_in_any_order_and_from_joint_states() -> None:
     assert Joints.of(INITIAL) is INITIAL
 
 
-def test_what_is_no_set_of_joints_is_refused() -> None:
+def test_invalid_joints_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="elbow_joint"):
         Joints.of({name: 0.0 for name in ARM_JOINTS if name != "elbow_joint"})
     with pytest.raises(UsageError, match="finite"):

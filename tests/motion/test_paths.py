@@ -26,7 +26,7 @@ def test_a_straight_way_between_poses_has_its_ends(a: Pose, b: Pose) -> None:
 
 
 @given(poses, poses, st.floats(0.0, 1.0))
-def test_it_goes_and_turns_evenly_the_shorter_way(a: Pose, b: Pose, share: float) -> None:
+def test_it_moves_and_turns_evenly_the_shorter_way(a: Pose, b: Pose, share: float) -> None:
     middle = between(a, b, share)
     assert math.dist(a.position, middle.position) == pytest.approx(share * math.dist(a.position, b.position), abs=1e-9)
     whole = angle_between(a, b)
@@ -43,8 +43,8 @@ def test_the_gripper_stays_on_its_line(dx: float, dy: float, z: float, turn: flo
     assert path[0] == ABOVE_BIN
     for index, joints in enumerate(path):
         share = index / (len(path) - 1)
-        wanted = between(here, goal, share)
-        assert math.dist(forward(joints).position, wanted.position) < 1e-9
+        expected = between(here, goal, share)
+        assert math.dist(forward(joints).position, expected.position) < 1e-9
         assert joints.rail == ABOVE_BIN.rail
     assert all(farthest(a, b) < 0.2 for a, b in pairwise(path))
     assert len(path) - 1 >= math.dist(here.position, goal.position) / 0.01 - 1e-6
@@ -63,13 +63,13 @@ def test_a_path_to_where_the_gripper_is() -> None:
     assert straight(ABOVE_BIN, forward(ABOVE_BIN))[-1] == pytest.approx(ABOVE_BIN)
 
 
-def test_leaving_the_reach_is_told_with_the_place() -> None:
+def test_a_path_out_of_reach_names_the_place() -> None:
     with pytest.raises(UnreachableError, match=r"leaves the arm's reach at x -\d\.\d+, y 0\.230"):
         straight(ABOVE_BIN, tool_down(-1.5, 0.23, 1.0))
 
 
 def test_a_jump_to_another_posture_is_refused() -> None:
-    """Straight past the pan axis the arm would have to swing round in no time."""
+    """On a straight line past the pan axis the arm would have to swing round instantly."""
     start = solve(tool_down(0.1, 0.3, 1.5), INITIAL, rail=0.0)
     with pytest.raises(UnreachableError):
         straight(start, tool_down(0.5, -0.3, 1.5))
@@ -91,7 +91,7 @@ def test_following_poses_with_a_rail_of_their_own() -> None:
         follow(ABOVE_BIN, [forward(ABOVE_BIN)], rails)
 
 
-def test_what_makes_no_sense_is_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     with pytest.raises(UsageError, match="spacing"):
         straight(ABOVE_BIN, forward(INITIAL), spacing=0.0)
     with pytest.raises(UsageError, match="finite"):

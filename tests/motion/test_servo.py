@@ -1,4 +1,4 @@
-"""How the arm of a real cell follows, with and without anticipation."""
+"""Tracking of a real cell's arm, with and without anticipation."""
 
 import math
 from dataclasses import replace
@@ -37,7 +37,7 @@ DOWN = along(straight(ABOVE_BIN, tool_down(-0.3, 0.23, 0.8)))
 
 
 def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile = "original") -> tuple[float, float]:
-    """How far the gripper is from where it should be [mm]: at most on the way, and half a second after."""
+    """Return the distance of the gripper from its target [mm]: the maximum on its path, and half a second after."""
     cell = Cell(replace(ARM_ONLY, initial_joint_states=motion.start.by_name()), servo=servo)
     cell.reset()
     arm = cell.arm
@@ -113,7 +113,7 @@ def test_a_payload_hangs_on_every_joint_before_it() -> None:
     assert weight(stretched, 0.5).rail == weight(stretched, 0.5).shoulder_pan == 0.0
 
 
-def test_the_command_ends_where_the_arm_is_to_stand_but_for_its_weight() -> None:
+def test_the_command_ends_at_the_target_but_for_the_weight() -> None:
     command = anticipated(DOWN)
     assert command.duration > DOWN.duration
     assert command.velocities[-1] == STILL

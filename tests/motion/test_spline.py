@@ -38,7 +38,7 @@ def test_a_straight_line_is_run_along_evenly() -> None:
         assert row == pytest.approx(joints(2.0))
 
 
-def test_a_parabola_comes_out_exactly_between_its_own_ends() -> None:
+def test_a_parabola_is_exact_between_its_own_ends() -> None:
     times = (0.0, 0.5, 0.7, 2.0)
     rows = knot_velocities(times, [joints(time**2) for time in times], joints(0.0), joints(4.0))
     assert [row.rail for row in rows] == pytest.approx([2.0 * time for time in times])

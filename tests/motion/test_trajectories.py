@@ -11,7 +11,7 @@ from cellwright.util.errors import UnreachableError, UsageError
 from tests.motion.samples import ABOVE_BELT, ABOVE_BIN, ABOVE_TRAY, INITIAL, farthest, moderate
 
 SLACK = 1.08
-"""Where the jerk changes, the cubics between knots take up to so much of the acceleration allowed."""
+"""Maximum share of the allowed acceleration that cubics between knots use where the jerk changes."""
 
 
 @settings(max_examples=40)
@@ -22,7 +22,7 @@ def test_a_motion_keeps_its_limits_and_is_the_shortest(a: Joints, b: Joints) -> 
     assert farthest(motion.end, b) < 1e-8
     assert motion.strain(DEFAULT_LIMITS) < SLACK
     if farthest(a, b) > 1e-3:
-        # something is at its limit all the time, so that 2 % faster breaks one: the duration is the ideal one
+        # one quantity is always at its limit, so that 2 % faster exceeds one: the duration is the ideal one
         slowest = max(
             _profile(a, a._replace(**{name: getattr(b, name)}), STILL, STILL, DEFAULT_LIMITS, 0.0).duration
             for name in Joints._fields
@@ -40,7 +40,7 @@ def test_from_rest_to_rest_no_joint_turns_back(a: Joints, b: Joints, share: floa
         assert (q - p) * (y - x) >= -1e-6
 
 
-def test_the_way_is_straight_where_one_joint_is_the_slowest() -> None:
+def test_the_path_is_straight_if_one_joint_is_the_slowest() -> None:
     goal = Joints(*(a + 0.2 * v for a, v in zip(INITIAL, DEFAULT_LIMITS.velocity, strict=True)))
     goal = goal._replace(wrist_1=INITIAL.wrist_1 + 2.0)
     motion = move(INITIAL, goal)
@@ -85,7 +85,7 @@ def test_no_joint_is_sent_past_its_end() -> None:
         move(INITIAL, INITIAL._replace(rail=2.2))
     with pytest.raises(UnreachableError, match="rail"):
         move(INITIAL._replace(rail=2.05), INITIAL, start_velocity=STILL._replace(rail=1.2))
-    # where it has been pushed past its end it may come back from
+    # from beyond its end a joint may come back
     assert move(INITIAL._replace(rail=2.11), INITIAL).end == INITIAL
 
 
@@ -153,7 +153,7 @@ def test_at_given_times() -> None:
 
 
 def passed(motion: JointMotion, stops: list[Joints]) -> list[float]:
-    """When the motion is at each of its waypoints, which are knots of it [s]."""
+    """Return the times at which the motion is at each of its waypoints, which are knots of it [s]."""
     marks, index = [], 0
     for stop in stops:
         while farthest(motion.positions[index], stop) > 1e-8:

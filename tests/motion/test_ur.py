@@ -19,7 +19,7 @@ from tests.motion.samples import INITIAL, anywhere
 
 
 def off_by(a: Pose, b: Pose) -> float:
-    """How far poses are apart: the larger of distance [m] and angle [rad]."""
+    """Return the difference between poses: the larger of distance [m] and angle [rad]."""
     return max(math.dist(a.position, b.position), angle_between(a, b))
 
 
@@ -54,20 +54,20 @@ def test_the_chain_is_that_of_the_arm_in_the_cell() -> None:
 @example(Joints(0.0, 0.5, -1.0, 2.0, 0.3, math.pi, 1.0))  # wrists 1 and 3 in line
 @example(Joints(1.434, 0.0, 0.0, 0.0, -math.pi / 2, 0.0, 1.0))  # both
 def test_the_inverse_finds_the_joints_again(joints: Joints) -> None:
-    wanted = forward(joints)
-    found = inverse(wanted, joints.rail)
+    expected = forward(joints)
+    found = inverse(expected, joints.rail)
     assert 1 <= len(found) <= 8
-    assert all(off_by(forward(each), wanted) < 2e-7 for each in found)
+    assert all(off_by(forward(each), expected) < 2e-7 for each in found)
     stretch, in_line = abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))
     beside = wrist_distance_squared(joints) - 0.163941**2
     if min(stretch, in_line, beside) > 1e-3:
-        assert all(off_by(forward(each), wanted) < 1e-9 for each in found)
+        assert all(off_by(forward(each), expected) < 1e-9 for each in found)
         assert min(apart(each, joints) for each in found) < 1e-6
 
 
 @pytest.mark.slow
 @given(anywhere)
-def test_the_way_back_is_exact_for_what_is_near(joints: Joints) -> None:
+def test_inverse_is_exact_near_a_posture(joints: Joints) -> None:
     if min(abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))) < 1e-3:
         return
     if wrist_distance_squared(joints) - 0.163941**2 < 1e-3:
@@ -84,14 +84,14 @@ def test_the_cell_s_own_postures_have_eight_or_four_relatives() -> None:
 
 
 @pytest.mark.parametrize("wrist_2", [0.0, math.pi])
-def test_where_wrists_are_in_line_wrist_3_stays_as_it_is(wrist_2: float) -> None:
+def test_wrist_3_stays_when_wrists_are_in_line(wrist_2: float) -> None:
     joints = Joints(0.2, 0.4, -1.0, 1.6, 0.7, wrist_2, 0.5)
     found = inverse(forward(joints), 0.2, near=joints)
     assert min(apart(each, joints) for each in found) < 1e-6
     assert any(abs(each.wrist_3) < 1e-6 for each in inverse(forward(joints), 0.2))
 
 
-def test_where_wrists_are_in_line_wrist_3_gives_way_before_the_pose_is_given_up() -> None:
+def test_wrist_3_yields_when_wrists_are_in_line() -> None:
     """Stretched out with the hand in line: no other angle of the hand brings the wrist back into reach."""
     joints = Joints(0.0, 0.0, -0.3, 0.0, -math.pi / 2, 0.0, 1.2)
     (found,) = inverse(forward(joints), 0.0)
@@ -99,14 +99,14 @@ def test_where_wrists_are_in_line_wrist_3_gives_way_before_the_pose_is_given_up(
     assert found.wrist_3 == pytest.approx(1.2, abs=1e-6)
 
 
-def test_what_is_too_far_is_refused_with_the_distance() -> None:
+def test_far_poses_are_refused_with_the_distance() -> None:
     radius = A2 + A3 + D5
     assert inverse(tool_down(0.3 + math.hypot(radius - 1e-6, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
     with pytest.raises(UnreachableError, match=r"10\.\d mm beyond"):
         inverse(tool_down(0.3 + math.hypot(radius + 0.01, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
 
 
-def test_what_is_too_near_is_refused() -> None:
+def test_near_poses_are_refused() -> None:
     with pytest.raises(UnreachableError, match="move the rail"):
         inverse(tool_down(0.3, 0.1, 1.2), 0.0)
 
@@ -125,7 +125,7 @@ def test_no_number_is_no_pose() -> None:
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-1, 3), st.floats(-3, 3))
-def test_a_tool_that_points_down_has_its_face_where_it_was_asked_for(x: float, y: float, z: float, yaw: float) -> None:
+def test_tool_down_puts_the_face_at_the_requested_place(x: float, y: float, z: float, yaw: float) -> None:
     pose = tool_down(x, y, z, yaw)
     assert math.dist(face(pose), (x, y, z)) < 1e-12
     assert pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0))
@@ -144,11 +144,11 @@ def test_usual_postures() -> None:
 
 
 def apart(a: Joints, b: Joints) -> float:
-    """The largest difference of an angle, whole turns aside [rad]."""
+    """Return the largest difference of an angle, ignoring whole turns [rad]."""
     return max(abs(math.remainder(p - q, 2 * math.pi)) for p, q in zip(a[1:], b[1:], strict=True))
 
 
 def wrist_distance_squared(joints: Joints) -> float:
-    """How far the wrist is from the pan axis, squared [m^2]."""
+    """Return the squared distance of the wrist from the pan axis [m^2]."""
     x, y, _ = link_poses(joints)["wrist_3_link"].position
     return (x - 0.3) ** 2 + (y - joints.rail) ** 2

@@ -1,4 +1,4 @@
-"""The reference of configurations has what the readers look for."""
+"""Reference of configurations against the keys of the readers."""
 
 import re
 from dataclasses import MISSING, fields
@@ -74,7 +74,7 @@ WHOLE: dict[str, Any] = {
         }
     },
 }
-"""A trial with something in every section."""
+"""Trial with an entry in each section."""
 
 PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
     "sections": (Keys(optional=dict.fromkeys(gear2017.TOP_LEVEL)), ()),
@@ -115,7 +115,7 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "robot-controller": (robots.CONTROLLERS, "controller_indices.", None),
     "robot-cameras": (cameras.CAMERAS, "cameras[].", None),
 }
-"""Each table of entries on the pages: what is read, what stands before the names, and what has the defaults."""
+"""Each table of entries on the pages: its keys, the prefix of their names, and the values with the defaults."""
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -125,11 +125,11 @@ def test_the_pages_are_up_to_date(name: str) -> None:
 
 
 def test_every_table_is_on_a_page_once() -> None:
-    asked = [name for page in PAGES for name in re.findall(r"^<!-- made: (\S+) -->$", (DOCS / page).read_text(), re.M)]
-    assert sorted(asked) == sorted(tables())
+    names = [name for page in PAGES for name in re.findall(r"^<!-- made: (\S+) -->$", (DOCS / page).read_text(), re.M)]
+    assert sorted(names) == sorted(tables())
 
 
-def test_only_what_stands_between_the_marks_is_made_anew() -> None:
+def test_only_text_between_the_marks_is_replaced() -> None:
     page = "above\n<!-- made: robot-bounds -->\nold\n<!-- end -->\nbelow\n"
     table = tables()["robot-bounds"]
     assert filled(page) == f"above\n<!-- made: robot-bounds -->\n\n{table}\n<!-- end -->\nbelow\n"
@@ -138,7 +138,7 @@ def test_only_what_stands_between_the_marks_is_made_anew() -> None:
 
 
 def entries_on_pages() -> dict[str, dict[str, str]]:
-    """The tables of entries on the pages: each entry with its default."""
+    """Return the tables of entries on the pages: each entry with its default."""
     text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
     found = re.findall(r"<!-- entries: (\S+) -->(.*?)<!-- end -->", text, re.DOTALL)
     return {name: dict(re.findall(r"^\| `(\S+)` \|.*\| (.*) \|$", rows, re.MULTILINE)) for name, rows in found}
@@ -156,7 +156,7 @@ def test_the_reference_has_the_entries_that_are_read(name: str) -> None:
 
 
 def default_text(default: object) -> str:
-    """A default as the reference has it."""
+    """Return a default as the reference writes it."""
     if isinstance(default, tuple):
         return "/".join(map(str, default))
     return str(default).lower().removesuffix(".0")
@@ -166,12 +166,12 @@ def test_the_reference_has_every_table_of_entries_once() -> None:
     assert sorted(entries_on_pages()) == sorted(REFERENCE)
 
 
-def test_the_whole_trial_is_sound() -> None:
+def test_the_whole_trial_is_valid() -> None:
     assert load_trial(text=yaml.safe_dump(WHOLE)).warnings == ()
 
 
 def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bool = False) -> str:
-    """The whole trial with one more entry at a place, or one less."""
+    """Return the whole trial with one entry added at a place, or one removed."""
     trial: dict[str, Any] = yaml.safe_load(yaml.safe_dump(WHOLE))
     body = trial
     for step in place:
@@ -187,7 +187,7 @@ def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bo
 @pytest.mark.parametrize(
     ("place", "name"), [(place, name) for place, (entries, _) in PLACES.items() for name in entries.names]
 )
-def test_what_is_required_must_be_there_and_nothing_else(place: str, name: str) -> None:
+def test_exactly_the_required_entries_are_mandatory(place: str, name: str) -> None:
     entries, where = PLACES[place]
     text = changed(where, name, less=True)
     if name in entries.required:
@@ -198,22 +198,22 @@ def test_what_is_required_must_be_there_and_nothing_else(place: str, name: str) 
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_what_is_not_declared_is_unknown(place: str) -> None:
+def test_undeclared_entries_are_unknown(place: str) -> None:
     try:
-        said = load_trial(text=changed(PLACES[place][1], "nonsense", 1)).warnings
+        messages = load_trial(text=changed(PLACES[place][1], "nonsense", 1)).warnings
     except DescriptionError as error:
-        said = error.problems  # type: ignore[assignment]
-    assert any("nonsense" in str(problem) and "unknown" in str(problem) for problem in said)
+        messages = error.problems  # type: ignore[assignment]
+    assert any("nonsense" in str(problem) and "unknown" in str(problem) for problem in messages)
 
 
-def test_what_is_declared_is_kept() -> None:
+def test_declared_entries_have_fields() -> None:
     assert {*parts.OPTIONS.names} - {parts.ALIASES} == {field.name for field in fields(Options)}
     kept = {*settings.OWN_ARM.names, *settings.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
     assert kept | {"tolerances"} == {field.name for field in fields(ArmSettings)}
     assert {"seed", "timestep", "arm"} == {field.name for field in fields(CellSettings)}
 
 
-def test_what_an_empty_file_comes_to_is_what_the_reference_says() -> None:
+def test_an_empty_file_has_the_defaults_of_the_reference() -> None:
     trial = load_trial(text="").trial
     assert trial.options == Options()
     assert trial.settings == CellSettings()
@@ -227,7 +227,7 @@ def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
     whole = yaml.safe_load(text)
     urdf = find_robot("tandem").parent / whole["urdf_path"]
     file = tmp_path / "vr_configs.yml"
-    said: list[str] = []
+    messages: list[str] = []
     for name in robots.ENTRIES.names:
         body = {**whole, "urdf_path": urdf.as_posix()}
         body.pop(name, None)
@@ -236,9 +236,9 @@ def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
         file.write_text(yaml.safe_dump(body))
         if name in robots.ENTRIES.required:
             with pytest.raises(DescriptionError, match=name):
-                load_robot(file, said.append)
+                load_robot(file, messages.append)
         else:
-            load_robot(file, said.append)
+            load_robot(file, messages.append)
 
 
 @pytest.mark.parametrize(("group", "entries"), [("arms", group_reader.ARMS), ("grippers", group_reader.GRIPPERS)])

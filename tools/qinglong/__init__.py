@@ -1,5 +1,4 @@
-"""The description of the QingLong that comes along, and how it is made.
+"""Generator of the bundled description of the QingLong.
 
-`python -m tools.qinglong` writes it again, from figures (kinematics, limits, masses) and from
-shapes drawn around them.
+`python -m tools.qinglong` writes it from figures (kinematics, limits, masses) and from shapes drawn around them.
 """

@@ -1,4 +1,4 @@
-"""Writes the URDF of the QingLong into the catalogue."""
+"""Command that writes the URDF of the QingLong into the catalogue."""
 
 from importlib.resources import files
 from pathlib import Path

@@ -1,8 +1,8 @@
-"""Drawing of the QingLong: shapes that every reader of URDF knows, and the body and hands put together from them.
+"""Drawing of the QingLong: shapes that every URDF reader supports, and the body and hands made of them.
 
-The body is drawn as it stands with stretched arms (all joints at 0), in the frame of its torso: x points forward, y to
-the left, z up. Of arms and legs the right ones are drawn; the left ones are their mirror image. Each link of a hand is
-drawn in its own frame: in the palm z points to the fingers and y to the back of the hand; a finger closes about its x.
+The body is drawn with stretched arms (all joints at 0), in the frame of its torso: x points forward, y to the left, z
+up. Only the right arm and leg are drawn; the left ones are their mirror image. Each link of a hand is drawn in its own
+frame: in the palm z points to the fingers and y to the back of the hand; a finger closes about its x.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ COLOURS = {
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A box, cylinder or sphere.
+    """Box, cylinder or sphere.
 
     Attributes:
-        kind: which of them.
-        size: edge lengths [m] of a box; radius and length [m] of a cylinder, which lies along z; radius of a sphere.
-        pose: of its centre.
-        colour: one of `COLOURS`; empty for a shape that is only touched.
+        kind: the kind of shape.
+        size: edge lengths [m] of a box; radius and length [m] of a cylinder, which lies along z; radius [m] of a
+            sphere.
+        pose: pose of its centre.
+        colour: one of `COLOURS`; empty for a shape for collision only.
     """
 
     kind: ModelShapeKind
@@ -44,27 +45,27 @@ class Shape:
     colour: str
 
     def mirrored(self) -> Shape:
-        """The same on the other side of the plane y = 0."""
+        """Return its mirror image in the plane y = 0."""
         (x, y, z), (roll, pitch, yaw) = self.pose.position, self.pose.rpy
         return replace(self, pose=Pose.from_rpy((x, -y, z), (-roll, pitch, -yaw)))
 
     def seen_from(self, frame: Pose) -> Shape:
-        """The same in another frame, whose pose is given in this one."""
+        """Return it in another frame, whose pose is given in its present one."""
         return replace(self, pose=frame.inverse() @ self.pose)
 
 
 def block(centre: Vector3, size: Vector3, colour: str, rpy: Vector3 = (0.0, 0.0, 0.0)) -> Shape:
-    """A box with edges of `size` [m], turned by roll, pitch, yaw [rad]."""
+    """Return a box with edges of `size` [m], turned by roll, pitch, yaw [rad]."""
     return Shape("box", size, Pose.from_rpy(centre, rpy), colour)
 
 
 def ball(centre: Vector3, radius: float, colour: str) -> Shape:
-    """A sphere; centre and radius in m."""
+    """Return a sphere; centre and radius in m."""
     return Shape("sphere", (radius, 0.0, 0.0), Pose(centre), colour)
 
 
 def rod(start: Vector3, end: Vector3, radius: float, colour: str) -> Shape:
-    """A cylinder from one point to another [m]."""
+    """Return a cylinder from one point to another [m]."""
     x, y, z = (b - a for a, b in zip(start, end, strict=True))
     length = math.hypot(x, y, z)
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
@@ -73,12 +74,12 @@ def rod(start: Vector3, end: Vector3, radius: float, colour: str) -> Shape:
 
 
 def capsule(start: Vector3, end: Vector3, radius: float, colour: str) -> list[Shape]:
-    """A rod with round ends, whose middles are `start` and `end` [m]."""
+    """Return a rod with round ends, centred on `start` and `end` [m]."""
     return [rod(start, end, radius, colour), ball(start, radius, colour), ball(end, radius, colour)]
 
 
 def cushion(centre: Vector3, size: Vector3, radius: float, colour: str) -> list[Shape]:
-    """A box all of whose edges and corners are round; centre, edge lengths and radius in m."""
+    """Return a box with round edges and corners; centre, edge lengths and radius in m."""
     x, y, z = centre
     inner = [length - 2 * radius for length in size]
     found = [
@@ -100,7 +101,7 @@ Drawing = Mapping[str, list[Shape]]
 
 
 def trunk() -> Drawing:
-    """Torso, head, waist and pelvis."""
+    """Return torso, head, waist and pelvis."""
     return {
         "base_link": [
             *cushion((-0.005, 0.0, 0.305), (0.20, 0.27, 0.24), 0.055, SHELL),
@@ -134,7 +135,7 @@ def trunk() -> Drawing:
 
 
 def right_arm() -> Drawing:
-    """The right arm up to the wrist, stretched out to the side."""
+    """Return the right arm up to the wrist, stretched out to the side."""
     x, z = 0.004, 0.3922
 
     def at(y: float, forward: float = 0.0, up: float = 0.0) -> Vector3:
@@ -176,7 +177,7 @@ def right_arm() -> Drawing:
 
 
 def right_leg() -> Drawing:
-    """The right leg."""
+    """Return the right leg."""
     y = -0.0955
     return {
         "Link_hip_r_roll": [
@@ -211,7 +212,7 @@ def right_leg() -> Drawing:
 
 
 def right_solids() -> Drawing:
-    """What is touched of the right arm and leg: coarse, a shape or two for each link."""
+    """Return collision shapes of the right arm and leg: coarse, a shape or two for each link."""
     x, z, y = 0.004, 0.3922, -0.0955
     return {
         "Link_arm_r_02": [rod((x, -0.225, z), (x, -0.315, z), 0.045, "")],
@@ -225,7 +226,7 @@ def right_solids() -> Drawing:
 
 
 def trunk_solids() -> Drawing:
-    """What is touched of torso, head and pelvis."""
+    """Return collision shapes of torso, head and pelvis."""
     return {
         "base_link": [block((-0.02, 0.0, 0.24), (0.22, 0.26, 0.36), "")],
         "Link_head_pitch": [ball((0.02, 0.0, 0.58), 0.11, "")],
@@ -237,13 +238,13 @@ _FINGERS = ("ff", "mf", "rf", "lf")
 
 
 def hand(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
-    """What is seen of a hand, by link.
+    """Return the visual shapes of a hand, by link.
 
     Args:
         robot: gives the lengths.
         side: `rh` or `lh`.
     """
-    out = 1.0 if side == "rh" else -1.0  # where the index finger and the thumb are
+    out = 1.0 if side == "rh" else -1.0  # direction of the index finger and the thumb
     drawn: dict[str, list[Shape]] = {
         f"{side}_palm": [
             block((0.0, -0.002, 0.046), (0.070, 0.022, 0.080), DARK),
@@ -271,7 +272,7 @@ def hand(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
 
 
 def hand_solids(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
-    """What is touched of a hand, by link."""
+    """Return the collision shapes of a hand, by link."""
     touched = {f"{side}_palm": [block((0.0, 0.0, 0.045), (0.056, 0.022, 0.075), "")]}
     for finger in _FINGERS:
         upper = f"{side}_{finger.upper()}"
@@ -283,7 +284,7 @@ def hand_solids(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
 
 
 def _length(robot: RobotModel, joint: str) -> float:
-    """How far a joint lies along the finger from the one before it [m]."""
+    """Return the distance of a joint along the finger from the one before it [m]."""
     return robot.joint(joint).origin.position[2]
 
 

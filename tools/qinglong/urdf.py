@@ -1,4 +1,4 @@
-"""The URDF of the QingLong: kinematics, limits and masses as figures, and the file that they make with the drawing."""
+"""URDF of the QingLong: kinematics, limits and masses as figures, and the file made from them and the drawing."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NAME = "QingLong"
 
 @cache
 def figures() -> RobotModel:
-    """The robot without shapes, its joints in the order of their indices."""
+    """Return the robot without shapes, its joints in the order of their indices."""
     read = json.loads(resources.files(__package__).joinpath("figures.json").read_text("utf-8"))
     joints = tuple(
         Joint(
@@ -65,7 +65,7 @@ _HEAD = """\
 
 
 def urdf_text() -> str:
-    """The whole file."""
+    """Return the whole file."""
     robot = figures()
     seen, touched = drawing(robot), solids(robot)
     lines = [f'<robot name="{robot.name}">']
@@ -90,13 +90,13 @@ def urdf_text() -> str:
 
 
 def drawing(robot: RobotModel) -> Drawing:
-    """What is seen of the robot, by link, in the frame of the link."""
+    """Return the visual shapes of the robot, by link, in the frame of the link."""
     body = _on_links(robot, _both_sides(trunk(), right_arm(), right_leg()))
     return body | hand(robot, "rh") | hand(robot, "lh")
 
 
 def solids(robot: RobotModel) -> Drawing:
-    """What is touched of the robot, by link, in the frame of the link."""
+    """Return the collision shapes of the robot, by link, in the frame of the link."""
     body = _on_links(robot, _both_sides(trunk_solids(), right_solids()))
     return body | hand_solids(robot, "rh") | hand_solids(robot, "lh")
 
@@ -111,7 +111,7 @@ def _both_sides(*drawings: Drawing) -> Drawing:
 
 
 def _on_links(robot: RobotModel, drawn: Drawing) -> dict[str, list[Shape]]:
-    """From the frame of the torso, with all joints at 0, to the frames of the links."""
+    """Convert from the frame of the torso, with all joints at 0, to the frames of the links."""
     poses = link_poses(robot, {})
     torso = poses[TORSO].inverse()
     return {name: [shape.seen_from(torso @ poses[name]) for shape in shapes] for name, shapes in drawn.items()}
@@ -155,7 +155,7 @@ def _geometry(shape: Shape) -> str:
 
 
 def _rpy_of_joints() -> dict[str, list[float]]:
-    """Roll, pitch, yaw as the figures give them: a quaternion would not give them back to the last digit."""
+    """Return roll, pitch, yaw as in the figures: a quaternion would not reproduce their last digit."""
     read = json.loads(resources.files(__package__).joinpath("figures.json").read_text("utf-8"))
     return {joint["name"]: joint["rpy"] for joint in read["joints"]}
 

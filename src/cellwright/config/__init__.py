@@ -1,1 +1,1 @@
-"""Files of trials, robots and models: parsed, checked, turned into frozen values."""
+"""Files of trials, robots and models: parsed, checked and turned into frozen values."""

@@ -1,4 +1,4 @@
-"""The answer to "is this file all right?", for people and for programs."""
+"""Check of configuration files, with a report for people and for programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from cellwright.util.errors import DescriptionError
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was found; errors and warnings read `path:line: key: what is wrong`."""
+    """Result of a check; errors and warnings read `path:line: key: what is wrong`."""
 
     errors: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -23,22 +23,22 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether the files can be used."""
+        """True if the files can be used."""
         return not self.errors
 
     def lines(self) -> list[str]:
-        """The report for people: errors, warnings, and the verdict last."""
+        """Return the report for people: errors, warnings, and the verdict last."""
         count = len(self.errors)
         verdict = "ok" if self.ok else f"{count} error{'' if count == 1 else 's'}"
         return [*(f"error: {text}" for text in self.errors), *(f"warning: {text}" for text in self.warnings), verdict]
 
     def as_dict(self) -> dict[str, Any]:
-        """The report for programs, as JSON-able data."""
+        """Return the report for programs, as JSON-able data."""
         return {"ok": self.ok, "errors": list(self.errors), "warnings": list(self.warnings), "resolved": self.resolved}
 
 
 def check(paths: Sequence[Path]) -> Report:
-    """Load the files as one trial, or the one file as a robot, and report."""
+    """Load the files as one trial, or the one file as a robot, and return a report."""
     if len(paths) == 1 and is_robot_file(paths[0]):
         return _check_robot(paths[0])
     try:

@@ -20,7 +20,7 @@ BIN_CENTRES: Mapping[str, tuple[float, float]] = MappingProxyType(
 """Centre x, y [m] of each bin."""
 
 BIN_WIDTH = 0.6
-"""Width [m] of the square in which a bin's grid of parts starts at the corner of least x and y."""
+"""Width [m] of a bin's square; its grid of parts starts at the corner of least x and y."""
 
 BIN_PART_HEIGHT = 0.75
 """Height [m] of the origin of a bin's grid."""
@@ -31,14 +31,16 @@ TRAY_FRAMES: Mapping[str, Pose] = MappingProxyType(
         "agv2::kit_tray_2::kit_tray_2::tray": Pose.from_rpy((0.3, -3.15, 0.75)),
     }
 )
-"""World poses of the two tray links while the AGVs stand at their load points."""
+"""World poses of the two tray links while the AGVs are at their load points."""
 
 TRAY_PLATE = (0.5, 0.7)
 """Edge lengths [m] of a tray's plate along x and y of the tray frame, whose origin is in its middle."""
 
 Piece: TypeAlias = tuple[float, float, float, float, float]
-"""A piece of a part's footprint: centre x, y, half edges a, b and radius r [m]. All points within r of a rectangle with
-its edges along the part's axes; a disc has no edges, a box no radius."""
+"""Piece of a part's footprint: centre x, y, half edges a, b and radius r [m].
+
+All points within r of a rectangle with its edges along the part's axes; a disc has no edges, a box no radius.
+"""
 
 PART_FOOTPRINTS: Mapping[str, tuple[Piece, ...]] = MappingProxyType(
     {
@@ -53,7 +55,7 @@ PART_FOOTPRINTS: Mapping[str, tuple[Piece, ...]] = MappingProxyType(
         "pulley_part": ((0.0, 0.0, 0.0, 0.0, 0.1125),),
     }
 )
-"""What each type of part covers of the plane it lies on, in the part's frame, upright."""
+"""Footprint of each part type on the plane it lies on, in the part's frame, upright."""
 
 PART_RADII: Mapping[str, float] = MappingProxyType(
     {
@@ -68,21 +70,21 @@ PART_RADII: Mapping[str, float] = MappingProxyType(
         "pulley_part": 0.175,
     }
 )
-"""How far [m] a part of each type reaches from its origin, whichever way it is turned; rounded up to the mm."""
+"""Maximum distance [m] of each part type's surface from its origin, rounded up to the mm."""
 
 PART_TYPES = frozenset(PART_RADII)
-"""The part types that have a model."""
+"""Part types that have a model."""
 
 REFERENCE_FRAMES: Mapping[str, Pose] = MappingProxyType(
     {
         "world": Pose(),
-        # The belt's middle; turned as the frame that parts of the belt appear in, x along the way the belt runs.
+        # The belt's middle, oriented as the frame in which belt parts appear: x along the belt's direction.
         "conveyor_belt::belt": Pose.from_rpy((1.21, 3.0, 0.8126), (0.0, 0.0, -1.57079)),
         **{f"{name}::link": Pose.from_rpy((x, y, 0.0), (0.0, 0.0, 1.5708)) for name, (x, y) in BIN_CENTRES.items()},
         **TRAY_FRAMES,
     }
 )
-"""World poses of the frames that `models_to_spawn` can place parts in."""
+"""World poses of the frames that `models_to_spawn` accepts."""
 
 ARM_JOINTS = (
     "linear_arm_actuator_joint",
@@ -96,10 +98,10 @@ ARM_JOINTS = (
 """The arm's joints in the order of its controller."""
 
 RAIL_LIMIT = 2.1
-"""How far the arm's rail reaches to either side [m]."""
+"""Range of the arm's rail to either side [m]."""
 
 TURN_LIMIT = 6.283185307179586
-"""How far each of the arm's other joints turns to either side [rad]."""
+"""Range of each of the arm's other joints to either side [rad]."""
 
 ARM_FRAMES = (
     "linear_arm_actuator",
@@ -112,43 +114,43 @@ ARM_FRAMES = (
     "wrist_3_link",
     "vacuum_gripper_link",
 )
-"""The links of the arm that something can be fixed to, from the rail to the tool."""
+"""Links of the arm that sensors can be mounted on, from the rail to the tool."""
 
 
 Point: TypeAlias = tuple[float, float]
 
 UNKNOWN_RADIUS = 0.1
-"""Radius [m] of the disc that stands for a part of which only the place is known."""
+"""Radius [m] of the disc that represents a part of which only the place is known."""
 
 _FLAT = 0.999
-"""Vertical share of the part's z axis from which on it lies flat, either way up: 2.6 degrees."""
+"""Vertical component of a part's z axis from which it counts as lying flat, either way up: 2.6 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """A convex piece of a footprint in the world: all points within `radius` [m] of the hull of `corners` [m]."""
+    """Convex piece of a footprint in the world: all points within `radius` [m] of the hull of `corners` [m]."""
 
     corners: tuple[Point, ...]
     radius: float
 
     def span(self, nx: float, ny: float) -> tuple[float, float]:
-        """The least and the most of it along a unit vector [m]."""
+        """Return its minimum and maximum along a unit vector [m]."""
         along = [x * nx + y * ny for x, y in self.corners]
         return min(along) - self.radius, max(along) + self.radius
 
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """What a part covers, made of convex patches; all of it is within `radius` [m] of `centre` [m]."""
+    """Footprint of a part, made of convex patches; all of it is within `radius` [m] of `centre` [m]."""
 
     centre: Point
     radius: float
     patches: tuple[Patch, ...]
 
     def gap(self, other: Footprint, enough: float) -> float:
-        """The distance to another footprint [m], negative when they overlap.
+        """Return the distance to another footprint [m], negative if they overlap.
 
-        Distances above `enough` are not told apart: any number above it may be returned.
+        If it is above `enough`, the result may be any number above `enough`.
         """
         far = math.dist(self.centre, other.centre) - self.radius - other.radius
         if far > enough:
@@ -156,16 +158,19 @@ class Footprint:
         return min(_gap(a, b) for a, b in product(self.patches, other.patches))
 
     def margin(self, centre: Point, half: float) -> float:
-        """How far inside a square about `centre` with edges 2 `half` along the axes it stays [m]; negative outside."""
+        """Return the clearance [m] to the edges of a square; negative outside.
+
+        The square has its middle at `centre`, and edges of 2 `half` [m] along the axes.
+        """
         spans = [(patch.span(1.0, 0.0), patch.span(0.0, 1.0)) for patch in self.patches]
         return half - max(max(centre[0] - x[0], x[1] - centre[0], centre[1] - y[0], y[1] - centre[1]) for x, y in spans)
 
 
 def footprint(part_type: str, world_T_part: Pose) -> Footprint:
-    """What a part covers where it is.
+    """Return the footprint of a part at its pose.
 
-    A part that lies flat, either way up, covers what its shapes do; one that is tilted may cover all within its radius,
-    and one of a type that the layout does not know all within `UNKNOWN_RADIUS`.
+    A part that lies flat, either way up, covers its shapes. A tilted one may cover all within its radius, and one of an
+    unknown type all within `UNKNOWN_RADIUS`.
     """
     x, y, _ = world_T_part.position
     radius = PART_RADII.get(part_type, UNKNOWN_RADIUS)
@@ -183,7 +188,7 @@ def _patch(piece: Piece, world_T_part: Pose) -> Patch:
 
 
 def _gap(first: Patch, second: Patch) -> float:
-    """The signed distance: the widest gap that two parallel lines can keep between them.
+    """Return the signed distance: the widest gap between two parallel lines that separate the patches.
 
     The best lines are at right angles to an edge of either, or to a line from a corner of one to a corner of the other.
     """
@@ -197,7 +202,7 @@ def _gap(first: Patch, second: Patch) -> float:
 def _normals(first: Patch, second: Patch) -> Iterator[Point]:
     for patch in (first, second):
         x0, y0 = patch.corners[0]
-        for x, y in patch.corners[1:]:  # of a rectangle, the edges at one corner are enough; its diagonal does no harm
+        for x, y in patch.corners[1:]:  # the edges at one corner of a rectangle suffice; its diagonal does no harm
             if length := math.hypot(x - x0, y - y0):
                 yield -(y - y0) / length, (x - x0) / length
     for (x1, y1), (x2, y2) in product(first.corners, second.corners):

@@ -1,6 +1,6 @@
-"""Moving the arm: inverse kinematics, tool paths, trajectories and meeting parts on the belt.
+"""Arm motion: inverse kinematics, tool paths, trajectories and interception of parts on the belt.
 
-Pure geometry and timing: nothing here talks to a cell, so that a controller of one's own can use it as well. Poses are
+Pure geometry and timing: nothing here connects to a cell, so that any controller can use it. Poses are
 `world_T_gripper`, joints `Joints`, times in seconds.
 """
 

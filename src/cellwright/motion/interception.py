@@ -1,4 +1,4 @@
-"""Meeting a part on the belt: where and when, and the motion that comes down on it while moving along with it."""
+"""Interception of a part on the belt: place and time, and the motion down to it while following it."""
 
 import math
 from collections.abc import Sequence
@@ -13,40 +13,40 @@ from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Vector3
 
 BELT_VELOCITY: Vector3 = (0.0, -0.2, 0.0)
-"""Of a part on the belt at full power [m/s], in the world."""
+"""Velocity of a part on the belt at full power [m/s], in the world."""
 
 _SAMPLE = 0.04
 _OVERSHOOT = 1.1
-"""Cubics between samples go past the limits by so much at most where the motion itself keeps them."""
+"""Maximum factor by which cubics between samples exceed limits that the motion itself keeps."""
 
 
 @dataclass(frozen=True, slots=True)
 class MovingPart:
-    """A part that was seen at a pose [m] and a time [s] and moves on evenly, `velocity` [m/s] in the world."""
+    """Part seen at a pose [m] and a time [s] that moves on evenly, with `velocity` [m/s] in the world."""
 
     world_T_part: Pose
     time: float
     velocity: Vector3 = BELT_VELOCITY
 
     def at(self, time: float) -> Pose:
-        """Where it is at a time [s]."""
+        """Return its pose at a time [s]."""
         since = time - self.time
         x, y, z = (p + v * since for p, v in zip(self.world_T_part.position, self.velocity, strict=True))
         return Pose((x, y, z), self.world_T_part.quaternion)
 
     def time_at_y(self, y: float) -> float:
-        """When it passes a place along the belt [s]."""
+        """Return the time at which it passes a place along the belt [s]."""
         return self.time + (y - self.world_T_part.position[1]) / self.velocity[1]
 
 
 @dataclass(frozen=True, slots=True)
 class Rendezvous:
-    """How long each part of the motion over a moving part takes.
+    """Durations of the phases of a motion over a moving part.
 
     Attributes:
-        hover: height above the grasp in which the arm waits, and to which it rises again [m].
-        ramp: gathering and losing the belt's speed [s].
-        descent: coming down, and rising again [s].
+        hover: height above the grasp at which the arm waits, and to which it rises again [m].
+        ramp: gaining and losing the belt's speed [s].
+        descent: descending, and rising again [s].
         dwell: staying at the grasp [s].
     """
 
@@ -61,19 +61,19 @@ class Rendezvous:
 
     @property
     def before(self) -> float:
-        """From setting off to the grasp [s]."""
+        """Time from departure to the grasp [s]."""
         return self.ramp + self.descent
 
     @property
     def duration(self) -> float:
-        """From setting off to being at rest again [s]."""
+        """Time from departure to rest [s]."""
         return 2.0 * (self.ramp + self.descent) + self.dwell
 
     def lead_time(self, since: float) -> float:
-        """How far the gripper is ahead of the part, as the time [s] that the part needs to get there.
+        """Return the lead of the gripper over the part, as the time [s] that the part needs to get there.
 
-        Ahead while gathering speed, behind (negative) while losing it. The speed follows 3 u^2 - 2 u^3 of the belt's,
-        so that the acceleration has no jumps. `since` is the time after setting off [s].
+        It is positive while the gripper gains speed and negative while it loses it. The speed follows 3 u^2 - 2 u^3 of
+        the belt's, so that the acceleration has no jumps. `since` is the time after departure [s].
         """
         if since < self.ramp:
             return self.ramp * _missed(max(0.0, since) / self.ramp)
@@ -81,7 +81,7 @@ class Rendezvous:
         return -self.ramp * _missed(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
 
     def height(self, since: float) -> float:
-        """How high the gripper is above its grasp [m] a time [s] after setting off, by the curve of least jerk."""
+        """Return the height of the gripper above its grasp [m] at a time [s] after departure, a minimum-jerk curve."""
         down = (since - self.ramp) / self.descent
         up = (self.duration - self.ramp - since) / self.descent
         return self.hover * _left(max(0.0, min(1.0, down, up)))
@@ -89,17 +89,17 @@ class Rendezvous:
 
 @dataclass(frozen=True, slots=True)
 class Interception:
-    """How to meet a moving part. Times are on the clock of the part's sighting [s].
+    """Plan to meet a moving part. Times are on the clock of the part's sighting [s].
 
     Attributes:
-        motion: from where the arm was: to the place above, waiting there, coming down on the part while moving with
-            it, rising again, and to rest.
-        departs: when `motion` is to begin.
-        arrives: when the arm stands above the place.
-        sets_off: when it begins to move along.
+        motion: from the arm's present posture to the place above the grasp, where it waits. Then it descends to the
+            part while following it, rises again and comes to rest.
+        departs: when `motion` must begin.
+        arrives: when the arm is above the place.
+        sets_off: when it begins to follow the part.
         touches: when it is at the grasp.
-        rises: when it leaves it.
-        world_T_grasp: the gripper at the moment of the touch.
+        rises: when it leaves the grasp.
+        world_T_grasp: pose of the gripper at the moment of the touch.
     """
 
     motion: JointMotion
@@ -112,7 +112,7 @@ class Interception:
 
     @property
     def ends(self) -> float:
-        """When the arm is at rest again [s]."""
+        """Time at which the arm is at rest again [s]."""
         return self.departs + self.motion.duration
 
 
@@ -129,20 +129,20 @@ def intercept(
     limits: MotionLimits = DEFAULT_LIMITS,
     step: float = 0.1,
 ) -> Interception:
-    """The earliest way to meet a part within a window along the belt.
+    """Plan the earliest interception of a part within a window along the belt.
 
-    The rail stands while the arm moves along with the part.
+    The rail stands still while the arm follows the part.
 
     Args:
-        part: what is to be met.
-        part_T_gripper: the gripper link at the grasp.
-        near: where the arm is, at rest.
-        now: the present time [s]; the arm leaves then.
-        window: between which y of the part in the world it may be touched [m].
-        lead: how long the arm is to stand above the place before it sets off, at least [s].
-        rail: where the rail may be [m]; when left out, anywhere.
-        timing: of coming down, staying and rising; `Rendezvous()` when left out.
-        limits: of the motion.
+        part: the part to meet.
+        part_T_gripper: pose of the gripper link at the grasp.
+        near: present posture of the arm, at rest.
+        now: present time [s], at which the arm departs.
+        window: range of the part's y in the world in which the grasp is allowed [m].
+        lead: minimum time that the arm waits above the place before it follows the part [s].
+        rail: allowed rail positions [m]; any by default.
+        timing: durations of descending, staying and rising; `Rendezvous()` by default.
+        limits: limits of the motion.
         step: distance between the places tried [m].
 
     Raises:
@@ -199,14 +199,14 @@ def track(
     timing: Rendezvous | None = None,
     limits: MotionLimits = DEFAULT_LIMITS,
 ) -> JointMotion:
-    """The motion that comes down on a moving part, stays with it, rises again and comes to rest; the rail stands.
+    """Plan the motion that descends to a moving part, stays with it, rises and comes to rest; the rail stands still.
 
-    For a part that was seen once more, after the arm has got to its place. It begins at `sets_off` [s], when `start`,
-    where the arm stands, is within a few centimetres of above the part: what is missing is made up for while it gathers
-    speed. The other arguments are those of `intercept`.
+    It serves for a part that was seen again after the arm has reached its place. It begins at `sets_off` [s], when
+    `start`, the arm's posture, is within a few centimetres of above the part. The arm makes up the difference while it
+    gains speed. The other arguments are those of `intercept`.
 
     Raises:
-        UnreachableError: the way is not all within reach, or the arm is not fast enough for it.
+        UnreachableError: part of the path is out of reach, or the arm is not fast enough for it.
     """
     timing = timing or Rendezvous()
     begin = Joints.of(start)
@@ -226,17 +226,17 @@ def track(
 
 
 def _gripper_at(part: MovingPart, part_T_gripper: Pose, sets_off: float, since: float, timing: Rendezvous) -> Pose:
-    """Where the gripper is to be so long [s] after setting off."""
+    """Return the target pose of the gripper a time `since` [s] after departure."""
     ahead = part.at(sets_off + since + timing.lead_time(since)) @ part_T_gripper
     x, y, z = ahead.position
     return Pose((x, y, z + timing.height(since)), ahead.quaternion)
 
 
 def _left(u: float) -> float:
-    """What is left of a way from rest to rest at a share `u` of its time: the curve that has the least jerk."""
+    """Return the remaining share of a rest-to-rest distance at a share `u` of its time: the minimum-jerk curve."""
     return 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
 
 
 def _missed(u: float) -> float:
-    """What is left from u to 1 of the integral of 1 - (3 u^2 - 2 u^3)."""
+    """Return the integral of 1 - (3 u^2 - 2 u^3) from u to 1."""
     return (1.0 - u) - (0.5 - u**3 + u**4 / 2.0)

@@ -17,10 +17,10 @@ from cellwright.util.errors import UsageError
 def knot_velocities(
     times: Sequence[float], positions: Sequence[Joints], first: Joints | None = None, last: Joints | None = None
 ) -> tuple[Joints, ...]:
-    """The velocities [rad/s; m/s] at the knots with which the cubics between them have no jump in acceleration.
+    """Return the knot velocities [rad/s; m/s] for which the cubics between the knots have continuous acceleration.
 
     The times of the knots rise, and are at least two. `first` and `last` are the velocities at the first and the last
-    knot; when left out there is no acceleration there.
+    knot. Without them the acceleration there is zero.
     """
     ends = zip(first or (None,) * 7, last or (None,) * 7, strict=True)
     columns = [_column(times, values, *end) for values, end in zip(zip(*positions, strict=True), ends, strict=True)]
@@ -28,10 +28,10 @@ def knot_velocities(
 
 
 def _column(times: Sequence[float], values: Sequence[float], first: float | None, last: float | None) -> list[float]:
-    """The velocities of one joint: a tridiagonal system, solved from the front to the back and back (Thomas)."""
+    """Return the velocities of one joint by solving a tridiagonal system, forward and backward (Thomas)."""
     steps = [b - a for a, b in pairwise(times)]
     slopes = [(b - a) / step for a, b, step in zip(values, values[1:], steps, strict=False)]
-    # A row says: below * v[i-1] + middle * v[i] + above * v[i+1] = right.
+    # A row is the equation: below * v[i-1] + middle * v[i] + above * v[i+1] = right.
     rows = [(0.0, 2.0, 1.0, 3.0 * slopes[0]) if first is None else (0.0, 1.0, 0.0, first)]
     for h0, h1, d0, d1 in zip(steps, steps[1:], slopes, slopes[1:], strict=False):
         rows.append((h1, 2.0 * (h0 + h1), h0, 3.0 * (h1 * d0 + h0 * d1)))
@@ -55,7 +55,7 @@ _JOINED = 1e-6
 
 
 class MotionPoint(NamedTuple):
-    """Where the joints are at a time [s] after the start, and how fast they move [m, rad; m/s, rad/s]."""
+    """Positions and velocities of the joints at a time [s] after the start [m, rad; m/s, rad/s]."""
 
     time: float
     positions: Joints
@@ -73,15 +73,15 @@ class ArmCommand(TypedDict):
 
 @dataclass(frozen=True, slots=True)
 class JointMotion:
-    """Knots of a motion; between them each joint follows the cubic that meets both, as the arm's controller has it.
+    """Knots of a motion; between them each joint follows the cubic through both, as in the arm's controller.
 
     Attributes:
-        times: of the knots [s], rising from 0.
-        positions: at the knots [m for the rail; rad].
-        velocities: at the knots [m/s; rad/s].
+        times: times of the knots [s], rising from 0.
+        positions: positions at the knots [m for the rail; rad].
+        velocities: velocities at the knots [m/s; rad/s].
 
     Raises:
-        UsageError: times that do not rise from 0, or not as many of one as of the others.
+        UsageError: times that do not rise from 0, or lists of different lengths.
     """
 
     times: tuple[float, ...]
@@ -96,28 +96,28 @@ class JointMotion:
 
     @classmethod
     def hold(cls, joints: Joints, duration: float) -> JointMotion:
-        """Standing still for a time [s]; not at all for no time."""
+        """Return a motion that stands still for a time [s]; a single knot for zero time."""
         if not duration > 0.0:
             return cls((0.0,), (joints,), (STILL,))
         return cls((0.0, duration), (joints, joints), (STILL, STILL))
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """Duration [s]."""
         return self.times[-1]
 
     @property
     def start(self) -> Joints:
-        """Where it begins."""
+        """Positions at the start."""
         return self.positions[0]
 
     @property
     def end(self) -> Joints:
-        """Where it ends."""
+        """Positions at the end."""
         return self.positions[-1]
 
     def at(self, time: float) -> MotionPoint:
-        """The joints at a time [s]; before the start and after the end they stand where they begin and end."""
+        """Return the joints at a time [s]; before the start and after the end they stand still there."""
         if time < 0.0 or time > self.duration:
             return MotionPoint(time, self.start if time < 0.0 else self.end, STILL)
         index = bisect_right(self.times, time) - 1
@@ -127,17 +127,17 @@ class JointMotion:
         u = (time - self.times[index]) / step
         positions, velocities = [], []
         for p0, p1, v0, v1 in zip(*self._ends(index), strict=True):
-            a, b, way = v0 * step, v1 * step, p1 - p0
-            square, cube = 3.0 * way - 2.0 * a - b, a + b - 2.0 * way
+            a, b, distance = v0 * step, v1 * step, p1 - p0
+            square, cube = 3.0 * distance - 2.0 * a - b, a + b - 2.0 * distance
             positions.append(p0 + u * (a + u * (square + u * cube)))
             velocities.append((a + u * (2.0 * square + u * 3.0 * cube)) / step)
         return MotionPoint(time, Joints(*positions), Joints(*velocities))
 
     def points(self, dt: float) -> tuple[MotionPoint, ...]:
-        """The motion every `dt` [s] from 0 on, and at its end.
+        """Return the motion sampled every `dt` [s] from 0 on, and at its end.
 
         Raises:
-            UsageError: a time between points that is not above 0.
+            UsageError: `dt` is not above 0.
         """
         if not dt > 0.0:
             raise UsageError(f"the time between points must be positive, not {dt}")
@@ -145,10 +145,10 @@ class JointMotion:
         return tuple(self.at(min(index * dt, self.duration)) for index in range(count + 1))
 
     def then(self, following: JointMotion) -> JointMotion:
-        """This motion and, without a break, another.
+        """Return this motion followed by another without a pause.
 
         Raises:
-            UsageError: the other does not begin where this one ends, or not as fast.
+            UsageError: the other begins at another position or velocity than this one ends with.
         """
         gaps = zip((*self.end, *self.velocities[-1]), (*following.start, *following.velocities[0]), strict=True)
         if any(abs(a - b) > _JOINED for a, b in gaps):
@@ -160,26 +160,26 @@ class JointMotion:
         )
 
     def strain(self, limits: MotionLimits) -> float:
-        """How much of the limits on velocity and acceleration the motion takes at most; above 1 it breaks them."""
-        most = 0.0
+        """Return the largest share of the velocity and acceleration limits that the motion uses; over 1 is too fast."""
+        strain = 0.0
         for index, step in enumerate(b - a for a, b in pairwise(self.times)):
             rows = zip(*self._ends(index), limits.velocity, limits.acceleration, strict=True)
             for p0, p1, v0, v1, speed, push in rows:
                 mean = (p1 - p0) / step
                 middle = 1.5 * mean - 0.25 * (v0 + v1)
                 first, last = (6.0 * mean - 4.0 * v0 - 2.0 * v1) / step, (2.0 * v0 + 4.0 * v1 - 6.0 * mean) / step
-                most = max(most, abs(v0) / speed, abs(v1) / speed, abs(middle) / speed)
-                most = max(most, abs(first) / push, abs(last) / push)
-        return most
+                strain = max(strain, abs(v0) / speed, abs(v1) / speed, abs(middle) / speed)
+                strain = max(strain, abs(first) / push, abs(last) / push)
+        return strain
 
     def _ends(self, index: int) -> tuple[Joints, Joints, Joints, Joints]:
-        """Positions and velocities at both ends of a cubic."""
+        """Return positions and velocities at both ends of a cubic."""
         return *self.positions[index : index + 2], *self.velocities[index : index + 2]  # type: ignore[return-value]
 
     def command(self, joints: Sequence[str] = ARM_JOINTS) -> ArmCommand:
-        """The motion as arguments: `client.send_arm(**motion.command())`.
+        """Return the motion as arguments: `client.send_arm(**motion.command())`.
 
-        The first knot is left out: the controller begins where it wants the arm to be at that time.
+        They leave out the first knot: the controller begins at its own target for that time.
         """
         names = tuple(joints)
         kept = range(min(1, len(self.times) - 1), len(self.times))

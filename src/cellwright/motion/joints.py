@@ -1,4 +1,4 @@
-"""Joint positions of the arm as one value with named fields, their ranges, and limits of speed."""
+"""Joint positions of the arm as one value with named fields, their ranges, and motion limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
-"""How far each joint goes to either side [m for the rail; rad], in the order of the fields of `Joints`."""
+"""Range of each joint to either side [m for the rail; rad], in the order of the fields of `Joints`."""
 
 _ROUNDING = 1e-9
 _TURN = 2.0 * math.pi
@@ -25,7 +25,7 @@ class Joints(NamedTuple):
     Attributes:
         rail: along world y [m].
         shoulder_pan: [rad], as all that follow.
-        shoulder_lift: the more, the lower the upper arm; 0 lays it flat.
+        shoulder_lift: larger values lower the upper arm; 0 lays it flat.
         elbow: 0 where the arm is straight.
         wrist_1: in the plane of upper arm and forearm, as the two before.
         wrist_2: -pi/2 where the tool points down and the hand reaches outward.
@@ -42,9 +42,9 @@ class Joints(NamedTuple):
 
     @classmethod
     def of(cls, positions: JointsLike) -> Joints:
-        """The joints of a mapping by joint name (`client.joint_positions`), or of joints as they are.
+        """Return the joints of a mapping by joint name (`client.joint_positions`), or `Joints` as they are.
 
-        Names of other joints are passed over, as joint states name the gripper too.
+        Names of other joints are ignored, as joint states name the gripper too.
 
         Raises:
             UnknownNameError: one of the arm's joints is missing.
@@ -60,11 +60,11 @@ class Joints(NamedTuple):
         return positions
 
     def by_name(self) -> dict[str, float]:
-        """The values by joint name."""
+        """Return the values by joint name."""
         return dict(zip(ARM_JOINTS, self, strict=True))
 
     def ordered(self, names: Sequence[str]) -> list[float]:
-        """The values in the order of `names`, for instance `cellwright.clients.client.ARM_JOINTS`.
+        """Return the values in the order of `names`, for instance `cellwright.clients.client.ARM_JOINTS`.
 
         Raises:
             UnknownNameError: one of them is no joint of the arm.
@@ -76,42 +76,42 @@ class Joints(NamedTuple):
         return [values[name] for name in names]
 
     def within_limits(self) -> bool:
-        """Whether no joint is past its end."""
+        """Return whether all joints are within their limits."""
         return all(abs(value) <= limit + _ROUNDING for value, limit in zip(self, LIMITS, strict=True))
 
     def nearest(self, near: Joints) -> Joints:
-        """The same posture with whole turns added to each angle, within limits, so as to be nearest to `near`."""
+        """Return the same posture, with whole turns added to each angle, within limits, to be nearest to `near`."""
         return Joints(self.rail, *(_nearest_turn(mine, other) for mine, other in zip(self[1:], near[1:], strict=True)))
 
     def turned(self) -> Iterator[Joints]:
-        """Every choice of whole turns within limits that is the same posture, this one among them."""
+        """Yield every choice of whole turns within limits that is the same posture, including this one."""
         for angles in product(*map(_turns, self[1:])):
             yield Joints(self.rail, *angles)
 
 
 STILL = Joints(*(0.0,) * 7)
-"""The velocities of joints at rest."""
+"""Velocities of joints at rest."""
 
 JointsLike: TypeAlias = Joints | Mapping[str, float]
 """Joint positions [m for the rail; rad], as `Joints` or by joint name."""
 
 
 def _turns(angle: float) -> list[float]:
-    """The angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
+    """Return the angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
     low, high = _most_turns(angle)
     return [_turned(angle, turns) for turns in range(low, high + 1)]
 
 
 def _nearest_turn(angle: float, near: float) -> float:
-    """The one of `_turns` that is nearest to `near`; the lower one where two are as near."""
+    """Return the one of `_turns` that is nearest to `near`; the lower one of two that are equally near."""
     if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
-        return angle  # as nearly always: worth being quick
+        return angle  # fast path for nearly all calls
     low, high = _most_turns(angle)
     return _turned(angle, max(low, min(high, math.ceil((near - angle) / _TURN - 0.5))))
 
 
 def _most_turns(angle: float) -> tuple[int, int]:
-    """How many whole turns can be added at least and at most."""
+    """Return the minimum and maximum number of whole turns that can be added."""
     return math.ceil((-_FURTHEST - angle) / _TURN), math.floor((_FURTHEST - angle) / _TURN)
 
 
@@ -121,7 +121,7 @@ def _turned(angle: float, turns: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Largest velocity, acceleration and jerk of each joint, in m and s for the rail, rad and s for the others.
+    """Maximum velocity, acceleration and jerk of each joint, in m and s for the rail, rad and s for the others.
 
     Raises:
         UsageError: one of them is not a positive finite number.
@@ -137,10 +137,10 @@ class MotionLimits:
                 raise UsageError(f"limits of a motion must be positive and finite, not {value}")
 
     def slower(self, factor: float) -> MotionLimits:
-        """The limits under which a motion from rest to rest takes `factor` times as long.
+        """Return the limits under which a motion from rest to rest takes `factor` times as long.
 
         Raises:
-            UsageError: a factor that is not above 0 and finite.
+            UsageError: `factor` is not above 0 and finite.
         """
         if not 0.0 < factor < math.inf:
             raise UsageError(f"a motion cannot take {factor} times as long")
@@ -156,7 +156,7 @@ DEFAULT_LIMITS = MotionLimits(
     acceleration=Joints(4.0, 8.0, 8.0, 12.0, 16.0, 16.0, 16.0),
     jerk=Joints(40.0, 80.0, 80.0, 120.0, 160.0, 160.0, 160.0),
 )
-"""Velocities a little below the published limits (3 m/s; 2.16, 2.16, 3.15, 3.2 rad/s).
+"""Default limits, with velocities a little below the published ones (3 m/s; 2.16, 2.16, 3.15, 3.2 rad/s).
 
-With the original's servos the rail lags with acceleration (13 mm at 4 m/s^2), the wrists with velocity. These
-accelerations are those from which on a motion gains little by more."""
+With the original's servos the rail lags with acceleration (13 mm at 4 m/s^2), the wrists with velocity. Accelerations
+above these make motions hardly shorter."""

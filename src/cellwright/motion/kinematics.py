@@ -1,10 +1,12 @@
 """Kinematics of the UR10 on its rail: forward, inverse in closed form, and the choice of one posture for a pose.
 
 The chain is that of the arm's public robot description with the published Denavit-Hartenberg constants of the UR10.
-In the frames of that description joints 2, 3 and 4 turn about parallel y axes, so that the arm lies in a vertical
-plane, which stands off the pan axis by d4. This gives the inverse: the plane from where the wrist is (two ways, over
-the left or the right shoulder), the wrist from the Y-Z-Y Euler angles of the hand in that plane (two ways), and the
-triangle of upper arm and forearm (two ways, by the elbow).
+In the frames of that description joints 2, 3 and 4 turn about parallel y axes. So the arm lies in a vertical plane,
+which is offset from the pan axis by d4. The inverse follows in three parts, each with two solutions:
+
+- the plane, from the position of the wrist (over the left or the right shoulder);
+- the wrist, from the Y-Z-Y Euler angles of the hand in that plane;
+- the triangle of upper arm and forearm (elbow up or down).
 """
 
 import math
@@ -17,44 +19,44 @@ from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized, rotate
 
 BASE_X, BASE_Z = 0.3, 1.0
-"""Where `base_link` stands in the world [m]; its y is the rail's position."""
+"""Position of `base_link` in the world [m]; its y is the rail's position."""
 
 D1, A2, A3, D4, D5 = 0.1273, 0.612, 0.5723, 0.163941, 0.1157
-"""Denavit-Hartenberg constants of the UR10 [m], lengths taken as positive."""
+"""Denavit-Hartenberg constants of the UR10 [m], as positive lengths."""
 
 SHOULDER_OFFSET, ELBOW_OFFSET = 0.220941, -0.1719
-"""How far the upper arm stands off the pan axis, and the forearm off the upper arm, along their y [m]."""
+"""Offsets of the upper arm from the pan axis, and of the forearm from the upper arm, along their y [m]."""
 
 FACE_DEPTH = 0.005
-"""How far the cup's face lies below the gripper's origin, along its -z [m]."""
+"""Depth of the cup's face below the gripper's origin, along its -z [m]."""
 
 MAX_REACH = A2 + A3
-"""How far the axis of wrist 1 gets away from that of the shoulder [m]."""
+"""Maximum distance of the axis of wrist 1 from that of the shoulder [m]."""
 
 _WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
 _GRIPPER_T_WRIST_3 = _WRIST_3_T_GRIPPER.inverse()
 _GRIPPER_T_FACE = Pose((0.0, 0.0, -FACE_DEPTH))
 
 _SINGULAR = 1e-10
-"""Below this sine of wrist 2 its neighbours turn about one axis; what wrist 3 does is then a matter of choice."""
+"""Sine of wrist 2 below which its neighbours turn about one axis, so that wrist 3 is a free choice."""
 
 _TOUCHING = 1e-7
-"""How far [m] something may be out of reach and still be taken to be at its edge: where two singularities meet,
-rounding carries it that far."""
+"""Distance [m] by which a target may be out of reach and still count as at its edge: the effect of rounding where
+two singularities meet."""
 
 _SAME = 1e-7
-"""Solutions that differ by less [rad] are one: square roots make no more of the rounding at a fold."""
+"""Difference [rad] below which solutions are one: at a fold, square roots amplify rounding no further."""
 
 Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
 
 def forward(joints: JointsLike) -> Pose:
-    """The pose `world_T_gripper` of the gripper link [m]; limits do not matter."""
+    """Return the pose `world_T_gripper` of the gripper link [m]; limits are ignored."""
     return link_poses(joints)["vacuum_gripper_link"]
 
 
 def link_poses(joints: JointsLike) -> dict[str, Pose]:
-    """The poses in the world of the links that the joints move, by the names of the robot description."""
+    """Return the poses in the world of the links that the joints move, by the names of the robot description."""
     q = Joints.of(joints)
     quarter = math.pi / 2
     base = Pose((BASE_X, q.rail, BASE_Z))
@@ -77,22 +79,22 @@ def link_poses(joints: JointsLike) -> dict[str, Pose]:
 
 
 def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = None) -> tuple[Joints, ...]:
-    """Every posture, up to eight, that brings the gripper link to a pose with the rail at `rail` [m].
+    """Return all postures, up to eight, that bring the gripper link to a pose with the rail at `rail` [m].
 
     Args:
         world_T_gripper: the pose [m].
         rail: position of the rail [m].
-        near: when given, whole turns are added to each angle, within limits, so as to be nearest to these; otherwise
-            angles are from -pi to pi. `Joints.turned` lists all the choices. It also says where wrist 3 stays when
-            the pose leaves that open.
+        near: reference posture. Whole turns are added to each angle, within limits, to be nearest to it; without it,
+            angles are from -pi to pi. `Joints.turned` lists all choices. It also sets wrist 3 if the pose leaves it
+            free.
 
     Returns:
-        Different postures. Where solutions meet (arm stretched out, wrist 2 at 0 or pi, wrist beside the pan axis)
-        there are fewer than eight. Where wrist 2 is at 0 or pi, wrists 1 and 3 turn about one axis, and infinitely
-        many postures serve: the one with wrist 3 as in `near` (or at 0) stands for them.
+        Distinct postures. Where solutions meet (arm stretched out, wrist 2 at 0 or pi, wrist beside the pan axis) there
+        are fewer than eight. Where wrist 2 is at 0 or pi, wrists 1 and 3 turn about one axis, and infinitely many
+        postures are solutions. The one with wrist 3 as in `near` (or at 0) represents them.
 
     Raises:
-        UnreachableError: there is none, and why.
+        UnreachableError: there is no posture; the text says why.
         UsageError: a number is not finite.
     """
     if not world_T_gripper.is_finite() or not math.isfinite(rail):
@@ -133,7 +135,7 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
 
 
 def tool_down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:
-    """The pose `world_T_gripper` with the cup pointing straight down and the middle of its face at x, y, z [m].
+    """Return the pose `world_T_gripper` with the cup pointing straight down and the middle of its face at x, y, z [m].
 
     `yaw` is that of the gripper link's x axis in the world [rad].
     """
@@ -141,12 +143,12 @@ def tool_down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:
 
 
 def face(world_T_gripper: Pose) -> Vector3:
-    """Where in the world the middle of the cup's face is [m]."""
+    """Return the position of the middle of the cup's face in the world [m]."""
     return (world_T_gripper @ _GRIPPER_T_FACE).position
 
 
 def is_usual(joints: Joints) -> bool:
-    """Whether the arm reaches forward and not over its back, with its elbow up and away from bins, belt and trays.
+    """Return whether the arm reaches forward, not over its back, with its elbow up, away from bins, belt and trays.
 
     Forward: wrist 1 is on the side of the shoulder that the pan axis turns to the tool. Up: the elbow is above the
     straight line from the shoulder to wrist 1.
@@ -158,7 +160,7 @@ def is_usual(joints: Joints) -> bool:
 
 
 def _pans(wrist_3: Vector3) -> tuple[float, ...]:
-    """Pan angles [rad] for which the arm's plane, d4 off the pan axis, holds the origin of wrist 3."""
+    """Return the pan angles [rad] for which the arm's plane, d4 off the pan axis, contains the origin of wrist 3."""
     distance = math.hypot(wrist_3[0], wrist_3[1])
     if distance < D4 - _TOUCHING:
         raise UnreachableError(
@@ -170,11 +172,10 @@ def _pans(wrist_3: Vector3) -> tuple[float, ...]:
 
 
 def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) -> Iterator[tuple[float, float, float]]:
-    """The Y-Z-Y Euler angles [rad] of the hand in the arm's plane, two ways: plane angle, wrist 2 and wrist 3.
+    """Yield the two sets of Y-Z-Y Euler angles [rad] of the hand in the arm's plane: plane angle, wrist 2 and wrist 3.
 
-    Where the plane angle is free, it is the one that leaves wrist 3 at `free_wrist_3` [rad] or, where the arm does not
-    reach so far, the nearest to it for which it does. `outward` and `up` [m] lead from the shoulder to the origin of
-    wrist 3, in the plane.
+    `outward` and `up` [m] lead from the shoulder to the origin of wrist 3, in the plane. A free plane angle leaves
+    wrist 3 at `free_wrist_3` [rad]. Where the arm does not reach so far, it is the nearest one within reach.
     """
     (m00, m01, m02), (_, m11, _), (m20, m21, m22) = pan_R_wrist_3
     if math.hypot(m01, m21) > _SINGULAR:
@@ -185,33 +186,33 @@ def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) 
         planes = (_plane_in_reach(outward, up, math.atan2(m02, -m00) + free_wrist_3),)
     for plane in planes:
         c, s = math.cos(plane), math.sin(plane)
-        # What is left when the first turn is undone: Rz(wrist 2) Ry(wrist 3). Reading both off it, and not off the
+        # Without the first turn, Rz(wrist 2) Ry(wrist 3) remains. Reading both from it, and not from the
         # matrix, keeps their sum exact where each alone is ill defined.
         yield plane, math.atan2(-(c * m01 - s * m21), m11), math.atan2(-(s * m00 + c * m20), s * m02 + c * m22)
 
 
-def _plane_in_reach(outward: float, up: float, wanted: float) -> float:
-    """The plane angle [rad] nearest to the one wanted for which wrist 1 is in reach; that one where none is."""
+def _plane_in_reach(outward: float, up: float, target: float) -> float:
+    """Return the plane angle [rad] nearest to the target with wrist 1 in reach, or the target if there is none."""
     distance = math.hypot(outward, up)
     direction = math.atan2(outward, up)
-    to_wrist_1 = math.hypot(outward - D5 * math.sin(wanted), up - D5 * math.cos(wanted))
+    to_wrist_1 = math.hypot(outward - D5 * math.sin(target), up - D5 * math.cos(target))
     limit = min(MAX_REACH, max(A2 - A3, to_wrist_1))
     if limit == to_wrist_1 or distance == 0.0:
-        return wanted
+        return target
     # Wrist 1 is d5 from the origin of wrist 3, in the direction of the plane angle: the law of cosines.
     aside = math.acos(max(-1.0, min(1.0, (distance**2 + D5**2 - limit**2) / (2 * distance * D5))))
-    return min((direction + aside, direction - aside), key=lambda angle: abs(_principal(angle - wanted)))
+    return min((direction + aside, direction - aside), key=lambda angle: abs(_principal(angle - target)))
 
 
 def _turned_back(pan: float, rows: Rows) -> Rows:
-    """Rz(-pan) times the matrix."""
+    """Return Rz(-pan) times the matrix."""
     c, s = math.cos(pan), math.sin(pan)
     (a, b, d), (e, f, g), last = rows
     return (c * a + s * e, c * b + s * f, c * d + s * g), (c * e - s * a, c * f - s * b, c * g - s * d), last
 
 
 def _rows(q: Quaternion) -> Rows:
-    """The rotation matrix of a unit quaternion."""
+    """Return the rotation matrix of a unit quaternion."""
     x, y, z = rotate(q, (1.0, 0.0, 0.0)), rotate(q, (0.0, 1.0, 0.0)), rotate(q, (0.0, 0.0, 1.0))
     return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
 
@@ -225,7 +226,7 @@ def _about_z(angle: float) -> Quaternion:
 
 
 def _principal(angle: float) -> float:
-    """The same angle [rad] from -pi to pi."""
+    """Return the same angle [rad] from -pi to pi."""
     return math.remainder(angle, 2.0 * math.pi)
 
 
@@ -234,13 +235,13 @@ def _alike(a: Joints, b: Joints) -> bool:
 
 
 WEIGHTS = Joints(1.5, 1.0, 1.0, 0.8, 0.5, 0.5, 0.3)
-"""What moving each joint costs [per m for the rail; per rad]: the more, the more of the arm it carries."""
+"""Cost of moving each joint [per m for the rail; per rad]: the more of the arm it carries, the higher."""
 
 COMFORTABLE = (0.45, 1.0)
 """Horizontal distances [m] of the gripper from the pan axis at which the arm is neither folded up nor stretched."""
 
 DISCOMFORT = 10.0
-"""What it costs to be outside of them [per m]."""
+"""Cost of distances outside of them [per m]."""
 
 _RAIL_STEP = 0.1
 
@@ -253,21 +254,21 @@ def solve(
     usual: bool = True,
     accept: Callable[[Joints], bool] | None = None,
 ) -> Joints:
-    """The posture that brings the gripper to a pose at the least cost of moving there, and stands comfortably.
+    """Return the comfortable posture that brings the gripper to a pose at the least cost of motion.
 
-    The cost of a posture is the root of the sum of the squares of `WEIGHTS` times the distance of each joint from
-    `near`, and `DISCOMFORT` times the distance [m] by which the gripper is outside of the `COMFORTABLE` ring about
-    the pan axis. Whole turns are chosen, within limits, to be nearest to `near`.
+    The cost of a posture has two terms. One is the weighted distance from `near`: the root of the sum of the squares of
+    `WEIGHTS` times each joint's distance. The other is `DISCOMFORT` times the distance [m] of the gripper from the
+    `COMFORTABLE` ring about the pan axis. Whole turns are chosen, within limits, to be nearest to `near`.
 
     Args:
-        world_T_gripper: where the gripper link is to be [m].
-        near: where the arm is, or where it should stay near to.
-        rail: where the rail may be [m]; when left out, anywhere.
-        usual: only postures that reach forward, not over the arm's back, with the elbow up (`is_usual`).
-        accept: only postures for which it returns True are taken.
+        world_T_gripper: target pose of the gripper link [m].
+        near: present or preferred posture.
+        rail: allowed rail positions [m]; any by default.
+        usual: allow only postures that reach forward, not over the arm's back, with the elbow up (`is_usual`).
+        accept: allow only postures for which it returns True.
 
     Raises:
-        UnreachableError: no posture serves, and why not from the most comfortable place.
+        UnreachableError: no posture qualifies; the text gives the reason at the most comfortable place.
         UsageError: a number is not finite.
     """
     start = Joints.of(near)
@@ -305,21 +306,21 @@ def solve(
 
 
 def distance(a: Joints, b: Joints) -> float:
-    """The weighted distance between two postures, turn by turn: pi and -pi are far apart."""
+    """Return the weighted distance between two postures, turn by turn: pi and -pi are far apart."""
     return math.sqrt(sum((w * (p - q)) ** 2 for p, q, w in zip(a, b, WEIGHTS, strict=True)))
 
 
 def discomfort(world_T_gripper: Pose, rail: float) -> float:
-    """How far [m] the gripper is outside of the `COMFORTABLE` ring about the pan axis with the rail at `rail` [m]."""
+    """Return the gripper's distance [m] from the `COMFORTABLE` ring about the pan axis, with the rail at `rail` [m]."""
     x, y, _ = world_T_gripper.position
     radius = math.hypot(x - BASE_X, y - rail)
     return max(0.0, COMFORTABLE[0] - radius, radius - COMFORTABLE[1])
 
 
 def rail_candidates(world_T_gripper: Pose, present: float) -> tuple[float, ...]:
-    """Rail positions [m] worth trying, those near the present one first.
+    """Return rail positions [m] worth trying, those near the present one first.
 
-    The present one, the edges of the comfortable stretches, and every 0.1 m of the rail.
+    They are the present one, the edges of the comfortable stretches, and every 0.1 m of the rail.
     """
     x, y, _ = world_T_gripper.position
     places = {present, y}

@@ -1,4 +1,4 @@
-"""Tool paths: the joints that carry the gripper along poses in the world, without a jump to another posture."""
+"""Tool paths: joint positions that carry the gripper along poses in the world, without a jump to another posture."""
 
 import math
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ SPACING = 0.01
 TURN_SPACING = 0.05
 """Angle between neighbouring poses of a straight path [rad]."""
 
-LARGEST_STEP = 0.2
-"""How far a joint may turn between neighbouring poses [rad; m]; more is a jump to another posture."""
+MAX_STEP = 0.2
+"""Maximum motion of a joint between neighbouring poses [rad; m]; more is a jump to another posture."""
 
 
 def straight(
@@ -24,19 +24,19 @@ def straight(
     *,
     rail: float | None = None,
     spacing: float = SPACING,
-    largest_step: float = LARGEST_STEP,
+    largest_step: float = MAX_STEP,
 ) -> tuple[Joints, ...]:
-    """The joints along the straight way of the gripper from where it is to a pose; it turns evenly on its way.
+    """Return the joints along a straight path of the gripper from its present pose to another, with even rotation.
 
     Args:
-        start: the joints at its start.
-        world_T_goal: where the gripper link is at its end.
-        rail: where the rail is then [m]; it moves in proportion. When left out it stays.
+        start: joints at the start.
+        world_T_goal: pose of the gripper link at the end.
+        rail: rail position at the end [m], approached in proportion; by default it stays.
         spacing: distance between neighbouring poses [m].
-        largest_step: how far a joint may turn between neighbouring poses [rad; m].
+        largest_step: maximum motion of a joint between neighbouring poses [rad; m].
 
     Raises:
-        UnreachableError: somewhere the pose is out of reach, or a joint would have to jump or pass its end.
+        UnreachableError: a pose is out of reach, or a joint would have to jump or leave its range.
         UsageError: a number is not finite, or the spacing not positive.
     """
     if not spacing > 0.0:
@@ -64,19 +64,19 @@ def follow(
     world_T_grippers: Sequence[Pose],
     rails: float | Sequence[float],
     *,
-    largest_step: float = LARGEST_STEP,
+    largest_step: float = MAX_STEP,
 ) -> tuple[Joints, ...]:
-    """The joints along a sequence of gripper poses, in the posture that the arm is in.
+    """Return the joints along a sequence of gripper poses, in the posture that the arm is in.
 
     Args:
-        start: the joints before the first pose; the first of the result.
-        world_T_grippers: poses of the gripper link, near to each other.
-        rails: where the rail is at each pose [m], or at all of them.
-        largest_step: how far a joint may turn between neighbouring poses [rad; m].
+        start: joints before the first pose; the first of the result.
+        world_T_grippers: poses of the gripper link, close to each other.
+        rails: rail position at each pose [m], or one for all.
+        largest_step: maximum motion of a joint between neighbouring poses [rad; m].
 
     Raises:
-        UnreachableError: a pose is out of reach, or a joint would have to jump or pass its end.
-        UsageError: not as many rail positions as poses, or a number is not finite.
+        UnreachableError: a pose is out of reach, or a joint would have to jump or leave its range.
+        UsageError: the numbers of rail positions and poses differ, or a number is not finite.
     """
     places = [float(rails)] * len(world_T_grippers) if isinstance(rails, float | int) else rails
     if len(places) != len(world_T_grippers):
@@ -99,13 +99,13 @@ def follow(
 
 
 def between(a: Pose, b: Pose, share: float) -> Pose:
-    """The pose a share of the way from a to b: straight in position, evenly the shorter way round in turning."""
+    """Interpolate from a to b by a share: straight in position, evenly along the shorter rotation."""
     x, y, z = (p + share * (q - p) for p, q in zip(a.position, b.position, strict=True))
     return Pose((x, y, z), _slerp(a.quaternion, b.quaternion, share))
 
 
 def angle_between(a: Pose, b: Pose) -> float:
-    """By how much one is turned against the other [rad], from 0 to pi."""
+    """Return the angle of the rotation between two poses [rad], from 0 to pi."""
     w, x, y, z = (a.inverse() @ b).quaternion
     return 2.0 * math.atan2(math.sqrt(x * x + y * y + z * z), abs(w))
 

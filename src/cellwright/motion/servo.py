@@ -1,8 +1,8 @@
-"""Making soft servos follow: what the original's servos are off by is known beforehand, and put on top of the command.
+"""Feedforward for soft servos: a command that leads by the predicted tracking error of the original's servos.
 
-A servo with stiffness p and derivative gain d gives the force p x + d x' when its command is x ahead of the joint.
-What the joint needs is known from the wanted motion: dry and viscous friction, weight, and on the rail the force that
-speeds up the arm. The lead x is the answer of the first-order filter 1 / (p + d s) to that force.
+A servo with stiffness p and derivative gain d gives the force p x + d x' when its command is x ahead of the joint. The
+planned motion determines the force that the joint needs: dry and viscous friction, weight, and on the rail the force
+that accelerates the arm. The lead x is the response of the first-order filter 1 / (p + d s) to that force.
 """
 
 import math
@@ -16,7 +16,7 @@ from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
 GRAVITY = 9.81
-"""Acceleration of free fall [m/s^2], as the cell has it."""
+"""Gravitational acceleration of the cell [m/s^2]."""
 
 _MASSES: Mapping[str, tuple[float, float]] = {
     "upper_arm_link": (12.93, A2 / 2),
@@ -26,7 +26,7 @@ _MASSES: Mapping[str, tuple[float, float]] = {
     "wrist_3_link": (0.202, 0.0),
     "vacuum_gripper_link": (0.01, 0.0),
 }
-"""Mass [kg] of each link that can fall, and where along its z axis its middle is [m] (public robot description)."""
+"""Mass [kg] of each link that gravity acts on, and its centre along its z axis [m] (public robot description)."""
 
 _AXES: tuple[tuple[str, Vector3], ...] = (
     ("upper_arm_link", (0.0, 1.0, 0.0)),
@@ -39,19 +39,19 @@ _AXES: tuple[tuple[str, Vector3], ...] = (
 
 _STEP = 0.01
 _SLOW = 0.01
-"""Below about this speed [m/s; rad/s] dry friction is taken to grow with speed, so that it does not jump."""
+"""Speed [m/s; rad/s] below which dry friction roughly grows with speed, so that it does not jump."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServoModel:
-    """What holds back the joints, and how strongly their servos pull: one figure per joint.
+    """Resistance of the joints, and the gains of their servos: one figure per joint.
 
     Attributes:
         stiffness: p [N/m for the rail; N m/rad].
         derivative: d [N s/m; N m s/rad].
         damping: viscous friction [N s/m; N m s/rad].
-        friction: dry [N; N m]; of the cell's arm only where its file says so (`arm.dry_friction`).
-        inertia: that is moved [kg; kg m^2]; 0 where it is left out of account.
+        friction: dry friction [N; N m]; in the cell's arm only if its file sets `arm.dry_friction`.
+        inertia: moved inertia [kg; kg m^2]; 0 to neglect it.
     """
 
     stiffness: Joints
@@ -67,18 +67,18 @@ ORIGINAL_SERVO = ServoModel(
     damping=Joints(20.0, 20.0, 20.0, 20.0, 1.0, 1.0, 0.5),
     inertia=Joints(32.7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
 )
-"""The servos of the `original` profile: the published gains of the arm's controller and its joints' damping."""
+"""Servos of the `original` profile: the published gains of the arm's controller and its joints' damping."""
 
 
 def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payload: float = 0.0) -> JointMotion:
-    """The command that makes the joints follow a motion which, sent as it is, they would follow with a lag.
+    """Return a command with which the joints follow a motion that they would follow with a lag otherwise.
 
-    The next motion is still to begin where this one was meant to end (`motion.end`), not where the command ends: that
-    goes on a little after the motion, while the leads fade.
+    The next motion must still begin at the end of this one (`motion.end`), not at the end of the command. The command
+    continues for a short time after the motion, while the leads decay.
 
     Args:
-        motion: what the joints are to do, from rest to rest.
-        servo: of the joints.
+        motion: motion of the joints, from rest to rest.
+        servo: model of their servos.
         payload: mass that hangs on the gripper [kg].
 
     Raises:
@@ -114,7 +114,7 @@ def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payl
 
 
 def weight(joints: JointsLike, payload: float = 0.0) -> Joints:
-    """The torque [N m] with which each joint holds up what hangs on it, `payload` [kg] included; 0 for rail and pan."""
+    """Return each joint's torque [N m] against the weight it bears, `payload` [kg] included; 0 for rail and pan."""
     links = link_poses(joints)
     masses = [
         (mass + (payload if name == "vacuum_gripper_link" else 0.0), links[name].transform((0.0, 0.0, middle)))
@@ -124,6 +124,6 @@ def weight(joints: JointsLike, payload: float = 0.0) -> Joints:
     for index, (link, direction) in enumerate(_AXES):
         ax, ay, _ = links[link].rotate(direction)
         ox, oy, _ = links[link].position
-        # the axis times the lever times a force upward; wrist 1 and what follows it come after the first two links
+        # the axis times the lever times an upward force; wrist 1 and the links after it come after the first two links
         torques.append(GRAVITY * sum(mass * (ax * (y - oy) - ay * (x - ox)) for mass, (x, y, _) in masses[index:]))
     return Joints(0.0, 0.0, *torques)

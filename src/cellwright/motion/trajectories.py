@@ -1,6 +1,6 @@
 """Time-optimal, jerk-limited motions: from state to state, through waypoints, along a path, and at given times.
 
-The profiles are Ruckig's (Berscheid and Kroeger 2021). It is deterministic: the same request gives the same bits.
+The profiles are Ruckig's (Berscheid and Kroeger 2021). Ruckig is deterministic: the same request gives the same bits.
 """
 
 import math
@@ -14,13 +14,13 @@ from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, STILL, Joints, Join
 from cellwright.util.errors import UnreachableError, UsageError
 
 _FIDELITY = 2e-4
-"""How far [rad; m] the cubics between the knots may be from the profile."""
+"""Maximum deviation [rad; m] of the cubics between the knots from the profile."""
 
-_LONGEST_STEP = 0.04
-"""Time between knots [s] at most."""
+_MAX_STEP = 0.04
+"""Maximum time between knots [s]."""
 
 _SPEEDS_AT_VIA = tuple(step / 8 for step in range(9))
-"""How much of the velocity that leads smoothly through a waypoint is tried there."""
+"""Shares of the smooth velocity through a waypoint that are tried there."""
 
 _SAME = 1e-9
 _SLACK = 1e-6
@@ -35,14 +35,21 @@ def move(
     goal_velocity: Joints = STILL,
     at_least: float = 0.0,
 ) -> JointMotion:
-    """The shortest motion from one state to another.
+    """Return the shortest motion from one state to another.
 
-    All joints arrive together. From rest to rest no joint turns back; the way is straight in the joints where the same
-    joint is the slowest throughout. Velocities at both ends are in m/s and rad/s, `at_least` is how long the motion
-    takes at least [s].
+    All joints arrive together. From rest to rest no joint turns back; the path is straight in the joints if the same
+    joint is the slowest throughout.
+
+    Args:
+        start: joints at the start.
+        goal: joints at the end.
+        limits: limits of the motion.
+        start_velocity: velocity at the start [m/s; rad/s].
+        goal_velocity: velocity at the end [m/s; rad/s].
+        at_least: minimum duration [s].
 
     Raises:
-        UnreachableError: a joint would go past its end, or further past it than it is at the start.
+        UnreachableError: a joint would leave its range, or leave it further than at the start.
         UsageError: a velocity is above the limits, or a number is not finite.
     """
     begin, end = Joints.of(start), Joints.of(goal)
@@ -65,15 +72,15 @@ def move(
 
 
 def through(waypoints: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> JointMotion:
-    """A motion from rest at the first waypoint to rest at the last, through the others without a stop.
+    """Return a motion from rest at the first waypoint to rest at the last, through the others without a stop.
 
-    No joint leaves the range between two waypoints on its way between them. A joint that turns back at a waypoint is
-    at rest there; the others pass as fast as shortens the whole. It is not the shortest motion there is, but it is
-    never longer than stopping at each waypoint.
+    No joint leaves the range between two waypoints on its path between them. A joint that turns back at a waypoint is
+    at rest there; the others pass at the speed that shortens the whole. It is not the shortest motion possible, but
+    never longer than with a stop at each waypoint.
 
     Raises:
-        UnreachableError: a waypoint is past the end of a joint.
-        UsageError: fewer than one waypoint, or a number is not finite.
+        UnreachableError: a waypoint is outside a joint's range.
+        UsageError: no waypoint, or a number is not finite.
     """
     stops: list[Joints] = []
     for waypoint in map(Joints.of, waypoints):
@@ -86,7 +93,7 @@ def through(waypoints: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMI
     pieces = [move(a, b, limits) for a, b in pairwise(stops)]
     smooth = _smooth_velocities(stops, [piece.duration for piece in pieces], limits)
     speeds = [0.0] * len(stops)
-    # One waypoint after another is given the speed that makes the motions on both its sides the shortest.
+    # Each waypoint in turn gets the speed that makes the motions on both its sides the shortest.
     for index in range(1, len(stops) - 1):
         best = (pieces[index - 1].duration + pieces[index].duration, speeds[index], pieces[index - 1], pieces[index])
         before = Joints(*(speeds[index - 1] * v for v in smooth[index - 1]))
@@ -104,13 +111,13 @@ def through(waypoints: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMI
 
 
 def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> JointMotion:
-    """A motion from rest to rest along a path of many joint positions, such as `straight` gives.
+    """Return a motion from rest to rest along a path of many joint positions, such as `straight` returns.
 
-    The path is the cubic spline through the positions, followed by a jerk-limited profile, as fast as the joint that
-    is nearest to its limits allows. A path with a corner is to be cut there: a spline swings about a corner.
+    The path is the cubic spline through the positions, followed by a jerk-limited profile, as fast as the joint nearest
+    to its limits allows. Split a path with a corner there: a spline swings about a corner.
 
     Raises:
-        UsageError: fewer than one position, or a number is not finite.
+        UsageError: no position, or a number is not finite.
     """
     knots: list[Joints] = []
     marks: list[float] = []
@@ -127,20 +134,20 @@ def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> 
     if len(knots) == 1:
         return JointMotion.hold(knots[0], 0.0)
     curve = JointMotion(tuple(marks), tuple(knots), knot_velocities(marks, knots))
-    wanted = InputParameter(1)
-    wanted.target_position, wanted.max_velocity = [marks[-1]], [1.0]
-    wanted.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
-    wanted.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
-    profile = _calculate(wanted)
-    stretch = _needed_stretch(_driven(curve, profile, _LONGEST_STEP / 8), limits)
-    return _stretched(_driven(curve, profile, min(_LONGEST_STEP, _step(limits)) / stretch), stretch)
+    request = InputParameter(1)
+    request.target_position, request.max_velocity = [marks[-1]], [1.0]
+    request.max_acceleration = [min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))]
+    request.max_jerk = [min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))]
+    profile = _calculate(request)
+    stretch = _needed_stretch(_driven(curve, profile, _MAX_STEP / 8), limits)
+    return _stretched(_driven(curve, profile, min(_MAX_STEP, _step(limits)) / stretch), stretch)
 
 
 def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotion:
-    """The smooth motion that is at given positions at given times [s], from rest to rest.
+    """Return the smooth motion through given positions at given times [s], from rest to rest.
 
     Raises:
-        UsageError: times that do not rise from 0, not as many positions, or a number that is not finite.
+        UsageError: times that do not rise from 0, another number of positions, or a number that is not finite.
     """
     if len(times) != len(positions) or len(times) < 2:
         raise UsageError("a timed motion needs as many positions as times, and at least two")
@@ -151,11 +158,11 @@ def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotio
 
 
 def _step(limits: MotionLimits) -> float:
-    """Time between knots [s] for which cubics follow profiles within `_FIDELITY`.
+    """Return the time between knots [s] for which cubics follow profiles within `_FIDELITY`.
 
     Where the jerk jumps by 2 j inside of a step h, the cubic through both ends is off by up to 2 j h^3 / 192.
     """
-    return min(_LONGEST_STEP, math.cbrt(96.0 * _FIDELITY / max(limits.jerk)))
+    return min(_MAX_STEP, math.cbrt(96.0 * _FIDELITY / max(limits.jerk)))
 
 
 def _profile(
@@ -164,20 +171,20 @@ def _profile(
     for velocity, limit in zip((*start_velocity, *goal_velocity), limits.velocity * 2, strict=True):
         if not abs(velocity) <= limit + _SLACK:
             raise UsageError(f"a velocity of {velocity} at an end is above the limit of {limit}")
-    wanted = InputParameter(7)
-    wanted.current_position, wanted.target_position = start, goal
-    wanted.current_velocity, wanted.target_velocity = start_velocity, goal_velocity
-    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = limits.velocity, limits.acceleration, limits.jerk
-    return _calculate(wanted, at_least)
+    request = InputParameter(7)
+    request.current_position, request.target_position = start, goal
+    request.current_velocity, request.target_velocity = start_velocity, goal_velocity
+    request.max_velocity, request.max_acceleration, request.max_jerk = limits.velocity, limits.acceleration, limits.jerk
+    return _calculate(request, at_least)
 
 
-def _calculate(wanted: InputParameter, at_least: float = 0.0) -> Trajectory:
-    wanted.synchronization = Synchronization.Phase
+def _calculate(request: InputParameter, at_least: float = 0.0) -> Trajectory:
+    request.synchronization = Synchronization.Phase
     if at_least > 0.0:
-        wanted.minimum_duration = at_least
-    trajectory = Trajectory(wanted.degrees_of_freedom)
+        request.minimum_duration = at_least
+    trajectory = Trajectory(request.degrees_of_freedom)
     try:
-        result = Ruckig(wanted.degrees_of_freedom).calculate(wanted, trajectory)
+        result = Ruckig(request.degrees_of_freedom).calculate(request, trajectory)
     except RuckigError as error:
         raise UsageError(f"no motion keeps these limits: {error}") from error
     if result not in (Result.Working, Result.Finished):
@@ -186,7 +193,7 @@ def _calculate(wanted: InputParameter, at_least: float = 0.0) -> Trajectory:
 
 
 def _smooth_velocities(stops: Sequence[Joints], durations: Sequence[float], limits: MotionLimits) -> list[Joints]:
-    """Velocities at the waypoints that swing past none: the harmonic mean of those before and after, or none."""
+    """Return velocities at the waypoints that overshoot none: the harmonic mean of those before and after, or zero."""
     velocities = [STILL]
     for index in range(1, len(stops) - 1):
         row = []
@@ -194,14 +201,14 @@ def _smooth_velocities(stops: Sequence[Joints], durations: Sequence[float], limi
             before = (stops[index][joint] - stops[index - 1][joint]) / durations[index - 1]
             after = (stops[index + 1][joint] - stops[index][joint]) / durations[index]
             mean = 2.0 * before * after / (before + after) if before * after > 0.0 else 0.0
-            # rest-to-rest durations hold slow parts: passing through at up to twice the mean speed is worth trying
+            # rest-to-rest durations include slow parts: passing at up to twice the mean speed is worth trying
             row.append(max(-limits.velocity[joint], min(limits.velocity[joint], 2.0 * mean)))
         velocities.append(Joints(*row))
     return [*velocities, STILL]
 
 
 def _between(a: Joints, b: Joints, leaving: Joints, arriving: Joints, limits: MotionLimits) -> JointMotion | None:
-    """The motion from a to b if no joint leaves the range between the two."""
+    """Return the motion from a to b, or None if a joint leaves the range between the two."""
     profile = _profile(a, b, leaving, arriving, limits, 0.0)
     for joint, bound in enumerate(profile.position_extrema):
         low, high = sorted((a[joint], b[joint]))
@@ -211,7 +218,7 @@ def _between(a: Joints, b: Joints, leaving: Joints, arriving: Joints, limits: Mo
 
 
 def _driven(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion:
-    """The curve with its parameter driven by a profile of one joint, with knots every `step` [s] at most."""
+    """Return the curve with its parameter driven by a profile of one joint, with knots every `step` [s] at most."""
     count = max(8, math.ceil(profile.duration / step))
     times = tuple(profile.duration * index / count for index in range(count + 1))
     positions, velocities = [curve.start], [STILL]
@@ -224,7 +231,7 @@ def _driven(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion
 
 
 def _needed_stretch(motion: JointMotion, limits: MotionLimits) -> float:
-    """How many times as long the motion has to take to keep the limits; below 1 where it need not take so long."""
+    """Return the factor by which the motion must be longer to keep the limits; below 1 if it may be shorter."""
     velocity = max(abs(v) / limit for row in motion.velocities for v, limit in zip(row, limits.velocity, strict=True))
     acceleration = jerk = 0.0
     previous = STILL
@@ -233,7 +240,7 @@ def _needed_stretch(motion: JointMotion, limits: MotionLimits) -> float:
         mean = Joints(*((after - before) / step for before, after in rows))
         acceleration = max(acceleration, *(abs(a) / m for a, m in zip(mean, limits.acceleration, strict=True)))
         changes = zip(previous, mean, limits.jerk, strict=True)
-        jerk = max(jerk, *(abs(after - before) / step / most for before, after, most in changes))
+        jerk = max(jerk, *(abs(after - before) / step / limit for before, after, limit in changes))
         previous = mean
     return max(velocity, math.sqrt(acceleration), math.cbrt(jerk))
 

@@ -1,4 +1,4 @@
-"""Whatever a model's file holds: it is read, or refused as such."""
+"""Model files with any content: each is read, or refused as such."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cellwright.config.check import check
 from cellwright.config.models.files import ModelFileError
-from cellwright.config.models.meshes import FARTHEST_VERTEX, Triangles, read_mesh
+from cellwright.config.models.meshes import MAX_COORDINATE, Triangles, read_mesh
 
 WORDS = st.sampled_from(
     ["v", "f", "vertex", "solid", "facet", "1", "-1", "2", "3", "0.5", "1e999", "nan", "1/2/3", "x"]
@@ -30,7 +30,7 @@ ELEMENTS = st.recursive(
 
 
 def read(path: Path) -> Triangles | str:
-    """The mesh, or why there is none."""
+    """Return the mesh, or the reason why there is none."""
     try:
         return read_mesh(path)
     except ModelFileError as error:
@@ -52,7 +52,7 @@ def test_any_mesh(content: bytes) -> None:
                 assert found.startswith(f"{path}: ")
             else:
                 vertices, triangles = found
-                assert np.abs(vertices).max() <= FARTHEST_VERTEX
+                assert np.abs(vertices).max() <= MAX_COORDINATE
                 assert 0 <= triangles.min() <= triangles.max() < len(vertices)
 
 

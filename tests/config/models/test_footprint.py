@@ -1,4 +1,4 @@
-"""Footprints: true to the parts as they are built, and distances true to geometry."""
+"""Footprints: equal to the parts as built, with exact distances."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ def test_a_part_upside_down_covers_its_mirror_image() -> None:
     assert min(patch.span(0, 1)[0] for patch in over.patches) == pytest.approx(-0.135)
 
 
-def test_what_is_not_known_counts_as_a_disc() -> None:
+def test_unknown_types_count_as_a_disc() -> None:
     (tilted,) = footprint("piston_rod_part", at(roll=0.3)).patches
     assert (tilted.corners, tilted.radius) == (((0.0, 0.0),), PART_RADII["piston_rod_part"])
-    assert footprint("a type of somebody's own", at()).radius == UNKNOWN_RADIUS
+    assert footprint("an unknown type", at()).radius == UNKNOWN_RADIUS
 
 
 def test_the_margin_in_a_square() -> None:
@@ -65,7 +65,7 @@ def test_the_margin_in_a_square() -> None:
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, TURNS)
-def test_a_gap_is_the_same_both_ways_and_from_wherever_one_looks(
+def test_a_gap_is_symmetric_and_independent_of_the_frame(
     first: str, second: str, x: float, y: float, yaw: float, turn: float
 ) -> None:
     a, b = at(0.0, 0.0, yaw), at(x, y, turn)
@@ -77,7 +77,7 @@ def test_a_gap_is_the_same_both_ways_and_from_wherever_one_looks(
 
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, st.floats(0.0, 0.2))
-def test_a_gap_above_enough_is_told_as_such(
+def test_a_gap_above_enough_is_above_enough(
     first: str, second: str, x: float, y: float, turn: float, enough: float
 ) -> None:
     a, b = footprint(first, at()), footprint(second, at(x, y, turn))

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.models.files import MOST_GEOMS, ModelFileError, check_mjcf, open_model
+from cellwright.config.models.files import MAX_GEOMS, ModelFileError, check_mjcf, open_model
 
 BODY = '<worldbody><body><geom size=".1"/></body></worldbody>'
 
@@ -24,10 +24,10 @@ def check(folder: Path, inside: str) -> None:
         ('<size nuserdata="nan"/>' + BODY, "at most 4096"),
         ('<asset><texture type="2d" builtin="flat" width="60000" height="2"/></asset>' + BODY, "texture width='60000'"),
         ('<asset><mesh name="m" builtin="supersphere" params="20000 1 1"/></asset>' + BODY, "<mesh builtin>"),
-        ("<worldbody><body>" + '<geom size=".1"/>' * (MOST_GEOMS + 1) + "</body></worldbody>", "201 shapes"),
+        ("<worldbody><body>" + '<geom size=".1"/>' * (MAX_GEOMS + 1) + "</body></worldbody>", "201 shapes"),
     ],
 )
-def test_what_would_cost_all_memory_or_an_hour_is_refused(tmp_path: Path, inside: str, why: str) -> None:
+def test_excessive_memory_or_time_is_refused(tmp_path: Path, inside: str, why: str) -> None:
     with pytest.raises(ModelFileError, match=r"model\.xml: ") as refused:
         check(tmp_path, inside)
     assert why in str(refused.value)
@@ -39,7 +39,7 @@ def test_what_would_cost_all_memory_or_an_hour_is_refused(tmp_path: Path, inside
         BODY,
         '<size nuser_geom="3" njmax="500"/>' + BODY,
         '<asset><texture type="2d" name="1e9" builtin="checker" width="512" height="512" rgb1="1 1 1"/></asset>' + BODY,
-        "<worldbody><body>" + '<geom size=".1"/>' * MOST_GEOMS + "</body></worldbody>",
+        "<worldbody><body>" + '<geom size=".1"/>' * MAX_GEOMS + "</body></worldbody>",
     ],
 )
 def test_what_files_have_in_them_is_not(tmp_path: Path, inside: str) -> None:

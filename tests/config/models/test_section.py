@@ -1,4 +1,4 @@
-"""Part types and furniture of somebody's own: what is read, and what is refused with its place."""
+"""User-defined part types and furniture: entries that are read, and refused ones with their place."""
 
 import struct
 from pathlib import Path
@@ -19,7 +19,7 @@ def load(folder: Path, text: str) -> Trial:
 
 
 def refused(folder: Path, text: str) -> list[str]:
-    """What is wrong, without the path of the YAML file."""
+    """Return the errors, without the path of the YAML file."""
     with pytest.raises(DescriptionError) as raised:
         load(folder, text)
     return [str(problem).replace(f"{folder}/", "") for problem in raised.value.problems]
@@ -55,7 +55,7 @@ BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
 
 
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "message"),
     [
         ("{shapes: [{box: [0.1, 0.1, 0.1]}]}", "the required entry 'mass' is missing, and its file has none [kg]"),
         ("{mass: 0, shapes: [{box: [0.1, 0.1, 0.1]}]}", "a mass of 0 kg; a part has 0.001 to 100 kg"),
@@ -85,10 +85,10 @@ BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
         ("{file: trial.yaml}", "trial.yaml:1: no valid XML (column 1)"),
     ],
 )
-def test_refused(entry: str, said: str, tmp_path: Path) -> None:
+def test_refused(entry: str, message: str, tmp_path: Path) -> None:
     found = refused(tmp_path, parts(entry))
     assert all(each.startswith("trial.yaml:3: cellwright.parts.my_part") for each in found)
-    assert said in found[0]
+    assert message in found[0]
 
 
 @pytest.mark.parametrize("name", ["gear_part", "agv1", "my_part_3", "a_clone_x", "my|part", "9part"])
@@ -108,7 +108,7 @@ def test_types_that_are_not_there_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "said"),
+    ("entry", "message"),
     [
         ("{a: 1}", "must be a list, not a mapping"),
         ("[{shapes: [{box: [1, 1, 1]}]}]", "the required entry 'name' is missing"),
@@ -122,9 +122,9 @@ def test_types_that_are_not_there_are_named(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_furniture_refused(entry: str, said: str, tmp_path: Path) -> None:
+def test_furniture_refused(entry: str, message: str, tmp_path: Path) -> None:
     found = refused(tmp_path, f"cellwright:\n  furniture: {entry}\n")
-    assert said in found[0] or said.startswith("unknown entry")
+    assert message in found[0] or message.startswith("unknown entry")
     assert found[0].startswith("trial.yaml:2: cellwright.furniture")
 
 
@@ -135,7 +135,7 @@ MASS = "<inertial><mass>1</mass></inertial>"
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         ("<!DOCTYPE x [<!ENTITY a 'b'>]><sdf/>", "declares a document type or entities, which are not read"),
         ("<sdf>", "a.sdf:1: no valid XML"),
@@ -166,11 +166,11 @@ MASS = "<inertial><mass>1</mass></inertial>"
         ("<mujoco><asset><mesh file='../x.stl'/></asset></mujoco>", "../x.stl lies outside of the model's folder"),
     ],
 )
-def test_files_refused(content: str, said: str, tmp_path: Path) -> None:
+def test_files_refused(content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.sdf").write_text(content)
     (found,) = refused(tmp_path, parts("{file: a.sdf}"))
     assert found.startswith("trial.yaml:3: cellwright.parts.my_part")
-    assert said in found
+    assert message in found
 
 
 def test_a_file_that_is_too_large(tmp_path: Path) -> None:
@@ -230,7 +230,7 @@ def test_text_stl(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "said"),
+    ("name", "content", "message"),
     [
         ("a.obj", "v 0 0 0\n", "no triangles in it"),
         ("a.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a coordinate that is no finite number"),
@@ -244,10 +244,10 @@ def test_text_stl(tmp_path: Path) -> None:
         ("a.stl", "solid\nvertex 1 2\n", "no valid STL file"),
     ],
 )
-def test_meshes_refused(name: str, content: str, said: str, tmp_path: Path) -> None:
+def test_meshes_refused(name: str, content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(content)
     (found,) = refused(tmp_path, parts(f"{{mass: 1, shapes: [{{mesh: {name}}}]}}"))
-    assert said in found
+    assert message in found
 
 
 def test_a_mesh_that_is_too_large(tmp_path: Path) -> None:

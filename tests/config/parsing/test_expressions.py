@@ -1,4 +1,4 @@
-"""Expressions: equal to Python's own arithmetic, and safe whatever the text."""
+"""Expressions: equal to Python's own arithmetic, and safe for all texts."""
 
 import contextlib
 import math
@@ -37,7 +37,7 @@ arithmetic = st.recursive(numbers, combine, max_leaves=8)
 
 
 def outcome(text: str) -> tuple[float | None, bool]:
-    """The value, None where there is none, and whether it was refused for its size."""
+    """Return the value, None if there is none, and whether it was refused for its size."""
     try:
         return evaluate(text), False
     except ExpressionError as error:
@@ -45,7 +45,7 @@ def outcome(text: str) -> tuple[float | None, bool]:
 
 
 def python(text: str) -> float | None:
-    """What Python itself makes of it, None where that is no finite number."""
+    """Return Python's own value, None if it is not finite."""
     try:
         number = float(eval(text, {}, MATH))
     except (ArithmeticError, ValueError, TypeError):
@@ -56,7 +56,7 @@ def python(text: str) -> float | None:
 @given(arithmetic)
 def test_equals_python(text: str) -> None:
     mine, is_large = outcome(text)
-    # Python's own evaluator would take its time over those that are too large.
+    # Python's own evaluator would take too long for excessive ones.
     assert is_large or mine == python(text)
 
 

@@ -1,4 +1,4 @@
-"""The layout of Python 2's dictionaries, against figures that the original itself left behind."""
+"""Layout of Python 2's dictionaries, against figures that the original itself left behind."""
 
 import json
 from typing import Any
@@ -32,12 +32,12 @@ def test_bins_in_the_order_that_numbered_their_parts() -> None:
 
 
 def test_known_orders() -> None:
-    # Small whole numbers are their own hashes, so that they come sorted; 8 wraps around in a table of eight.
+    # Small whole numbers are their own hashes, so they are sorted; 8 wraps around in a table of eight.
     assert dictionary_order([5, 3, 1]) == [1, 3, 5]
     assert dictionary_order([8, 1]) == [8, 1]
     assert dictionary_order([3.0, 2]) == [2, 3.0]
     assert dictionary_order([-1, 5]) == [5, -1]
-    # The best known of all: {'a', 'b', 'c'} of Python 2 on 64 bits prints as a, c, b.
+    # The best-known example: {'a', 'b', 'c'} of Python 2 on 64 bits prints as a, c, b.
     assert dictionary_order(["a", "b", "c"]) == ["a", "c", "b"]
 
 

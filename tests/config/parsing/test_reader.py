@@ -40,7 +40,7 @@ def test_values_arrive_by_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("{}", "the required entry 'power' is missing"),
         ("{power: 200}", "power: must be from 0 to 100 W, not 200"),
@@ -51,11 +51,11 @@ def test_values_arrive_by_name() -> None:
         ("{power: 1, x: red}", "x: unknown property (known: power, color, is_on, note)"),
     ],
 )
-def test_slips(text: str, said: str) -> None:
+def test_mistakes(text: str, message: str) -> None:
     root, reader = table(text)
     values = KEYS.read(root, reader)
     (problem,) = reader.problems.errors
-    assert str(problem).endswith(said)
+    assert str(problem).endswith(message)
     assert KEYS.complete(values) == ("power: 1" in text)
 
 

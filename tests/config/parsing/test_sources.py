@@ -1,4 +1,4 @@
-"""The files that a description is read from, as a recording takes them along."""
+"""Source files of a description, as a recording contains them."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ LINK = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 
 
 def put_back(files: dict[str, bytes], folder: Path) -> None:
-    """Put files where a recording says that they lay."""
+    """Write files to their paths in a recording."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
 
 
-def test_what_comes_along_and_what_does_not_are_told_apart(tmp_path: Path) -> None:
+def test_bundled_files_and_others_have_distinct_names(tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
     own = tmp_path / "deep" / "own.yaml"
     own.write_text("time_limit: 5\n")
     with sources_collected() as sources:
         load_trial([find_trial("qual1a"), own])
-    read_at_most(own, 100)  # nobody collects any more
+    read_at_most(own, 100)  # outside of `sources_collected`
     assert sources.files() == {
         "bundled/config/trial/catalogue/qual1a.yaml": find_trial("qual1a").read_bytes(),
         "files/own.yaml": b"time_limit: 5\n",
@@ -53,7 +53,7 @@ def test_files_keep_their_places_and_are_read_again_from_there(tmp_path: Path) -
     assert again.home == first.home
 
 
-def test_what_a_xacro_includes_is_taken_along(tmp_path: Path) -> None:
+def test_includes_of_a_xacro_are_collected(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "two.xacro").write_text(XACRO)
     (tmp_path / "parts" / "link.xacro").write_text(LINK)
@@ -77,7 +77,7 @@ def test_packages_of_ros_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert sources.packages() == ["files/share"]
 
 
-def test_what_is_no_plain_file_is_not_read_twice(tmp_path: Path) -> None:
+def test_only_plain_files_are_read_twice(tmp_path: Path) -> None:
     with sources_collected() as sources:
         sources.add(tmp_path)
         sources.add(tmp_path / "none")

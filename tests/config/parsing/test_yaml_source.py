@@ -1,4 +1,4 @@
-"""YAML as PyYAML reads it, with places, and with bounds that no bomb gets past."""
+"""YAML as PyYAML reads it, with places, and with bounds that stop all bombs."""
 
 import contextlib
 from pathlib import Path

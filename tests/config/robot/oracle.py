@@ -1,4 +1,4 @@
-"""PyBullet as the judge of what a URDF file means, and the comparison with what is read here."""
+"""PyBullet as the reference reader of URDF files, and the comparison with Cellwright's reader."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from cellwright.util.pose import Pose
 
 PROGRAM = Path(__file__).with_name("pybullet_program.py")
 TOLERANCE = 1e-5
-"""Of link frames: [m], and of quaternions up to their sign."""
+"""Tolerance of link frames: [m], and of quaternions up to their sign."""
 
 
 class Oracle:
-    """Asks PyBullet, in a process that is started anew when Bullet has crashed."""
+    """Client of PyBullet, in a process that restarts after a crash of Bullet."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None
@@ -43,7 +43,7 @@ class Oracle:
         self._answers = os.fdopen(read)
 
     def ask(self, path: Path, postures: Sequence[Sequence[float]] = ()) -> dict[str, Any]:
-        """What PyBullet makes of a file; {"error": …} where it refuses or crashes."""
+        """Return PyBullet's reading of a file; {"error": …} if it refuses the file or crashes."""
         assert self._process is not None
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps({"path": str(path), "postures": postures}) + "\n")
@@ -65,7 +65,7 @@ class Oracle:
 
 
 def differences(robot: RobotModel, judged: dict[str, Any], postures: Sequence[Sequence[float]]) -> list[str]:
-    """Where a robot differs from what PyBullet makes of its file."""
+    """Return the differences of a robot from PyBullet's reading of its file."""
     found = [] if robot.root == judged["base"] else [f"root {robot.root} instead of {judged['base']}"]
     ours = [(j.name, _kind(j.type), j.child, robot.link_indices[j.parent]) for j in robot.joints]
     theirs = [(j["name"], j["type"], j["link"], j["parent"]) for j in judged["joints"]]
@@ -93,12 +93,12 @@ def differences(robot: RobotModel, judged: dict[str, Any], postures: Sequence[Se
 
 
 def named(robot: RobotModel, posture: Sequence[float]) -> dict[str, float]:
-    """A posture by the names of joints, of which each driven one takes the next number."""
+    """Return a posture by joint name, of which each driven joint takes the next number."""
     return dict(zip((joint.name for joint in robot.driven), posture, strict=False))
 
 
 def apart(one: Pose, other: Pose) -> float:
-    """The largest difference between two poses: positions [m], or quaternions up to their sign."""
+    """Return the largest difference between two poses: positions [m], or quaternions up to their sign."""
     a, b = np.array(one.quaternion), np.array(other.quaternion)
     turned = min(np.abs(a - b).max(), np.abs(a + b).max())
     return float(max(np.abs(np.subtract(one.position, other.position)).max(), turned))

@@ -1,8 +1,8 @@
-"""Tells what PyBullet makes of URDF files: a program of its own, for Bullet can crash on what it does not like.
+"""PyBullet's reading of URDF files, as a program of its own, since Bullet can crash on unusual files.
 
 Reads {"path": …, "postures": […]} as lines of JSON, and writes a line for each to the file descriptor that is its
-argument: {"base", "joints", "frames"}, or {"error"}. Of the numbers of a posture each driven joint takes the next.
-A file is read once: another one needs another name.
+argument: {"base", "joints", "frames"}, or {"error"}. Each driven joint takes the next
+number of a posture. A file is read once: another one needs another name.
 """
 
 import json
@@ -15,8 +15,8 @@ import pybullet
 TYPES = {0: "revolute", 1: "prismatic", 2: "spherical", 3: "planar", 4: "fixed"}
 
 
-def told(path: str, postures: list[list[float]]) -> dict[str, Any]:
-    """Joints in the order of their indices, and for each posture the frame of each link in that of the root link."""
+def reading(path: str, postures: list[list[float]]) -> dict[str, Any]:
+    """Return the joints in the order of their indices, and for each posture the link frames in the root link's."""
     pybullet.resetSimulation()
     try:
         body = pybullet.loadURDF(path, useFixedBase=True)
@@ -35,7 +35,7 @@ def told(path: str, postures: list[list[float]]) -> dict[str, Any]:
         }
         for info in infos
     ]
-    # the base is told of at its centre of mass
+    # PyBullet reports the base at its centre of mass
     centre_T_root = pybullet.invertTransform(*pybullet.getDynamicsInfo(body, -1)[3:5])
     world_T_root = pybullet.multiplyTransforms(*pybullet.getBasePositionAndOrientation(body), *centre_T_root)
     root_T_world = pybullet.invertTransform(*world_T_root)
@@ -51,8 +51,8 @@ def told(path: str, postures: list[list[float]]) -> dict[str, Any]:
 
 if __name__ == "__main__":
     pybullet.connect(pybullet.DIRECT)
-    with os.fdopen(int(sys.argv[1]), "w") as answers:  # standard output belongs to Bullet's chatter
+    with os.fdopen(int(sys.argv[1]), "w") as answers:  # standard output belongs to Bullet's messages
         for line in sys.stdin:
             question = json.loads(line)
-            answers.write(json.dumps(told(question["path"], question["postures"])) + "\n")
+            answers.write(json.dumps(reading(question["path"], question["postures"])) + "\n")
             answers.flush()

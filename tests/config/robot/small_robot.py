@@ -1,4 +1,4 @@
-"""A robot with two arms of two joints, grippers, head, lift and a wheel, in which the two ways of counting differ."""
+"""Robot with two arms of two joints, grippers, head, lift and a wheel, in which the two orders of counting differ."""
 
 from pathlib import Path
 
@@ -20,13 +20,13 @@ _JOINTS = (  # name, type, parent, child, origin, axis, limits, mimic; in the or
 )
 
 SHAPE = '<visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual>'
-"""Of each link, for a robot without any shape is warned of."""
+"""Shape of each link, since a robot without any shape causes a warning."""
 
 INDICES = (
     *("lift", "r1", "r2", "r_wrist", "r_finger", "r_thumb"),
     *("l1", "l2", "l_wrist", "l_finger", "l_thumb", "head_yaw", "head_pitch", "spin"),
 )
-"""The joints in the order of their indices."""
+"""Joints in the order of their indices."""
 
 CONFIG = """\
 urdf_path: robot.urdf
@@ -48,7 +48,7 @@ vibration_thresholds: {ee_dist: [0.15, 0.2], tabletop_height: 0.85}
 
 
 def urdf() -> str:
-    """The robot's file."""
+    """Return the robot's file."""
     links = dict.fromkeys(["base", *(child for _, _, _, child, *_ in _JOINTS)])
     lines = ['<robot name="small">', *(f'  <link name="{name}">{SHAPE}</link>' for name in links)]
     for name, kind, parent, child, xyz, axis, limits, leader in _JOINTS:
@@ -65,7 +65,7 @@ def urdf() -> str:
 
 
 def write(folder: Path, config: str = CONFIG) -> Path:
-    """Write robot and configuration into a folder; the path of the configuration."""
+    """Write robot and configuration into a folder, and return the path of the configuration."""
     (folder / "robot.urdf").write_text(urdf())
     path = folder / "vr_configs.yml"
     path.write_text(config)

@@ -1,4 +1,4 @@
-"""Robots are counted, and stand, as in PyBullet: all files that come with it, and trees made up at random."""
+"""Indices and poses of robots equal PyBullet's: for all files of its package, and for random trees."""
 
 import hashlib
 import os
@@ -30,9 +30,9 @@ ZERO = [0.0] * 100
 
 @pytest.fixture(scope="module")
 def oracle() -> Iterator[Oracle]:
-    asked = Oracle()
-    yield asked
-    asked.close()
+    client = Oracle()
+    yield client
+    client.close()
 
 
 def read(path: Path) -> RobotModel:
@@ -40,7 +40,7 @@ def read(path: Path) -> RobotModel:
 
 
 def engine_differences(robot: RobotModel, posture: list[float]) -> list[str]:
-    """Where bodies are elsewhere than link frames, in a posture; shapes do not matter for that."""
+    """Return the bodies that are elsewhere than link frames in a posture; shapes do not affect that."""
     bare = replace(robot, links={name: replace(link, shapes=()) for name, link in robot.links.items()})
     world = build_robot(RobotConfig(bare, "robot", Path("robot.urdf"), Path("robot.urdf")))
     data = mujoco.MjData(world.model)
@@ -60,19 +60,19 @@ def engine_differences(robot: RobotModel, posture: list[float]) -> list[str]:
 REFUSED_BY_BOTH = {"torus_deform.urdf"}  # cloth: no links
 REFUSED_BY_PYBULLET = {"kuka_iiwa/model_for_sdf.urdf", "toys/concave_box.urdf"}  # meshes elsewhere; an unknown shape
 OTHERWISE = {
-    # substitutions of xacro, that PyBullet takes for numbers, each for 0
+    # xacro substitutions, which PyBullet reads as the number 0
     "husky/husky.urdf": ["imu_link: 0.999997 away", "imu_link: 0.999997 away"]
 }
 
 
 def is_chosen(path: Path) -> bool:
-    """All but most of a thousand single bodies that are alike; those, too, where the environment says so."""
+    """Return all files but most of a thousand similar single bodies; those, too, if the environment says so."""
     is_one_of_many = "random_urdfs" in path.parts and int(path.stem) % 25 != 0
     return not is_one_of_many or "CELLWRIGHT_ALL_URDFS" in os.environ
 
 
 @pytest.mark.slow
-def test_every_file_that_comes_with_pybullet(oracle: Oracle) -> None:
+def test_every_file_of_pybullet(oracle: Oracle) -> None:
     chance = random.Random(7)
     found = {}
     paths = [path for path in sorted(DATA.rglob("*.urdf")) if is_chosen(path)]
@@ -93,7 +93,7 @@ def test_every_file_that_comes_with_pybullet(oracle: Oracle) -> None:
         found[name] = differences(robot, judged, postures)
         if "random_urdfs" not in name:  # those are single bodies
             assert engine_differences(robot, postures[1]) == [], name
-    assert {name: what for name, what in found.items() if what} == OTHERWISE
+    assert {name: each for name, each in found.items() if each} == OTHERWISE
 
 
 KINDS = ("fixed", "revolute", "continuous", "prismatic", "spherical", "planar")
@@ -107,7 +107,7 @@ def text(numbers: tuple[float, ...]) -> str:
 
 @st.composite
 def urdfs(draw: st.DrawFn) -> str:
-    """A URDF file with up to 30 links, its elements in any order."""
+    """Return a URDF file with up to 30 links, its elements in any order."""
     count = draw(st.integers(1, 30))
     deep = draw(st.booleans())  # chains, or bushes
     names = draw(st.permutations([f"link {number}" for number in range(count)]))
@@ -115,7 +115,7 @@ def urdfs(draw: st.DrawFn) -> str:
     for index, name in enumerate(names):
         link = ET.Element("link", name=name)
         kind = draw(st.sampled_from(KINDS))
-        # PyBullet puts planar joints wrong where the centre of mass is elsewhere
+        # PyBullet places planar joints wrongly if the centre of mass is elsewhere
         if kind != "planar" and draw(st.booleans()):
             inertial = ET.SubElement(link, "inertial")
             ET.SubElement(inertial, "origin", xyz=text(draw(triple)), rpy=text(draw(triple)))
@@ -131,7 +131,7 @@ def urdfs(draw: st.DrawFn) -> str:
         if draw(st.booleans()):
             ET.SubElement(joint, "origin", xyz=text(draw(triple)), rpy=text(tuple(4 * x for x in draw(triple))))
         axis = draw(st.sampled_from([(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.0, 0.8)]) | triple)
-        # PyBullet stretches the way of a sliding joint by the length of its axis
+        # PyBullet scales the travel of a sliding joint by the length of its axis
         if max(map(abs, axis)) > 0.1 and (kind != "prismatic" or abs(sum(x * x for x in axis) - 1) < 1e-9):
             ET.SubElement(joint, "axis", xyz=text(axis))
         lower, upper = draw(st.tuples(number, number))

@@ -1,4 +1,4 @@
-"""Checks of a configuration as a whole: which joints move a link, and groups by their keys."""
+"""Checks of a whole configuration: the joints that move a link, and groups by their keys."""
 
 from collections.abc import Iterator
 
@@ -26,7 +26,7 @@ def test_groups_have_their_keys_in_the_file(small: RobotConfig) -> None:
     assert found["grippers[0]"] == (("r_finger", "r_thumb"), (0.0, -0.04))
 
 
-def test_what_is_fastened_does_not_move(small: RobotConfig) -> None:
+def test_the_fixed_link_does_not_move(small: RobotConfig) -> None:
     assert movers(small.robot, "r_hand", None) == {"lift", "r1", "r2", "r_wrist"}
     assert movers(small.robot, "r_hand", "torso") == {"r1", "r2", "r_wrist"}
     assert movers(small.robot, "base", "torso") == {"lift"}

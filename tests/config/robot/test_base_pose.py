@@ -1,4 +1,4 @@
-"""Where a robot stands: quaternions (x, y, z, w) as written, of unit length as read."""
+"""Base pose of a robot: quaternions (x, y, z, w) as written, of unit length as read."""
 
 import math
 from pathlib import Path
@@ -23,22 +23,22 @@ def read(folder: Path, text: str) -> tuple[Pose, list[str]]:
     return pose, [str(problem).removeprefix(f"{path}:1: base_pose") for problem in problems.errors + problems.warnings]
 
 
-def test_the_rounding_of_the_field_is_no_slip(tmp_path: Path) -> None:
-    pose, said = read(tmp_path, "{position: [0, 0, 0.9], orientation: [0, 0, 0.707, 0.707]}")
-    assert said == []
+def test_rounded_quaternions_give_no_warning(tmp_path: Path) -> None:
+    pose, warnings = read(tmp_path, "{position: [0, 0, 0.9], orientation: [0, 0, 0.707, 0.707]}")
+    assert warnings == []
     assert pose.position == pytest.approx((0, 0, 0.9))
     assert pose.yaw == pytest.approx(math.pi / 2)
     assert pose.quaternion == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)))
 
 
-def test_nothing_said_is_the_origin(tmp_path: Path) -> None:
+def test_default_is_the_origin(tmp_path: Path) -> None:
     assert read_base_pose(None, Reader(Problems())) == Pose()
     assert read(tmp_path, "{}") == (Pose(), [])
     assert read(tmp_path, "{position: [1, 2, 3]}") == (Pose((1, 2, 3)), [])
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("[0, 0, 0]", ": must be a mapping, not a list"),
         ("{positon: [0, 0, 0]}", ".positon: unknown entry, ignored; did you mean position"),
@@ -51,9 +51,9 @@ def test_nothing_said_is_the_origin(tmp_path: Path) -> None:
         ("{orientation: [0, 0, 1, 1]}", ".orientation: a quaternion has the length 1, and this one 1.41; it is scaled"),
     ],
 )
-def test_slips(text: str, said: str, tmp_path: Path) -> None:
+def test_mistakes(text: str, message: str, tmp_path: Path) -> None:
     (line,) = read(tmp_path, text)[1]
-    assert line.startswith(said)
+    assert line.startswith(message)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=4, max_size=4))

@@ -1,4 +1,4 @@
-"""The robots that come along, as the reader of URDF files sees them."""
+"""Bundled robots, as the reader of URDF files sees them."""
 
 import math
 from pathlib import Path
@@ -34,15 +34,15 @@ def read_without_warning(name: str) -> RobotModel:
 
 
 def test_the_qinglong_s_urdf_says_what_its_figures_say(qinglong: RobotModel) -> None:
-    for found, wanted in zip(qinglong.joints, figures().joints, strict=True):
+    for found, expected in zip(qinglong.joints, figures().joints, strict=True):
         names = (found.name, found.type, found.parent, found.child)
-        assert names == (wanted.name, wanted.type, wanted.parent, wanted.child)
-        assert found.origin.position == pytest.approx(wanted.origin.position, abs=1e-9)
-        assert found.origin.quaternion == pytest.approx(wanted.origin.quaternion, abs=1e-9)
-        if wanted.is_driven:
-            assert found.axis == pytest.approx(wanted.axis, abs=1e-9)
-            assert found.limits == wanted.limits
-    assert qinglong.written == ()  # its joints stand in the order of their indices
+        assert names == (expected.name, expected.type, expected.parent, expected.child)
+        assert found.origin.position == pytest.approx(expected.origin.position, abs=1e-9)
+        assert found.origin.quaternion == pytest.approx(expected.origin.quaternion, abs=1e-9)
+        if expected.is_driven:
+            assert found.axis == pytest.approx(expected.axis, abs=1e-9)
+            assert found.limits == expected.limits
+    assert qinglong.written == ()  # its joints are in the order of their indices
     for name, link in figures().links.items():
         mass = qinglong.links[name].inertial
         assert (mass is None) == (link.inertial is None)
@@ -55,7 +55,7 @@ def test_the_qinglong_s_urdf_says_what_its_figures_say(qinglong: RobotModel) -> 
 
 @pytest.mark.parametrize("name", ["qinglong", "tandem"])
 def test_nothing_touches_itself_at_0_nor_at_home(name: str) -> None:
-    """So that --self-collision starts from a posture that holds, and home can be reached."""
+    """Required for --self-collision, which needs a stable start posture, and for motions home."""
     config = load_robot(name, warn=pytest.fail)
     world = build_robot(config, self_collision=True)
     data = mujoco.MjData(world.model)
@@ -95,7 +95,7 @@ def test_tandem_s_tip_looks_out_of_the_hand_from_between_the_fingers(tandem: Rob
     assert poses["left_tip"].position[:2] == pytest.approx(middle[:2], abs=1e-9)
 
 
-def test_what_a_gripper_drives_is_open_at_0(tandem: RobotModel) -> None:
+def test_a_gripper_is_open_at_0(tandem: RobotModel) -> None:
     for side in ("right", "left"):
         driven, follower = tandem.joint(f"{side}_gripper"), tandem.joint(f"{side}_gripper_follower")
         assert (driven.type, driven.limits.lower) == (JointType.PRISMATIC, 0.0)

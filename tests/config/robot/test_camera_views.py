@@ -1,4 +1,4 @@
-"""The cameras of a robot configuration: what they are fixed to, where they look, and what is no camera."""
+"""Cameras of a robot configuration: their links, their directions, and invalid ones."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def camera(name: str = "first_person", **values: Any) -> Camera:
         ("anything", "head"),
     ],
 )
-def test_what_it_is_fixed_to(name: str, link: str) -> None:
+def test_link_of_a_camera(name: str, link: str) -> None:
     tips = [replace(arm, tip=f"tip_{side}") for arm, side in zip(ROBOT.arms, ("right", "left"), strict=True)]
     assert picture_camera(replace(ROBOT, arms=tuple(tips)), camera(name)).frame == link
 
@@ -44,7 +44,7 @@ def test_without_a_head_and_arms_it_is_the_root() -> None:
     assert {picture_camera(bare, camera(name)).frame for name in ("first_person", "hand_eye")} == {"base"}
 
 
-def test_left_out_figures() -> None:
+def test_default_figures() -> None:
     found = picture_camera(ROBOT, camera())
     assert (found.width, found.height, found.near, found.far, found.pose) == (640, 480, 0.1, 10.0, Pose())
     assert 2 * math.atan(math.tan(found.fov / 2) * 480 / 640) == pytest.approx(math.radians(100))
@@ -72,7 +72,7 @@ def test_all_figures() -> None:
 
 
 @pytest.mark.parametrize(("written", "up"), [("Z", 2), (0, 0), ([0, 2, 0], 1)])
-def test_what_is_up(written: object, up: int) -> None:
+def test_up_axis(written: object, up: int) -> None:
     target = [0.0, 1.0, 0.0] if up != 1 else [1.0, 0.0, 0.0]
     found = picture_camera(ROBOT, camera(up_axis=written, target_offset=target))
     assert found.pose.rotate((0.0, 0.0, 1.0))[up] == pytest.approx(1.0)
@@ -96,7 +96,7 @@ def test_what_is_up(written: object, up: int) -> None:
         ({"target_offset": [0, 0, 0]}, "it looks at the point where it stands"),
     ],
 )
-def test_what_is_no_camera(values: dict[str, Any], reason: str) -> None:
+def test_invalid_cameras_are_refused(values: dict[str, Any], reason: str) -> None:
     name = values.pop("name", "first_person")
     with pytest.raises(UsageError) as error:
         picture_camera(ROBOT, camera(name, **values))

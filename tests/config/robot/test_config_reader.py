@@ -1,4 +1,4 @@
-"""Robot configuration files: what is read, what is warned of, what is refused and where."""
+"""Robot configuration files: entries that are read, warned of or refused, each with its place."""
 
 import string
 from pathlib import Path
@@ -55,13 +55,13 @@ def test_groups(small: RobotConfig) -> None:
     assert small.fixed_link is None
 
 
-def test_where_it_goes_home(small: RobotConfig) -> None:
+def test_home_posture(small: RobotConfig) -> None:
     assert small.start == {"r1": 0.1, "r2": 0.2, "l1": -0.1, "l2": 0.2}
     others = {"spin": 0.5, "head_pitch": 0.3, "head_yaw": 0.0, "lift": 0.25, "r_finger": 0.0, "l_finger": 0.0}
     assert small.home == small.start | others
 
 
-def test_what_is_known_and_not_used_is_kept(small: RobotConfig) -> None:
+def test_known_unused_entries_are_kept(small: RobotConfig) -> None:
     assert small.others == {"vibration_thresholds": {"ee_dist": [0.15, 0.2], "tabletop_height": 0.85}}
 
 
@@ -93,7 +93,7 @@ def test_cases(case: dict[str, Any], tmp_path: Path) -> None:
 
 
 def plain(value: Any) -> Any:
-    """A value of a configuration as JSON has it."""
+    """Return a value of a configuration as in JSON."""
     if isinstance(value, tuple):
         return [plain(item) for item in value]
     if isinstance(value, Arm | Posture | Gripper):
@@ -102,7 +102,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def test_everything_wrong_is_told_at_once(tmp_path: Path) -> None:
+def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
     text = CONFIG.replace("[1, 2]", "[1, 3]").replace("ee_index: 8", "ee_index: 80").replace("[0.5]", "[.nan]")
     found = refused(write(tmp_path, text))
     assert [line.split(": ")[:2] for line in found] == [
@@ -112,7 +112,7 @@ def test_everything_wrong_is_told_at_once(tmp_path: Path) -> None:
     ]
 
 
-def test_what_is_wrong_with_the_urdf_is_told_beside_it(tmp_path: Path) -> None:
+def test_errors_of_the_urdf_are_listed_as_well(tmp_path: Path) -> None:
     path = write(tmp_path, CONFIG + "robot_nam: x\n")
     (tmp_path / "robot.urdf").write_text("<robot name='a'>\n<link name='b'>\n</robot>")
     (line,) = refused(path)
@@ -120,7 +120,7 @@ def test_what_is_wrong_with_the_urdf_is_told_beside_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("- 1\n", "vr_configs.yml:1: a robot configuration is a mapping of entries, not a list"),
         ("", "vr_configs.yml: the required entry 'urdf_path' is missing"),
@@ -129,9 +129,9 @@ def test_what_is_wrong_with_the_urdf_is_told_beside_it(tmp_path: Path) -> None:
         ("urdf_path: !!python/name:os.system ''\n", "vr_configs.yml:1: the tag "),
     ],
 )
-def test_files_that_are_no_configuration(text: str, said: str, tmp_path: Path) -> None:
+def test_files_that_are_no_configuration(text: str, message: str, tmp_path: Path) -> None:
     (line,) = refused(write(tmp_path, text))
-    assert line.startswith(said)
+    assert line.startswith(message)
 
 
 def test_a_folder_or_nothing_is_refused(tmp_path: Path) -> None:
@@ -184,7 +184,7 @@ def test_damage_is_refused_with_its_place(tmp_path_factory: pytest.TempPathFacto
 
 
 def broken(tree: Any) -> st.SearchStrategy[Any]:
-    """The tree with one of its values replaced by something else."""
+    """Return the tree with one of its values replaced."""
 
     @st.composite
     def build(draw: st.DrawFn, node: Any) -> Any:

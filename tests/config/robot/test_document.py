@@ -1,4 +1,4 @@
-"""A robot as programs read it."""
+"""Robot as data for programs."""
 
 import json
 import math

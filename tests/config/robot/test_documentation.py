@@ -1,4 +1,4 @@
-"""The page on robot configurations: its example is sound. Its tables: `tests/tools/test_configuration_pages.py`."""
+"""Page on robot configurations: its example is valid. Its tables: `tests/tools/test_configuration_pages.py`."""
 
 import re
 import shutil
@@ -26,7 +26,7 @@ def example(tmp_path: Path) -> RobotConfig:
     return read_robot_config(path, refuse)
 
 
-def test_the_example_is_the_robot_that_comes_along(example: RobotConfig) -> None:
+def test_the_example_is_the_bundled_robot(example: RobotConfig) -> None:
     tandem = load_robot("tandem", refuse)
     for name in ("arms", "head", "dorsal", "base_pose", "command_links", "reference_links", "start"):
         assert getattr(example, name) == getattr(tandem, name)

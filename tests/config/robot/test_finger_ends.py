@@ -1,4 +1,4 @@
-"""The ends at which grippers are open, as their kinematics tell."""
+"""Open ends of grippers, from their kinematics."""
 
 from pathlib import Path
 
@@ -76,6 +76,6 @@ def test_a_hand_is_not_guessed() -> None:
     assert find_open_ends(robot.robot, robot.grippers[0].joints) is None
 
 
-def test_the_gripper_that_comes_along_closes_at_its_upper_limit() -> None:
+def test_the_bundled_gripper_closes_at_its_upper_limit() -> None:
     robot = load_robot("tandem", lambda _line: None)
     assert find_open_ends(robot.robot, robot.grippers[0].joints) == (LOWER,) * len(robot.grippers[0].joints)

@@ -30,7 +30,7 @@ def test_a_torso_that_carries_two_arms_is_the_waist(tmp_path: Path, sides: tuple
     assert found.waist.joints == TORSO
 
 
-def test_sides_follow_from_y_where_names_tell_none(tmp_path: Path) -> None:
+def test_sides_follow_from_y_without_names(tmp_path: Path) -> None:
     found = limbs(tmp_path, urdf(("one", "two")))
     assert [arm.joints for arm in found.arms] == [arm_names("two"), arm_names("one")]  # "two" is at y = -0.2 m
     assert [gripper.joints for gripper in found.grippers] == [fingers("two"), fingers("one")]
@@ -91,7 +91,7 @@ def test_an_arm_like_the_panda_is_an_arm_with_a_gripper_that_is_closed_at_0(tmp_
 
 @pytest.mark.parametrize("sides", [("left", "right"), ("one", "two")])
 def test_fingers_of_two_short_limbs_make_no_gripper(tmp_path: Path, sides: tuple[str, str]) -> None:
-    """With limbs of three joints no arm is found behind the torso; their fingers are not one hand all the same."""
+    """With limbs of three joints the draft has no arm behind the torso, and their fingers form no hand."""
     found = limbs(tmp_path, urdf(sides, arm=3))
     assert [arm.joints for arm in found.arms] == [TORSO]
     assert found.grippers == ()

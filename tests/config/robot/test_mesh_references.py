@@ -1,4 +1,4 @@
-"""Meshes in the text of a URDF, as programs elsewhere are told of them."""
+"""Mesh references in the text of a URDF for external programs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ URDF = '<robot><visual><geometry><mesh scale="1 1 1" filename="{}"/></geometry><
 
 @pytest.fixture
 def urdf(tmp_path: Path) -> Path:
-    """Where a URDF is, in a folder of a robot that has one mesh."""
+    """Return the path of a URDF in a robot's folder that has one mesh."""
     mesh = tmp_path / "my arm" / "meshes" / "link & tip.stl"
     mesh.parent.mkdir(parents=True)
     mesh.write_bytes(b"")
@@ -31,7 +31,7 @@ def test_a_mesh_that_is_found_gets_its_address(urdf: Path, reference: str) -> No
     assert "my%20arm" in found
 
 
-def test_what_was_once_a_package(urdf: Path) -> None:
+def test_former_packages(urdf: Path) -> None:
     (urdf.parents[1] / "meshes" / "a.stl").touch()
     (urdf.parents[1]).rename(urdf.parents[2] / "arm")
     path = urdf.parents[2] / "arm" / "urdf" / "arm.urdf"
@@ -44,7 +44,7 @@ def test_what_was_once_a_package(urdf: Path) -> None:
 @pytest.mark.parametrize(
     "reference", ["meshes/none.stl", "package://nowhere/a.stl", "http://x.invalid/a.stl", "\0", ""]
 )
-def test_what_is_not_found_stays(urdf: Path, reference: str) -> None:
+def test_missing_meshes_stay_as_written(urdf: Path, reference: str) -> None:
     text = URDF.format(reference)
     assert with_absolute_meshes(text, urdf) == text
 

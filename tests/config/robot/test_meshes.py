@@ -1,4 +1,4 @@
-"""Meshes: where they are looked for, and what becomes of links whose meshes cannot be used."""
+"""Meshes: their search, and the links whose meshes are unusable."""
 
 import struct
 from pathlib import Path
@@ -21,7 +21,7 @@ def stl() -> bytes:
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A checkout of a package under another name, as one gets it from a web page."""
+    """Return a checkout of a package under another name, as downloaded from a web page."""
     folder = tmp_path / "arm_description-main"
     for below in ("urdf", "meshes"):
         (folder / below).mkdir(parents=True)
@@ -101,6 +101,6 @@ def test_one_warning_tells_of_all_missing_meshes(tmp_path: Path) -> None:
     path.write_text(robot(f'<link name="a">{visuals}</link>'))
     warnings: list[str] = []
     found = read_urdf(path, warn=warnings.append)
-    told = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes stand in"
-    assert warnings == [f"{path}:1: {told}"]
+    expected = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes stand in"
+    assert warnings == [f"{path}:1: {expected}"]
     assert [shape.kind for shape in found.links["a"].shapes] == ["sphere"]

@@ -1,4 +1,4 @@
-"""A robot's tree: indices, names, ways through it."""
+"""Tree of a robot: indices, names, paths through it."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def test_links_count_as_the_joints_above_them() -> None:
         assert ROBOT.link_at(index) == link
 
 
-def test_what_moves_and_what_is_driven() -> None:
+def test_movable_and_driven_joints() -> None:
     assert [joint.name for joint in ROBOT.movable] == ["shoulder", "wrist", "lift", "wheel", "slab"]
     assert [joint.name for joint in ROBOT.driven] == ["shoulder", "lift", "wheel"]
 

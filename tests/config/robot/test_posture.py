@@ -1,4 +1,4 @@
-"""Forward kinematics: where links are in a posture."""
+"""Forward kinematics: poses of links in a posture."""
 
 import math
 
@@ -18,7 +18,7 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 @pytest.mark.parametrize(
     ("kind", "position", "tip"),
     [
-        (JointType.REVOLUTE, math.pi / 2, (1.0, 0.0, 1.0)),  # about y: what points up points forward
+        (JointType.REVOLUTE, math.pi / 2, (1.0, 0.0, 1.0)),  # about y: the axis that points up points forward
         (JointType.CONTINUOUS, -math.pi / 2, (-1.0, 0.0, 1.0)),
         (JointType.PRISMATIC, 0.5, (0.0, 0.5, 2.0)),
         (JointType.FIXED, 0.5, (0.0, 0.0, 2.0)),
@@ -43,7 +43,7 @@ def test_joints_add_up_from_the_root() -> None:
     assert poses["c"].rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, -1.0))
 
 
-def test_a_joint_that_follows_another_goes_along_unless_it_is_given_a_position() -> None:
+def test_a_mimic_joint_follows_unless_it_has_a_position() -> None:
     leader = Joint("leader", JointType.REVOLUTE, "a", "b")
     follower = Joint("follower", JointType.REVOLUTE, "a", "c", limits=Limits(), mimic=Mimic("leader", -2.0, 0.5))
     robot = of_joints(leader, follower).robot

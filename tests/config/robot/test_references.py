@@ -1,4 +1,4 @@
-"""Joints and links by index and by name; the two ways of counting."""
+"""Joints and links by index and by name; the two orders of counting."""
 
 import pytest
 from hypothesis import given
@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Items, Leaf, Place, Problems, Scalar
-from cellwright.config.robot.group_reader import MOST_LISTED, GroupReader, listed, numbered
+from cellwright.config.robot.group_reader import MAX_LISTED, GroupReader, listed, numbered
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.robots import load_robot
 from tests.config.robot.small_robot import INDICES, urdf
@@ -73,5 +73,5 @@ def test_messages_are_not_flooded() -> None:
     text = listed(names)
     assert text.startswith("joint_0, joint_1, ")
     assert text.endswith("… 88 more, see `cellwright robot`")
-    assert text.count("joint_") == MOST_LISTED
+    assert text.count("joint_") == MAX_LISTED
     assert listed([]) == "none"

@@ -1,4 +1,4 @@
-"""Which file is meant by a name or a path, and that those that come along are sound."""
+"""Robot files by name or path, and validity of the bundled ones."""
 
 from pathlib import Path
 
@@ -16,13 +16,13 @@ def silent(_line: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
-def test_those_that_come_along_are_flawless(name: str) -> None:
+def test_bundled_robots_give_no_warnings(name: str) -> None:
     report = check([find_robot(name)])
     assert report.lines() == ["ok"]
     assert load_robot(name, silent).arms
 
 
-def test_qinglong_comes_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_qinglong_is_bundled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "qinglong" in bundled()
     monkeypatch.chdir(tmp_path)
     (tmp_path / "qinglong").mkdir()
@@ -62,7 +62,7 @@ def test_which_urdf_of_a_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["no.yml", "./qinglong", "folder/robot", "a" * 5000, "a\0b", ""])
-def test_what_is_not_there_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CellwrightError):
         find_robot(name)
@@ -86,7 +86,7 @@ def test_what_is_not_there_is_refused(name: str, tmp_path: Path, monkeypatch: py
         ("a.yml", "<robot>", False, False),
     ],
 )
-def test_files_are_known_by_what_is_in_them(name: str, text: str, robot: bool, plain: bool, tmp_path: Path) -> None:
+def test_files_are_recognised_by_content(name: str, text: str, robot: bool, plain: bool, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_text(text)
     assert (is_robot_file(path), is_urdf(path)) == (robot, plain)

@@ -1,4 +1,4 @@
-"""Sides that names tell, and groups that mix them."""
+"""Sides in names, and groups that mix them."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ def mixed(robot: RobotModel, *names: str) -> str:
     return mixed_sides(robot, [robot.joint(name) for name in names])
 
 
-def test_a_group_of_both_sides_is_told_by_its_names(tmp_path: Path) -> None:
+def test_a_group_of_both_sides_is_found_by_names(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, urdf()), warn=lambda _line: None)
     assert mixed(robot, "left_gripper_joint1", "right_gripper_joint1") == (
         "right_gripper_joint1 is on the right, left_gripper_joint1 on the left"
@@ -42,7 +42,7 @@ def test_a_group_of_both_sides_is_told_by_its_names(tmp_path: Path) -> None:
     assert mixed(robot, "torso_joint1", "left_arm_joint1") == ""
 
 
-def test_a_group_of_two_limbs_is_told_without_names(tmp_path: Path) -> None:
+def test_a_group_of_two_limbs_is_found_without_names(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, urdf(("one", "two"))), warn=lambda _line: None)
     assert mixed(robot, "one_gripper_joint1", "two_gripper_joint2") == (
         "its joints hang on two limbs, behind one_arm_joint1 and behind two_arm_joint1"
@@ -57,7 +57,7 @@ def test_two_fingers_of_one_palm_may_be_called_left_and_right(tmp_path: Path) ->
 
 
 def test_a_joint_that_spreads_a_finger_makes_no_limb_of_it(tmp_path: Path) -> None:
-    """Two fingers, called left and right, that each hang on a joint which does not close them."""
+    """Return two fingers, called left and right, that each hang on a joint which does not close them."""
     text = urdf(("main",), fingers=())
     for side in ("left", "right"):
         for name, parent in ((f"{side}_spread", "main_arm_link7"), (f"{side}_finger", f"{side}_spread_link")):

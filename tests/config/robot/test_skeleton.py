@@ -1,4 +1,4 @@
-"""The beginning of a configuration: what it says of robots, and that it can be read as it is."""
+"""Draft of a configuration: its findings on robots, and that it is valid as it is."""
 
 from pathlib import Path
 
@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.robots import bundled, load_robot, read_robot_config
-from cellwright.config.robot.skeleton import LEAST_JOINTS, find_limbs, skeleton
+from cellwright.config.robot.skeleton import MIN_ARM_JOINTS, find_limbs, skeleton
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot import torso_robot
 from tests.config.robot.small_robot import SHAPE
 
 
 def robot(folder: Path, *joints: tuple[str, str, str, str], limits: str = 'lower="-1" upper="2"') -> RobotModel:
-    """A robot of joints (name, type, parent, child); its first parent is the root."""
+    """Return a robot of joints (name, type, parent, child); its first parent is the root."""
     links = dict.fromkeys(name for _, _, parent, child in joints for name in (parent, child))
     lines = [f"<link name='{name}'>{SHAPE}</link>" for name in links]
     for number, (name, kind, parent, child) in enumerate(joints):
@@ -32,7 +32,7 @@ def robot(folder: Path, *joints: tuple[str, str, str, str], limits: str = 'lower
 
 
 def chain(name: str, base: str, count: int, kind: str = "revolute") -> list[tuple[str, str, str, str]]:
-    """Joints NAME1, NAME2, … one after the other on a link."""
+    """Return joints NAME1, NAME2, … in series on a link."""
     links = [base, *(f"{name}_link{number + 1}" for number in range(count))]
     return [(f"{name}{number + 1}", kind, links[number], links[number + 1]) for number in range(count)]
 
@@ -69,7 +69,7 @@ def test_sides_follow_from_names_and_right_comes_first(tmp_path: Path) -> None:
     assert [arm.joints[0] for arm in find_limbs(model).arms] == ["right_arm_1", "left_arm_1"]
 
 
-def test_what_carries_the_arms(tmp_path: Path) -> None:
+def test_joints_that_carry_the_arms(tmp_path: Path) -> None:
     trunk = [("rail", "prismatic", "base", "cart"), ("turn", "revolute", "cart", "torso")]
     model = robot(tmp_path, *trunk, *chain("a", "torso", 4), *chain("b", "torso", 4), *chain("neck", "torso", 2))
     found = find_limbs(model)
@@ -92,7 +92,7 @@ def test_a_tool_is_the_tip(tmp_path: Path) -> None:
     assert found.arms[0].tip == "tool0"
 
 
-def test_nothing_to_be_found_is_said(tmp_path: Path) -> None:
+def test_a_draft_without_limbs_says_so(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("wheel", "base", 1, "continuous"))
     text = skeleton(model, tmp_path / "robot.urdf", tmp_path)
     assert "# None was found" in text
@@ -112,7 +112,7 @@ def test_home_lies_within_limits_to_the_last_digit(tmp_path: Path) -> None:
     ("lower", "upper", "home"),
     [
         (-1.0, 2.0, 0.0),
-        (0.0, 2.6, 0.5),  # an elbow that is stretched out at 0
+        (0.0, 2.6, 0.5),  # an elbow that is stretched at 0
         (-3.14, 0.0, -0.5),
         (-0.0873, 3.8223, 0.413),
         (-2.9, -0.1, -0.6),
@@ -149,7 +149,7 @@ def test_any_tree_can_be_begun(
     model = robot(folder, *joints)
     config, warnings = read_back(folder, model)
     assert warnings == []
-    assert all(len(arm.joints) >= LEAST_JOINTS for arm in config.arms)
+    assert all(len(arm.joints) >= MIN_ARM_JOINTS for arm in config.arms)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_any_tree_can_be_begun(
         ((("0 1 0", 0.0, 0.04),) * 3, "    # Not known which end is open", [0.0] * 3),
     ],
 )
-def test_which_end_of_a_gripper_is_open_is_written_where_it_can_be_told(
+def test_the_open_end_of_a_gripper_is_written_if_known(
     tmp_path: Path, fingers: tuple[tuple[str, float, float], ...], line: str, open_positions: list[float]
 ) -> None:
     path = torso_robot.write(tmp_path, torso_robot.urdf(fingers=fingers))
@@ -175,7 +175,7 @@ def test_which_end_of_a_gripper_is_open_is_written_where_it_can_be_told(
 
 
 def test_a_robot_on_another_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On Windows there is no way from one drive to another; its place stands there as a whole."""
+    """On Windows, drives have no relative path between them; the draft has the absolute path."""
 
     def refuse(_path: object, _start: object) -> str:
         raise ValueError("path is on mount 'D:', start on mount 'C:'")

@@ -28,7 +28,7 @@ def test_a_limb_reaches_from_joint_to_joint(end: Vector3) -> None:
     assert limb.kind == "capsule"
     assert limb.is_seen
     assert limb.is_touched
-    # its axis lies on the way, and it ends near both joints
+    # its axis lies on the line between the joints, and it ends near both
     assert limb.pose.rotate((0.0, 0.0, length)) == pytest.approx(end, abs=1e-4)
     assert limb.pose.position == pytest.approx([value / 2 for value in end])
     assert length * 0.5 <= straight <= length
@@ -61,16 +61,16 @@ def test_the_last_link_lies_around_its_centre_of_mass() -> None:
 @pytest.mark.parametrize(
     ("shapes", "lacking", "uses"),
     [
-        ((TOUCHED,), {Use.SEEN}, [("box", True, True)]),  # what is touched is drawn
-        ((SEEN,), {Use.TOUCHED}, [("sphere", True, True)]),  # what is drawn is touched
-        ((TOUCHED, SEEN), {Use.SEEN}, [("box", False, True), ("sphere", True, False)]),  # enough is there
+        ((TOUCHED,), {Use.SEEN}, [("box", True, True)]),  # collision shapes are drawn
+        ((SEEN,), {Use.TOUCHED}, [("sphere", True, True)]),  # visual shapes collide
+        ((TOUCHED, SEEN), {Use.SEEN}, [("box", False, True), ("sphere", True, False)]),  # nothing is missing
         ((SEEN,), {Use.SEEN}, [("sphere", True, False)]),
         ((), {Use.SEEN}, [("capsule", True, False)]),
         ((), {Use.TOUCHED}, [("capsule", False, True)]),
         ((), set(), []),
     ],
 )
-def test_what_is_there_serves_first(
+def test_existing_shapes_serve_first(
     shapes: tuple[ModelShape, ...], lacking: set[Use], uses: list[tuple[str, bool, bool]]
 ) -> None:
     link = with_stand_ins(Link("arm", shapes=shapes), [joint_at((0.0, 0.0, 0.4))], lacking)

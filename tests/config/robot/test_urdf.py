@@ -1,11 +1,11 @@
-"""Robots from URDF files: the tree, how joints are counted, and what is refused with its place."""
+"""Robots from URDF files: the tree, the indices of joints, and refused files with the place of their errors."""
 
 from pathlib import Path
 
 import pytest
 
 from cellwright.config.robot.model import JointType, RobotModel
-from cellwright.config.robot.urdf import MOST_LINKS, MOST_SHAPES, MOST_WARNINGS, read_urdf
+from cellwright.config.robot.urdf import MAX_LINKS, MAX_SHAPES, MAX_WARNINGS, read_urdf
 from cellwright.util.errors import DescriptionError
 
 LIMIT = '<limit lower="-1" upper="2" effort="3" velocity="4"/>'
@@ -21,7 +21,7 @@ def robot(*elements: str, links: str = "") -> str:
 
 
 def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
-    """The robot, and the warnings without the path of the file."""
+    """Return the robot, and the warnings without the path of the file."""
     path = folder / "robot.urdf"
     path.write_text(text)
     warnings: list[str] = []
@@ -30,7 +30,7 @@ def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
 
 
 def refused(folder: Path, text: str) -> list[str]:
-    """What is wrong, without the path of the file."""
+    """Return the errors, without the path of the file."""
     path = folder / "robot.urdf"
     path.write_text(text)
     with pytest.raises(DescriptionError) as raised:
@@ -66,7 +66,7 @@ def test_a_robot_may_be_one_link_and_have_no_name(tmp_path: Path) -> None:
     assert (found.name, found.root, found.joints) == ("robot", "box", ())
 
 
-def test_elements_of_other_programs_are_passed_over_and_slips_are_told(tmp_path: Path) -> None:
+def test_foreign_elements_are_ignored_and_misspelt_ones_reported(tmp_path: Path) -> None:
     others = '<gazebo/><transmission name="t"><joint name="j"/></transmission><jont name="x"/>'
     found, warnings = read(tmp_path, robot(others, joint("j", "a", "b"), links="ab"))
     assert len(found.joints) == 1
@@ -77,7 +77,7 @@ def test_warnings_do_not_flood(tmp_path: Path) -> None:
     boxes = '<visual><geometry><box size="0 0 0"/></geometry></visual>\n' * 100
     _, warnings = read(tmp_path, robot("<jont/>\n" * 100, f'<link name="a">{boxes}</link>'))
     assert warnings[0] == "robot.urdf:2: jont: <jont> is not read; did you mean joint"
-    assert len(warnings) == MOST_WARNINGS + 1
+    assert len(warnings) == MAX_WARNINGS + 1
     assert warnings[-1] == "robot.urdf: 81 more warnings like these"
 
 
@@ -110,34 +110,31 @@ def test_warnings_do_not_flood(tmp_path: Path) -> None:
         ("<html/>", "robot.urdf:1: no robot: it begins with <html>; a URDF file begins with <robot>"),
     ],
 )  # fmt: skip
-def test_what_is_no_tree_of_links_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+def test_links_without_a_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
     assert problem in refused(tmp_path, text)
 
 
-def test_all_that_is_wrong_is_told_at_once(tmp_path: Path) -> None:
+def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
     problems = refused(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
     assert len(problems) == 3
     assert [problem.split(": ")[0] for problem in problems] == ["robot.urdf:4", "robot.urdf:4", "robot.urdf:5"]
 
 
 @pytest.mark.parametrize(
-    ("elements", "what"),
+    ("elements", "message"),
     [
-        ("<link/>" * (MOST_LINKS + 1), f"{MOST_LINKS + 1} links; at most {MOST_LINKS} are read"),
-        ("<joint/>" * (MOST_LINKS + 1), f"{MOST_LINKS + 1} joints; at most {MOST_LINKS} are read"),
-        (
-            f"<link>{'<visual/>' * (MOST_SHAPES + 1)}</link>",
-            f"{MOST_SHAPES + 1} shapes; at most {MOST_SHAPES} are read",
-        ),
+        ("<link/>" * (MAX_LINKS + 1), f"{MAX_LINKS + 1} links; at most {MAX_LINKS} are read"),
+        ("<joint/>" * (MAX_LINKS + 1), f"{MAX_LINKS + 1} joints; at most {MAX_LINKS} are read"),
+        (f"<link>{'<visual/>' * (MAX_SHAPES + 1)}</link>", f"{MAX_SHAPES + 1} shapes; at most {MAX_SHAPES} are read"),
     ],
 )
-def test_more_than_any_robot_has_is_refused(tmp_path: Path, elements: str, what: str) -> None:
-    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {what}"]
+def test_excessive_counts_are_refused(tmp_path: Path, elements: str, message: str) -> None:
+    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
 
 
 def test_a_long_chain_is_read(tmp_path: Path) -> None:
-    links = "".join(f'<link name="l{number}"/>' for number in range(MOST_LINKS))
-    joints = "".join(joint(f"j{k}", f"l{k}", f"l{k + 1}", kind="fixed") for k in reversed(range(MOST_LINKS - 1)))
+    links = "".join(f'<link name="l{number}"/>' for number in range(MAX_LINKS))
+    joints = "".join(joint(f"j{k}", f"l{k}", f"l{k + 1}", kind="fixed") for k in reversed(range(MAX_LINKS - 1)))
     found, _ = read(tmp_path, robot(links, joints))
-    assert [each.name for each in found.joints] == [f"j{k}" for k in range(MOST_LINKS - 1)]
+    assert [each.name for each in found.joints] == [f"j{k}" for k in range(MAX_LINKS - 1)]
     assert {each.type for each in found.joints} == {JointType.FIXED}

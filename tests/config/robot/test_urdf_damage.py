@@ -1,4 +1,4 @@
-"""Damaged robot files: whatever is left of one is a robot that can be built, or is refused in plain lines."""
+"""Damaged robot files: each is a robot that can be built, or is refused with one-line errors."""
 
 from pathlib import Path
 
@@ -49,7 +49,7 @@ QUOTED = [at for at, character in enumerate(WHOLE) if character == '"'][::2]
 
 @st.composite
 def damaged(draw: st.DrawFn) -> str:
-    """The whole file with some attributes replaced, pieces put in, pieces cut out."""
+    """Return the whole file with some attributes replaced, pieces inserted, and pieces cut out."""
     text = WHOLE
     for _ in range(draw(st.integers(1, 4))):
         snippet = draw(st.sampled_from(SNIPPETS))
@@ -65,18 +65,18 @@ def damaged(draw: st.DrawFn) -> str:
 
 @settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(text=damaged(), self_collision=st.booleans())
-def test_damage_is_forgiven_or_refused(tmp_path: Path, text: str, self_collision: bool) -> None:
+def test_damage_is_tolerated_or_refused(tmp_path: Path, text: str, self_collision: bool) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text(text, "utf-8")
-    told: list[str] = []
+    lines: list[str] = []
     try:
-        robot = read_urdf(path, warn=told.append)
+        robot = read_urdf(path, warn=lines.append)
     except DescriptionError as error:
-        told += [str(problem) for problem in error.problems] or ["nothing is told"]
+        lines += [str(problem) for problem in error.problems] or ["no problem is listed"]
     else:
         poses = link_poses(robot, {joint.name: 1.0 for joint in robot.driven})
         assert all(pose.is_finite() for pose in poses.values())
         build_robot(RobotConfig(robot, "robot", path, path), self_collision=self_collision)
-    for line in told:
+    for line in lines:
         assert line.startswith(str(path))
         assert "\n" not in line

@@ -1,4 +1,4 @@
-"""Bytes of robot files: what is forgiven, with a warning that says where, and what is refused."""
+"""Bytes of robot files: tolerated ones, with a warning that names the place, and refused ones."""
 
 import os
 from pathlib import Path
@@ -13,7 +13,7 @@ from cellwright.util.errors import DescriptionError
 
 
 def read(folder: Path, content: bytes) -> tuple[Element, list[str]]:
-    """The outermost element, and the warnings without the path's folder."""
+    """Return the root element, and the warnings without the path's folder."""
     path = folder / "robot.urdf"
     path.write_bytes(content)
     problems = Problems()
@@ -27,7 +27,7 @@ def refused(folder: Path, content: bytes) -> str:
     return str(raised.value).replace(f"{folder}/", "")
 
 
-def test_elements_know_where_they_stand(tmp_path: Path) -> None:
+def test_elements_know_their_place(tmp_path: Path) -> None:
     element, warnings = read(tmp_path, b'<robot>\n<link name="a">\n <visual>\n  <geometry/></visual></link></robot>')
     geometry = element.children[0].children[0].children[0]
     assert (geometry.key, geometry.place.line) == ("link[a].visual.geometry", 4)
@@ -36,7 +36,7 @@ def test_elements_know_where_they_stand(tmp_path: Path) -> None:
     assert warnings == []
 
 
-def test_stray_control_bytes_are_forgiven_and_told_of(tmp_path: Path) -> None:
+def test_stray_control_bytes_give_a_warning(tmp_path: Path) -> None:
     element, warnings = read(tmp_path, b'<robot>\n\n<link \x1aname="a"/></robot>\0\n')
     assert element.children[0].get("name") == "a"
     assert warnings == [
@@ -53,7 +53,7 @@ def test_stray_control_bytes_are_forgiven_and_told_of(tmp_path: Path) -> None:
         b'<?xml version="1.0" encoding="ISO-8859-1"?><robot name="\xe4"/>',
     ],
 )
-def test_encodings_and_what_may_stand_before_the_declaration(tmp_path: Path, content: bytes) -> None:
+def test_encodings_and_text_before_the_declaration(tmp_path: Path, content: bytes) -> None:
     element, warnings = read(tmp_path, content)
     assert element.get("name") == "ä"
     assert warnings == []
@@ -66,7 +66,7 @@ def test_text_of_no_known_encoding_is_read_as_latin_1(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "what"),
+    ("content", "message"),
     [
         (b"", "robot.urdf: the file is empty"),
         (b" \n\0", "robot.urdf: the file is empty"),
@@ -77,8 +77,8 @@ def test_text_of_no_known_encoding_is_read_as_latin_1(tmp_path: Path) -> None:
         (b"<robot>&lol;</robot>", "robot.urdf:1: no valid XML: undefined entity (column 8)"),
     ],
 )
-def test_what_cannot_be_read_is_refused_with_its_line(tmp_path: Path, content: bytes, what: str) -> None:
-    assert refused(tmp_path, content) == what
+def test_unreadable_files_are_refused_with_the_line(tmp_path: Path, content: bytes, message: str) -> None:
+    assert refused(tmp_path, content) == message
 
 
 def test_entities_that_multiply_are_not_expanded(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_entities_that_multiply_are_not_expanded(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_not_a_file_of_sensible_size_is_refused(tmp_path: Path) -> None:
+def test_files_of_excessive_size_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="there is no such file"):
         read_elements(tmp_path / "nothing.urdf", Problems())
     with pytest.raises(DescriptionError, match="is a folder; name the URDF file in it"):
@@ -110,10 +110,10 @@ def test_figures_from_the_environment(tmp_path: Path, monkeypatch: pytest.Monkey
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=st.binary(max_size=200) | st.text("<>/=\"' ar\n&;!-?[]", max_size=60).map(str.encode))
 def test_no_bytes_do_any_harm(tmp_path: Path, content: bytes) -> None:
-    told = ""
+    message = ""
     try:
         read(tmp_path, content)
     except DescriptionError as error:
-        told = str(error)
-    assert told == "" or told.startswith(f"{tmp_path}{os.sep}robot.urdf")
-    assert "\n" not in told
+        message = str(error)
+    assert message == "" or message.startswith(f"{tmp_path}{os.sep}robot.urdf")
+    assert "\n" not in message

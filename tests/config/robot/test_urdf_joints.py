@@ -1,4 +1,4 @@
-"""Joints: kinds, axes, limits as PyBullet sees them, and joints that follow others."""
+"""Joints: types, axes, limits as in PyBullet, and mimic joints."""
 
 import math
 from pathlib import Path
@@ -35,19 +35,19 @@ def test_limits(tmp_path: Path, written: str, kind: str, limits: Limits) -> None
     assert read_one(tmp_path, f"<limit {written}/>", kind)[0].limits == limits
 
 
-def test_what_has_no_effort_or_velocity_is_told_once_for_all(tmp_path: Path) -> None:
+def test_missing_efforts_and_velocities_give_one_warning(tmp_path: Path) -> None:
     joints = [joint(f"j{child}", "a", child, '<limit lower="0" upper="1"/>') for child in "bcdef"]
     _, warnings = read(tmp_path, robot(*joints, links="abcdef"))
     assert warnings == [
-        f"robot.urdf:1: 5 joints have no {what} limit or one of 0 (jb, jc, jd, and 2 more); taken for unlimited"
-        for what in ("velocity", "effort")
+        f"robot.urdf:1: 5 joints have no {kind} limit or one of 0 (jb, jc, jd, and 2 more); taken for unlimited"
+        for kind in ("velocity", "effort")
     ]
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 def test_a_joint_that_needs_limits_and_has_none_is_refused(tmp_path: Path, kind: str) -> None:
-    told = f'robot.urdf:4: joint[j]: a {kind} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
-    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [told]
+    expected = f'robot.urdf:4: joint[j]: a {kind} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
+    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
 
 
 def test_axes_become_unit_vectors(tmp_path: Path) -> None:
@@ -74,7 +74,7 @@ def test_a_floating_joint_is_held_as_pybullet_holds_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("element", "what"),
+    ("element", "message"),
     [
         ("<joint/>", "4: joint: a joint without a name"),
         (joint("j", "a", "b", kind="revolut"), "4: joint[j]: unknown joint type 'revolut'; did you mean revolute"),
@@ -109,8 +109,8 @@ def test_a_floating_joint_is_held_as_pybullet_holds_it(tmp_path: Path) -> None:
         (joint("j", "a", "b", f'<origin xyz="0 1e7 0"/>{LIMIT}'), "5: joint[j].origin: a coordinate beyond 1e+06"),
     ],
 )
-def test_what_is_no_joint_is_refused(tmp_path: Path, element: str, what: str) -> None:
-    assert f"robot.urdf:{what}" in refused(tmp_path, robot(element, links="ab"))
+def test_invalid_joints_are_refused(tmp_path: Path, element: str, message: str) -> None:
+    assert f"robot.urdf:{message}" in refused(tmp_path, robot(element, links="ab"))
 
 
 def follower(name: str, child: str, leader: str, figures: str = "", kind: str = "revolute") -> str:
@@ -132,7 +132,7 @@ def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "what"),
+    ("first", "second", "message"),
     [
         (follower("one", "b", "on"), "", "follows the unknown joint 'on'; did you mean one"),
         (follower("one", "b", "one"), "", "joints that follow each other in a ring: one"),
@@ -147,9 +147,9 @@ def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
         (follower("one", "b", "one", 'multiplier="much"'), "", "multiplier takes a finite number, not 'much'"),
     ],
 )
-def test_what_cannot_be_followed_is_refused(tmp_path: Path, first: str, second: str, what: str) -> None:
+def test_invalid_mimics_are_refused(tmp_path: Path, first: str, second: str, message: str) -> None:
     problems = refused(tmp_path, robot(first, second, links="abc" if second else "ab"))
-    assert any(problem.startswith("robot.urdf:") and problem.endswith(what) for problem in problems), problems
+    assert any(problem.startswith("robot.urdf:") and problem.endswith(message) for problem in problems), problems
 
 
 def test_a_joint_that_cannot_follow_is_left_alone(tmp_path: Path) -> None:

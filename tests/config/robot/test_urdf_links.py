@@ -40,7 +40,7 @@ def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("inside", "what"),
+    ("inside", "message"),
     [
         (inertial("-1", ""), "3: link[a].inertial.mass: a mass of -1 kg; 0 to 1e+06 kg make sense"),
         (inertial("heavy", ""), "3: link[a].inertial.mass: value takes a finite number, not 'heavy'"),
@@ -48,8 +48,8 @@ def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
         (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx takes a finite number, not '1 2'"),
     ],
 )
-def test_a_mass_that_makes_no_sense_is_refused(tmp_path: Path, inside: str, what: str) -> None:
-    assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{what}"]
+def test_an_invalid_mass_is_refused(tmp_path: Path, inside: str, message: str) -> None:
+    assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{message}"]
 
 
 def seen(form: str, rest: str = "") -> str:
@@ -69,7 +69,7 @@ def test_shapes(tmp_path: Path, form: str, shape: ModelShape) -> None:
     assert read_link(tmp_path, seen(form))[0].shapes == (shape,)
 
 
-def test_what_is_touched_is_told_from_what_is_seen(tmp_path: Path) -> None:
+def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
     box = '<geometry><box size="1 1 1"/></geometry>'
     text = f'<collision><origin xyz="0 0 1" rpy="0 0 0"/>{box}</collision><visual>{box}</visual><visual>{box}</visual>'
     shapes = read_link(tmp_path, text)[0].shapes
@@ -78,7 +78,7 @@ def test_what_is_touched_is_told_from_what_is_seen(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("form", "what"),
+    ("form", "message"),
     [
         ("<torus/>", "geometry: a shape <torus> is left out (known: box, cylinder, capsule, sphere, mesh)"),
         ("<boxx/>", "geometry: a shape <boxx> is left out; did you mean box"),
@@ -88,16 +88,16 @@ def test_what_is_touched_is_told_from_what_is_seen(tmp_path: Path) -> None:
         ('<sphere radius="1e9"/>', "geometry.sphere: a sphere of 1e+09 m is left out; lengths are above 0"),
     ],
 )
-def test_shapes_that_are_none_are_left_out(tmp_path: Path, form: str, what: str) -> None:
+def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) -> None:
     link, warnings = read_link(
         tmp_path, seen(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
     )
     assert len([shape for shape in link.shapes if not shape.is_touched]) == 0
-    assert warnings == [f"3: link[a].visual.{what}"]
+    assert warnings == [f"3: link[a].visual.{message}"]
 
 
 @pytest.mark.parametrize(
-    ("form", "what"),
+    ("form", "message"),
     [
         ("<box/>", "box: <box> needs size [m]"),
         ('<cylinder radius="1"/>', "cylinder: <cylinder> needs length [m]"),
@@ -106,9 +106,9 @@ def test_shapes_that_are_none_are_left_out(tmp_path: Path, form: str, what: str)
         ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: a scale of 0 or beyond all sense"),
     ],
 )
-def test_shapes_with_slips_are_refused(tmp_path: Path, form: str, what: str) -> None:
+def test_shapes_with_mistakes_are_refused(tmp_path: Path, form: str, message: str) -> None:
     problems = refused(tmp_path, robot(f'<link name="a">\n{seen(form)}</link>'))
-    assert f"robot.urdf:3: link[a].visual.geometry.{what}" in problems
+    assert f"robot.urdf:3: link[a].visual.geometry.{message}" in problems
 
 
 RED = '<material name="red"><color rgba="1 0 0 1"/></material>'

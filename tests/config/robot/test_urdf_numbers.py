@@ -1,4 +1,4 @@
-"""Numbers in attributes: what counts as one, and what is forgiven."""
+"""Numbers in attributes: valid and tolerated ones."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from cellwright.util.pose import Pose
 
 
 def read(text: str, count: int, *, may_be_infinite: bool = False) -> tuple[list[float] | None, list[str], list[str]]:
-    """The numbers, and what is told: errors and warnings."""
+    """Return the numbers, and the errors and warnings."""
     problems = Problems()
     element = Element("origin", {"xyz": text}, Place(0, "r.urdf", 3), "origin")
     found = Numbers(problems).read(element, "xyz", count, may_be_infinite=may_be_infinite)
@@ -21,7 +21,7 @@ def test_numbers_have_blanks_between_them(text: str) -> None:
 
 
 @pytest.mark.parametrize(("text", "taken"), [("1, 2,3", "1 2 3"), ("1 2 3 4", "1 2 3"), ("-1.57. 0 0", "-1.57 0 0")])
-def test_slips_that_real_files_have_are_forgiven(text: str, taken: str) -> None:
+def test_common_mistakes_of_real_files_are_tolerated(text: str, taken: str) -> None:
     assert read(text, 3) == ([float(word) for word in taken.split()], [], [f"xyz='{text}' is taken for {taken}"])
 
 

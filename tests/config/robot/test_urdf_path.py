@@ -1,4 +1,4 @@
-"""The URDF that a configuration names: beside it, one folder up as in old revisions, or a hint at what there is."""
+"""URDF of a configuration: beside it, one folder up as in old revisions, or a hint at existing ones."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from cellwright.util.errors import DescriptionError
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """descriptions/robot with its URDF in a folder of its own."""
+    """Return descriptions/robot with its URDF in a folder of its own."""
     found = tmp_path / "descriptions" / "robot"
     (found / "urdf").mkdir(parents=True)
     (found / "urdf" / "robot.urdf").touch()
@@ -34,8 +34,8 @@ def test_beside_the_configuration(folder: Path) -> None:
 
 
 def test_from_the_folder_above_as_old_revisions_have_it(folder: Path) -> None:
-    found, said = find(folder, "urdf_path: robot/urdf/robot.urdf")
-    assert said == []
+    found, warnings = find(folder, "urdf_path: robot/urdf/robot.urdf")
+    assert warnings == []
     assert found is not None
     assert found.samefile(folder / "urdf" / "robot.urdf")
 
@@ -44,7 +44,7 @@ def test_anywhere_by_its_whole_path(folder: Path, tmp_path: Path) -> None:
     assert find(folder, f"urdf_path: {folder}/urdf/robot.urdf")[0] == folder / "urdf" / "robot.urdf"
 
 
-def test_what_comes_close_is_named(folder: Path) -> None:
+def test_a_similar_name_is_suggested(folder: Path) -> None:
     missing = f":1: urdf_path: there is no file {{}} in {folder}, nor in the folder above; did you mean urdf/robot.urdf"
     for written in ("urdf/robt.urdf", "something_else.urdf"):
         assert find(folder, f"urdf_path: {written}") == (None, [missing.format(written)])
@@ -53,7 +53,7 @@ def test_what_comes_close_is_named(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("written", ["''", "1", "[a]", "{}", "", "true", '"a\\0b"', '"a\\nb"'])
-def test_what_is_no_path(written: str, folder: Path) -> None:
+def test_invalid_paths(written: str, folder: Path) -> None:
     found, (line,) = find(folder, f"urdf_path: {written}")
     assert found is None
     assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file, not ")

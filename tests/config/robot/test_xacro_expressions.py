@@ -1,4 +1,4 @@
-"""Expressions of xacro files reckon, and do nothing else."""
+"""Expressions of xacro files compute, and do nothing else."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def expanded(folder: Path, expression: str) -> str:
         ("$(eval 1 + 1)", "2"),
     ],
 )
-def test_what_robots_reckon_with_is_there(tmp_path: Path, expression: str, value: str) -> None:
+def test_functions_that_robots_use_exist(tmp_path: Path, expression: str, value: str) -> None:
     assert expanded(tmp_path, expression) == value
 
 
@@ -50,14 +50,14 @@ def test_what_robots_reckon_with_is_there(tmp_path: Path, expression: str, value
         ("__import__('os')", "__import__"),
     ],
 )
-def test_what_leads_inwards_is_refused(expression: str, name: str) -> None:
+def test_access_to_internals_is_refused(expression: str, name: str) -> None:
     with pytest.raises(xacro.XacroException, match=f"an expression must not use '{name}'"):
         check_expression(expression)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("expression", "what"),
+    ("expression", "message"),
     [
         ("${[x.__class__ for x in [()]]}", "must not use '__class__'"),
         ("$(eval [x.__class__ for x in 'a'])", "must not use '__class__'"),
@@ -65,14 +65,14 @@ def test_what_leads_inwards_is_refused(expression: str, name: str) -> None:
         ("$(eval open)", "'open' is not defined"),
     ],
 )
-def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, what: str) -> None:
-    with pytest.raises(DescriptionError, match=what):
+def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, message: str) -> None:
+    with pytest.raises(DescriptionError, match=message):
         expanded(tmp_path, expression)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("expression", "what"),
+    ("expression", "message"),
     [
         ("${'x' * 10**10}", "needs more than 1024 MiB of memory"),
         ("${len('x' * 2 * 10**7) and 'x' * 2 * 10**7}", "expands to more than 16 MiB"),
@@ -80,11 +80,11 @@ def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, what: str
         ("${10**10**8}", "takes longer than 1 s|needs more than 1024 MiB"),
     ],
 )
-def test_what_grows_without_limit_is_stopped(
-    tmp_path: Path, expression: str, what: str, monkeypatch: pytest.MonkeyPatch
+def test_unlimited_growth_is_stopped(
+    tmp_path: Path, expression: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(urdf_file, "MAX_EXPANSION_TIME", 1.0 if "1 s" in what else 60.0)
-    with pytest.raises(DescriptionError, match=what):
+    monkeypatch.setattr(urdf_file, "MAX_EXPANSION_TIME", 1.0 if "1 s" in message else 60.0)
+    with pytest.raises(DescriptionError, match=message):
         expanded(tmp_path, expression)
 
 
@@ -97,7 +97,7 @@ def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.Monk
         expand_xacro(path, ROBOT.format(f'<xacro:macro name="m0"><link name="a"/></xacro:macro>{macros}<xacro:m39/>'))
 
 
-def test_a_process_that_is_gone_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_dead_process_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(urdf_file, "_PROGRAM", "import os; os._exit(7)")
     with pytest.raises(DescriptionError, match=r"its process ended before it was expanded \(status 7\)"):
         expanded(tmp_path, "a")
@@ -106,4 +106,4 @@ def test_a_process_that_is_gone_is_told(tmp_path: Path, monkeypatch: pytest.Monk
 def test_the_bounds_are_those_of_robot_files() -> None:
     from cellwright.config.robot.urdf_file import MAX_BYTES
 
-    assert xacro_program.MOST_TEXT == MAX_BYTES
+    assert xacro_program.MAX_TEXT == MAX_BYTES

@@ -1,4 +1,4 @@
-"""Robots written in xacro: expanded without ROS, and what is wrong told with its file and line."""
+"""Robots written in xacro: expanded without ROS, with errors that name file and line."""
 
 from pathlib import Path
 
@@ -51,7 +51,7 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("old", "new", "what"),
+    ("old", "new", "message"),
     [
         ("find arms", "find legs", ":3: xacro: there is no package 'legs' above this file, nor in ROS_PACKAGE_PATH"),
         ("<xacro:arm side=\"l", "<xacro:leg side=\"l", ":5: xacro: unknown macro name: xacro:leg"),
@@ -63,11 +63,11 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
         ('<xacro:arm side="left" y="0.25"/>', "<link/>", ": link: a link without a name"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_with_its_place(tmp_path: Path, old: str, new: str, what: str) -> None:
-    assert refused(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{what}"
+def test_errors_name_their_place(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert refused(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{message}"
 
 
-def test_a_slip_in_an_included_file_is_told_with_that_file(tmp_path: Path) -> None:
+def test_an_error_in_an_included_file_names_that_file(tmp_path: Path) -> None:
     (tmp_path / "urdf").mkdir()
     (tmp_path / "urdf" / "broken.xacro").write_text("<robot>\n<link>\n</robot>")
     assert refused(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: no valid XML (column 3)"
@@ -83,8 +83,8 @@ def test_a_file_of_another_name_is_never_run(tmp_path: Path) -> None:
     path.write_text('<robot>\n<link name="a"/>\n<xacro:arm/><xacro:include filename="missing"/></robot>')
     warnings: list[str] = []
     assert list(read_urdf(path, warn=warnings.append).links) == ["a"]
-    told = "<xacro:arm> is passed over; macros of xacro are expanded where the file's name ends in .xacro"
-    assert warnings[0] == f"{path}:3: xacro:arm: {told}"
+    expected = "<xacro:arm> is passed over; macros of xacro are expanded where the file's name ends in .xacro"
+    assert warnings[0] == f"{path}:3: xacro:arm: {expected}"
     path.write_text("<robot><xacro:arm/></robot>")
     with pytest.raises(DescriptionError, match=r"a robot without links; macros of xacro are expanded where"):
         read_urdf(path, warn=warnings.append)

@@ -1,6 +1,6 @@
-"""A torso of four joints in series that carries two arms of seven, each with two fingers that are closed at 0.
+"""Robot with a torso of four serial joints and two arms of seven, each with two fingers that are closed at 0.
 
-Masses, lengths, efforts and speeds are near those of mobile robots with two arms; the figures are made up.
+Masses, lengths, efforts and speeds are near those of mobile robots with two arms; the figures are invented.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ ARM = (  # origin, axis, effort [N m], speed [rad/s], mass [kg]
     ("0 0 -0.05", "1 0 0", 10, 6, 0.4),
 )
 INWARDS = (("0 1 0", 0.0, 0.04), ("0 -1 0", 0.0, 0.04))
-"""Axis and range [m] of each finger: closed at 0, open at 0.04, as those of OpenArm, of the Panda and of the R1."""
+"""Axis and range [m] of each finger: closed at 0, open at 0.04, as in OpenArm, the Panda and the R1."""
 
 
 def arm_names(side: str, count: int = 7) -> tuple[str, ...]:
-    """The joints of an arm, from the shoulder on."""
+    """Return the joints of an arm, from the shoulder on."""
     return tuple(f"{side}_arm_joint{number}" for number in range(1, count + 1))
 
 
@@ -40,11 +40,11 @@ def urdf(
     arm: int = 7,
     fingers: tuple[tuple[Axis, float, float], ...] = INWARDS,
 ) -> str:
-    """The robot's file.
+    """Return the robot's file.
 
     Args:
-        sides: what the names of the arms begin with, from y = 0.2 m to y = -0.2 m; one is an arm on the torso's middle.
-        torso, arm: how many joints these have.
+        sides: prefixes of the names of the arms, from y = 0.2 m to y = -0.2 m; one is an arm on the torso's middle.
+        torso, arm: their numbers of joints.
         fingers: axis and range of each finger.
     """
     lines = ['<robot name="torso_robot">', _link("base", 50.0, 0.2)]
@@ -86,7 +86,7 @@ def _link(name: str, mass: float, size: float) -> str:
 
 
 def write(folder: Path, text: str) -> Path:
-    """Write a robot's file into a folder; its path."""
+    """Write a robot's file into a folder, and return its path."""
     path = folder / "robot.urdf"
     path.write_text(text)
     return path

@@ -1,4 +1,4 @@
-"""What one trial may hold at most: beyond it there is one line, soon, and nothing is built."""
+"""Bounds of one trial: beyond them there is one error line, quickly, and nothing is built."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ def refused(text: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (f"sensors: {{{many(501, '{type: break_beam, pose: {}}')}}}", "sensors: 501 sensors; at most 500 are read"),
         (f"orders: {{{many(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in all"),
         (f"cellwright: {{parts: {{{many(201, '{}')}}}}}", "cellwright.parts: 201 part types; at most 200 are read"),
     ],
 )
-def test_counts(text: str, said: str) -> None:
-    assert refused(text) == [f"<text>:1: {said}"]
+def test_counts(text: str, message: str) -> None:
+    assert refused(text) == [f"<text>:1: {message}"]
 
 
-def test_a_thousand_errors_are_told_and_the_others_counted() -> None:
-    told = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
-    assert len(told) == tree.MOST_TOLD + 1
-    assert told[-1] == "<text>:1001: 500 more errors besides these"
+def test_a_thousand_errors_are_listed_and_the_others_counted() -> None:
+    errors = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
+    assert len(errors) == tree.MAX_PROBLEMS + 1
+    assert errors[-1] == "<text>:1001: 500 more errors besides these"
     warned = load_trial(text=f"options: {{{many(1500, '1')}}}").warnings
-    assert len(warned) == tree.MOST_TOLD + 1
+    assert len(warned) == tree.MAX_PROBLEMS + 1
     assert warned[-1].severity == "warning"
 
 
@@ -67,7 +67,7 @@ def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         ("<robot>" + "<link>" * 60 + "</link>" * 60 + "</robot>", "elements nested deeper than 50"),
         ("<robot>" + "<a/>" * 20_001 + "</robot>", "more than 20000 elements"),
@@ -79,11 +79,11 @@ def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyP
         ("<sdf>" + " " * (1 << 20) + "</sdf>", "larger than 1 MiB"),
     ],
 )
-def test_models(tmp_path: Path, content: str, said: str) -> None:
+def test_models(tmp_path: Path, content: str, message: str) -> None:
     (tmp_path / "model.xml").write_text(content)
     path = tmp_path / "trial.yaml"
     path.write_text("cellwright: {furniture: [{name: a, file: model.xml}]}")
-    with pytest.raises(DescriptionError, match=said):
+    with pytest.raises(DescriptionError, match=message):
         load_trial([path])
 
 

@@ -1,4 +1,4 @@
-"""Cameras under Cellwright's own section: what is read, and that no slip passes."""
+"""Cameras in Cellwright's own section: valid entries, and errors for all mistakes."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_they_come_after_the_sensors_of_2017() -> None:
     ("kind", "colour", "depth"),
     [("rgb_camera", True, False), ("depth_camera", False, True), ("rgbd_camera", True, True)],
 )
-def test_what_each_type_takes(kind: str, colour: bool, depth: bool) -> None:
+def test_entries_of_each_type(kind: str, colour: bool, depth: bool) -> None:
     (camera,) = cameras(f"{{eye: {{type: {kind}, {POSE}}}}}")
     assert isinstance(camera, Camera)
     assert (camera.has_colour, camera.has_depth) == (colour, depth)
@@ -102,7 +102,7 @@ def test_what_each_type_takes(kind: str, colour: bool, depth: bool) -> None:
         ),
     ],
 )
-def test_slips(entries: str, reason: str) -> None:
+def test_mistakes(entries: str, reason: str) -> None:
     assert reason in refusal(f"{{eye: {{{entries}}}}}")
 
 

@@ -1,4 +1,4 @@
-"""The bundled trials are the public ones, figure for figure; the bundled sensors see what they should."""
+"""Bundled trials equal the public ones, figure for figure; the bundled sensors cover their targets."""
 
 import json
 from dataclasses import replace
@@ -29,7 +29,7 @@ from tests.conftest import DATA
 TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]
 
 
-def test_every_public_trial_comes_along() -> None:
+def test_every_public_trial_is_bundled() -> None:
     assert set(bundled()) == {*TRIALS, "lesson"}
 
 
@@ -43,7 +43,7 @@ def test_equal_to_the_public_figures(name: str) -> None:
 @pytest.mark.parametrize("name", TRIALS)
 def test_the_same_trial_as_the_public_file(name: str) -> None:
     def alike(trial: Trial) -> Trial:
-        """What has no effect left out: a log that is not kept, and whether nothing is inserted."""
+        """Leave out settings without effect: an unused log, and `insert_models_over_bins` without such parts."""
         inserts = trial.options.insert_models_over_bins and bool(trial.bin_parts)
         options = replace(trial.options, gazebo_state_logging=False, insert_models_over_bins=inserts)
         return replace(trial, name="", options=options)
@@ -82,7 +82,7 @@ def test_scenarios() -> None:
 
 
 def seen(points: list[tuple[float, float, float]]) -> bool:
-    """Whether each point is in view of one of the bundled cameras at least."""
+    """Return for each point whether at least one of the bundled cameras sees it."""
     cameras = [
         Frustum(
             sensor.pose,

@@ -29,7 +29,7 @@ quiet = settings(suppress_health_check=[HealthCheck.function_scoped_fixture, Hea
 
 
 def load(path: Path) -> Trial | None:
-    """The trial in a file, or None where it is refused as it should be."""
+    """Return the trial in a file, or None if it is refused correctly."""
     try:
         loaded = load_trial([path])
     except DescriptionError as error:
@@ -54,7 +54,7 @@ def test_a_changed_trial_is_read_or_refused(tmp_path: Path, tree: object, chance
 
 @settings(quiet, max_examples=20)
 @given(tree=st.sampled_from(TREES[:2]), chance=st.randoms())
-def test_what_is_read_can_be_built_and_runs(tmp_path: Path, tree: object, chance: random.Random) -> None:
+def test_valid_trials_can_be_built_and_run(tmp_path: Path, tree: object, chance: random.Random) -> None:
     trial = load(changed(tmp_path, tree, chance))
     if trial is not None:
         with contextlib.suppress(ModelFileError, SimulationError):
@@ -69,12 +69,12 @@ def test_what_is_read_can_be_built_and_runs(tmp_path: Path, tree: object, chance
     [case for name in target.names() for case in seeds.cases(name)],
     ids=lambda case: f"{case.parent.name}-{case.name}",
 )
-def test_what_was_a_finding_once_is_none_now(case: Path) -> None:
+def test_former_findings_are_fixed(case: Path) -> None:
     target.find(case.parent.name).attempt(case.read_bytes())
 
 
 @pytest.mark.parametrize("line", ["what is wrong", "a.yaml: ", "a.yaml:3: two\nlines", "a.yaml:3: \x1b[2J"])
-def test_lines_that_help_nobody_would_be_found(line: str) -> None:
+def test_useless_lines_would_be_found(line: str) -> None:
     with pytest.raises(FindingError):
         check_lines([line], ["a.yaml"])
     check_lines(["a.yaml:3: key: what is wrong"], ["a.yaml"])

@@ -1,4 +1,4 @@
-"""What is hard about a trial."""
+"""Difficulties of a trial."""
 
 from dataclasses import replace
 
@@ -79,7 +79,7 @@ def test_orders_that_come_late_or_never() -> None:
     assert found["never_announced"] == "order_1 is never announced"
 
 
-def test_a_drop_of_what_nobody_ordered_is_no_demand() -> None:
+def test_a_drop_of_unordered_parts_is_no_demand() -> None:
     other = trial("final09")
     regions = tuple(replace(region, type="part1") for region in other.drop_regions)
     assert demands(replace(other, drop_regions=regions)) == ()

@@ -1,4 +1,4 @@
-"""The examples in the page on configuration are such as they say."""
+"""Examples in the page on configuration are valid and as the page describes them."""
 
 import re
 from pathlib import Path

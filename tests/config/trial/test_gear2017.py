@@ -1,4 +1,4 @@
-"""The 2017 format: what is read, with what warnings, and what is refused."""
+"""The 2017 format: valid entries, warnings and errors."""
 
 import contextlib
 import math
@@ -198,7 +198,7 @@ orders:
     assert [kit.kit_type for kit in zero.kits] == ["order_0_kit_0", "order_0_kit_1"]
     assert (one.start_time, one.wanted_parts, one.unwanted_parts) == (None, 2, None)
     assert (two.order_id, two.yaml_name, two.unwanted_parts) == ("order_0", "order_2", 1)
-    # Python 2 came upon order_2 first, and so its kits are called after order_2 and its id is order_0.
+    # Python 2 iterated over order_2 first, so its kits are called after order_2 and its id is order_0.
     assert [message.split(" ")[0] for message in warnings(text)] == ["3:", "4:", "5:"]
     assert "orders.order_2: its id is order_0" in warnings(text)[2]
 
@@ -418,7 +418,7 @@ def test_no_parts_however_many_rows() -> None:
     assert trial(INSERT + f"models_over_bins: {{bin1: {{models: {{gear_part: {grid}}}}}}}").bin_parts == ()
 
 
-def test_files_of_other_years_are_told_so() -> None:
+def test_errors_name_the_year_of_other_formats() -> None:
     early = "orders: {order_0: {announcement_time: 30, parts: {}}, order_1: {announcement_time: 60, parts: {}}}"
     first, second = errors(early)
     assert "orders.order_0.announcement_time: this entry belongs to the 2016 format" in first
@@ -501,7 +501,7 @@ cellwright:
 
 
 def replaced(tree: Any, data: st.DataObject) -> Any:
-    """The tree with one value somewhere in it replaced by an odd one, or one key renamed."""
+    """Return the tree with one of its values replaced by an odd one, or one key renamed."""
     if isinstance(tree, dict) and tree and data.draw(st.integers(0, 7)):
         key = data.draw(st.sampled_from(sorted(tree, key=str)))
         if data.draw(st.integers(0, 9)) == 0:

@@ -1,4 +1,4 @@
-"""Where points of the cell are."""
+"""Names of places in the cell."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What the public trials come to, against the figures that the competition's own launcher made of them."""
+"""Resolved values of the public trials, against the figures of the competition's own launcher."""
 
 import json
 from typing import Any
@@ -62,7 +62,7 @@ models_to_spawn: {world: {models: {a: {type: part2, pose: {xyz: [1, 2, 3]}}}}}
     assert data["extra_models"] == [["world|part2_1", "part2", "world", [1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]]
 
 
-def test_sensors_and_what_else_stands_in_the_cell_are_listed() -> None:
+def test_sensors_and_furniture_are_listed() -> None:
     text = """
 sensors: {beam: {type: break_beam, pose: {xyz: [1.6, 2.25, 0.91], rpy: [0, 0, pi]}}}
 arm: {type: ur10}

@@ -1,4 +1,4 @@
-"""Cellwright's own section: what it sets, and that no slip passes."""
+"""Cellwright's own section: its settings, and errors for all mistakes."""
 
 import math
 
@@ -118,7 +118,7 @@ def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> N
         ("{arm: {initial_joint_states: {elbow: 1}}}", "unknown joint; did you mean elbow_joint"),
     ],
 )
-def test_slips_are_errors(section: str, expected: str) -> None:
+def test_mistakes_are_errors(section: str, expected: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         settings(section)
     assert len(caught.value.problems) == 1

@@ -24,7 +24,7 @@ def test_clones_of_the_belt_come_type_by_type() -> None:
     assert replace(FULL, options=Options(belt_population_cycles=0)).belt_clones() == ()
 
 
-def test_the_demo_tray_has_the_first_kit_without_what_has_no_model() -> None:
+def test_the_demo_tray_has_the_first_kit_without_unknown_types() -> None:
     assert FULL.demo_clones() == (("gear_part_clone_0", OBJECTS[0]), ("gear_part_clone_1", OBJECTS[2]))
 
 
@@ -45,7 +45,7 @@ def test_a_faulty_part_that_no_demo_tray_has_is_a_warning() -> None:
     assert "no part is called 'gear_part_clone_1'; did you mean gear_part_clone_0" in str(warning)
 
 
-def test_how_a_trial_was_written_takes_no_part_in_comparisons() -> None:
+def test_comparisons_ignore_written_values() -> None:
     written = "orders: {a: {announcement_condition: time, announcement_condition_value: 1, parts: {}}}"
     (order,) = load_trial(text=written).trial.orders
     assert (order.written, "written" in repr(order)) == (("time", 1), False)

@@ -1,4 +1,4 @@
-"""The figures of the QingLong against the table of its indices, as PyBullet counts and tells them."""
+"""Figures of the QingLong against the table of its indices, as PyBullet numbers and reports them."""
 
 import json
 import math
@@ -39,7 +39,7 @@ def test_figures_are_those_of_the_table(row: dict[str, Any]) -> None:
     assert (1.0 if inertial is None else inertial.mass) == pytest.approx(row["mass"], rel=1e-3)
 
 
-def test_the_robot_weighs_what_it_weighs() -> None:
+def test_mass_of_the_robot() -> None:
     """78.74 kg, without the eight links for which the source has no mass."""
     masses = [link.inertial.mass for link in figures().links.values() if link.inertial is not None]
     assert sum(masses) == pytest.approx(78.74, abs=0.01)

@@ -1,4 +1,4 @@
-"""The hands of the QingLong: five fingers that are where its joints are."""
+"""Hands of the QingLong: five fingers at the places of its joints."""
 
 import pytest
 
@@ -33,7 +33,7 @@ def test_a_hand_stretched_out_has_its_thumb_up_and_its_palm_to_the_front(side: s
 
 
 @pytest.mark.parametrize("side", ["rh", "lh"])
-def test_what_is_touched_is_inside_what_is_seen(side: str) -> None:
+def test_collision_shapes_are_inside_visual_shapes(side: str) -> None:
     robot = figures()
     seen, touched = hand(robot, side), hand_solids(robot, side)
     assert set(touched) <= set(seen)

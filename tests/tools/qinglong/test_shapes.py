@@ -1,4 +1,4 @@
-"""The shapes that a robot is drawn with: they lie where they were asked for."""
+"""Shapes of a drawing: each lies at the requested place."""
 
 import math
 
@@ -46,20 +46,20 @@ def test_a_capsule_has_balls_at_its_ends() -> None:
     assert [shape.pose.position[2] for shape in made] == [0.5, 0.0, 1.0]
 
 
-def test_a_cushion_is_as_big_as_asked_for_and_round_everywhere() -> None:
+def test_a_cushion_has_the_requested_size_and_is_round_everywhere() -> None:
     centre, size, radius = (1.0, 2.0, 3.0), (0.4, 0.6, 0.8), 0.1
     made = cushion(centre, size, radius, SHELL)
     for axis in range(3):
         reach = max(abs(shape.pose.position[axis] - centre[axis]) + _half(shape, axis) for shape in made)
         assert reach == pytest.approx(size[axis] / 2)
-    corner = [1.2, 2.3, 3.4]  # of the box around it: nothing of the cushion comes nearer than the round corner
+    corner = [1.2, 2.3, 3.4]  # of the box around it: no point of the cushion is nearer than the round corner
     nearest = min(math.dist(shape.pose.position, corner) - radius for shape in made if shape.kind == "sphere")
     assert nearest == pytest.approx(radius * (math.sqrt(3) - 1))
     assert sum(shape.kind == "cylinder" for shape in made) == 12
 
 
 def _half(shape: Shape, axis: int) -> float:
-    """How far a shape reaches along an axis of the world, if it lies along one."""
+    """Return the extent of a shape along an axis of the world, if it lies along one."""
     if shape.kind == "box":
         return shape.size[axis] / 2
     if shape.kind == "sphere":

@@ -1,4 +1,4 @@
-"""The URDF of the QingLong: the committed file is what figures and drawing make."""
+"""URDF of the QingLong: the committed file equals that of figures and drawing."""
 
 import math
 from xml.etree import ElementTree
@@ -12,8 +12,8 @@ from tools.qinglong.drawing import COLOURS, Shape
 from tools.qinglong.urdf import drawing, figures, solids, urdf_text
 
 
-def test_the_committed_file_is_what_the_script_writes() -> None:
-    """If this fails: `python -m tools.qinglong`."""
+def test_the_committed_file_equals_the_generated_one() -> None:
+    """If this fails, run `python -m tools.qinglong`."""
     assert PATH.read_text("utf-8") == urdf_text()
 
 
@@ -22,7 +22,7 @@ def test_joints_stand_in_the_order_of_their_indices() -> None:
     assert [element.get("name") for element in root.findall("joint")] == [joint.name for joint in figures().joints]
 
 
-def test_what_is_drawn_is_drawn_on_links_in_known_colours() -> None:
+def test_shapes_are_on_links_and_in_known_colours() -> None:
     robot = figures()
     assert set(drawing(robot)) <= set(robot.links)
     assert {shape.colour for shapes in drawing(robot).values() for shape in shapes} == set(COLOURS)
@@ -50,7 +50,7 @@ def test_it_is_as_tall_as_the_robot_and_stands_on_both_soles() -> None:
 
 
 def _ends(world_T_link: Pose, shapes: list[Shape]) -> tuple[float, float]:
-    """Lowest and highest point of shapes [m]."""
+    """Return the lowest and highest point of shapes [m]."""
     low, high = math.inf, -math.inf
     for shape in shapes:
         placed = world_T_link @ shape.pose

@@ -1,1 +1,1 @@
-"""Part types and furniture of somebody's own, from YAML and from model files."""
+"""User-defined part types and furniture, from YAML and from model files."""

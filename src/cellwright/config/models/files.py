@@ -1,6 +1,6 @@
-"""Model files (SDF, URDF, MJCF): found, parsed within bounds, and refused where they could do harm.
+"""Model files (SDF, URDF, MJCF): search, bounded parsing, and refusal of harmful files.
 
-The engine allocates and computes whatever a file asks for: one line can ask for all the memory there is, or an hour.
+The engine allocates and computes whatever a file requests: one line can request all memory, or an hour.
 """
 
 import re
@@ -12,13 +12,13 @@ from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.util.errors import CellwrightError
 
 MAX_MODEL_BYTES = 1 << 20
-"""Largest model file [bytes]."""
+"""Maximum size of a model file [bytes]."""
 MAX_ASSET_BYTES = 20 << 20
-"""Largest mesh or picture that a model refers to [bytes]."""
+"""Maximum size of a mesh or picture that a model refers to [bytes]."""
 
 MAX_ELEMENTS = 20_000
 MAX_DEPTH = 50
-"""Deepest nesting of elements."""
+"""Maximum nesting of elements."""
 
 _CONFIG = "model.config"
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
@@ -26,12 +26,12 @@ _FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
 
 
 class ModelFileError(CellwrightError):
-    """A model's file that cannot be used."""
+    """Unusable model file."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModelFile:
-    """A file with a model; `format` is sdf, urdf or mjcf, by its outermost element."""
+    """Parsed model file; `format` is sdf, urdf or mjcf, from its root element."""
 
     path: Path
     format: str
@@ -39,10 +39,10 @@ class ModelFile:
 
 
 def open_model(path: Path) -> ModelFile:
-    """The model in a file, or in a folder that says in its `model.config` which file it is in.
+    """Return the model in a file, or in a folder whose `model.config` names the file.
 
     Raises:
-        ModelFileError: there is none, or it is not to be read.
+        ModelFileError: there is no model, or it is refused.
     """
     if path.is_dir():
         path = _in_folder(path)
@@ -53,12 +53,12 @@ def open_model(path: Path) -> ModelFile:
 
 
 def referenced_file(path: Path, reference: str, folder: Path) -> Path:
-    """A file that the one at `path` refers to, which has to lie in `folder`.
+    """Return the file that `path` refers to, which must lie in `folder`.
 
-    `model://NAME/…` and `package://NAME/…` count from the folder of that name.
+    `model://NAME/…` and `package://NAME/…` are relative to the folder of that name.
 
     Raises:
-        ModelFileError: it lies elsewhere or is not there.
+        ModelFileError: the file is missing or lies elsewhere.
     """
     name = re.sub(r"^file://", "", reference.strip())
     if scheme := re.match(r"(?:model|package)://([^/]+)/(.+)", name):
@@ -70,12 +70,12 @@ def referenced_file(path: Path, reference: str, folder: Path) -> Path:
         raise ModelFileError(f"{path}: {reference} lies outside of the model's folder {folder}")
     if not found.is_file():
         raise ModelFileError(f"{path}: there is no file {reference}")
-    note_source(found)  # the engine reads it itself
+    note_source(found)  # the engine reads the file directly
     return found
 
 
 def _in_folder(folder: Path) -> Path:
-    """The newest SDF file that a folder's `model.config` names."""
+    """Return the newest SDF file that a folder's `model.config` names."""
     config = folder / _CONFIG
     if not config.is_file():
         raise ModelFileError(f"{folder}: a folder without {_CONFIG}; name the model's file itself")
@@ -102,7 +102,7 @@ def _parse(path: Path) -> ET.Element:
     if _DECLARATION.search(text):
         raise ModelFileError(f"{path}: declares a document type or entities, which are not read")
     try:
-        root = ET.fromstring(text)  # noqa: S314 - without declarations there is nothing that could expand or reach out
+        root = ET.fromstring(text)  # noqa: S314 - without declarations, nothing can expand or reach other files
     except ET.ParseError as error:
         line, column = error.position
         raise ModelFileError(f"{path}:{line}: no valid XML (column {column + 1})") from None
@@ -113,7 +113,7 @@ def _parse(path: Path) -> ET.Element:
 
 
 def _check_extent(path: Path, root: ET.Element) -> None:
-    """Refuse what is too large or too deep for a model: the engine, for one, goes down into elements without end."""
+    """Refuse a model that is too large or too deep: the engine, for one, descends without limit."""
     count, level = 0, [root]
     for _ in range(MAX_DEPTH):
         count += len(level)
@@ -125,12 +125,12 @@ def _check_extent(path: Path, root: ET.Element) -> None:
     raise ModelFileError(f"{path}: elements nested deeper than {MAX_DEPTH}")
 
 
-MOST_GEOMS = 200
-"""Most shapes of one model."""
+MAX_GEOMS = 200
+"""Maximum number of shapes of one model."""
 MAX_TOTAL_BYTES = 50 << 20
-"""Largest meshes and pictures of one file together [bytes]."""
-LARGEST_NUMBER = 4096
-"""Largest number of what a file has room made for: users' values, a picture's width and height in pixels, …."""
+"""Maximum total size of the meshes and pictures of one file [bytes]."""
+MAX_NUMBER = 4096
+"""Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
 
 _NOT_READ = (
     *("include", "model", "attach", "plugin", "extension"),
@@ -140,13 +140,13 @@ _MEASURED = ("size", "texture")
 
 
 def check_mjcf(file: ModelFile) -> None:
-    """Refuse what an MJCF file could reach out of its folder with, and what is no rigid body.
+    """Refuse an MJCF file that is no rigid body or that reaches out of its folder.
 
     Raises:
-        ModelFileError: such a thing is in it.
+        ModelFileError: it is refused.
     """
-    if (shapes := sum(1 for _ in file.root.iter("geom"))) > MOST_GEOMS:
-        raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MOST_GEOMS} are read")
+    if (shapes := sum(1 for _ in file.root.iter("geom"))) > MAX_GEOMS:
+        raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MAX_GEOMS} are read")
     total = 0
     for element in file.root.iter():
         if element.tag in _NOT_READ:
@@ -168,7 +168,7 @@ def check_mjcf(file: ModelFile) -> None:
 
 
 def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
-    """A reference with the folder before it that the compiler's settings give for its kind."""
+    """Return a reference below the folder that the compiler's settings give for its kind."""
     for compiler in root.iter("compiler"):
         kind = "texturedir" if element.tag == "texture" else "meshdir"
         if folder := compiler.get(kind) or compiler.get("assetdir"):
@@ -177,17 +177,17 @@ def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> s
 
 
 def _check_picture(path: Path) -> None:
-    """Refuse a PNG file that would be unpacked to a picture without measure."""
+    """Refuse a PNG file that would unpack to an unbounded picture."""
     with path.open("rb") as stream:
         head = stream.read(24)
     if head.startswith(b"\x89PNG"):
         width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
-        if max(width, height) > LARGEST_NUMBER:
-            raise ModelFileError(f"{path}: a picture of {width} x {height}; at most {LARGEST_NUMBER} each are read")
+        if max(width, height) > MAX_NUMBER:
+            raise ModelFileError(f"{path}: a picture of {width} x {height}; at most {MAX_NUMBER} each are read")
 
 
 def _check_numbers(path: Path, element: ET.Element) -> None:
-    """Refuse room for more than anybody needs."""
+    """Refuse allocations that no model needs."""
     for name, text in element.items():
         if name in ("name", "class"):
             continue
@@ -197,5 +197,5 @@ def _check_numbers(path: Path, element: ET.Element) -> None:
             numbers = [float(word) for word in text.split()]
         except ValueError:
             continue  # a name
-        if any(not abs(number) <= LARGEST_NUMBER for number in numbers):
-            raise ModelFileError(f"{path}: <{element.tag} {name}={text!r:.40}>: at most {LARGEST_NUMBER}")
+        if any(not abs(number) <= MAX_NUMBER for number in numbers):
+            raise ModelFileError(f"{path}: <{element.tag} {name}={text!r:.40}>: at most {MAX_NUMBER}")

@@ -1,4 +1,4 @@
-"""Reads meshes: STL (binary or text) and the triangles of Wavefront OBJ."""
+"""Mesh reader: STL (binary or text) and the triangles of Wavefront OBJ."""
 
 import stat
 from collections.abc import Callable
@@ -13,22 +13,22 @@ from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
 from cellwright.config.parsing.sources import note_source, read_at_most, reason
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
-"""Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
+"""Vertices, shape (n, 3), in the file's units, and triangles as vertex indices, shape (m, 3)."""
 
 MAX_TRIANGLES = 200_000
-"""Most triangles of a mesh, as in the engine."""
-FARTHEST_VERTEX = 1e9
-"""Largest coordinate, in the file's units: what lies beyond is a broken file."""
+"""Maximum number of triangles of a mesh, as in the engine."""
+MAX_COORDINATE = 1e9
+"""Maximum coordinate, in the file's units; a file with larger ones is broken."""
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84
 
 
 def read_mesh(path: Path) -> Triangles:
-    """The mesh in a file.
+    """Return the mesh in a file.
 
     Raises:
-        ModelFileError: there is none that can be used.
+        ModelFileError: the file has no usable mesh.
     """
     readers = {".stl": _stl, ".obj": _obj}
     reader = readers.get(path.suffix.lower())
@@ -38,7 +38,7 @@ def read_mesh(path: Path) -> Triangles:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
             raise ModelFileError(f"{path}: no plain file")
-        note_source(path)  # it may have been read before
+        note_source(path)  # the cache may hold the mesh already
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
@@ -48,7 +48,7 @@ def read_mesh(path: Path) -> Triangles:
 
 @lru_cache(maxsize=8)
 def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Triangles]) -> Triangles:
-    """As `read_mesh`; a file that a hundred shapes refer to is read once, as long as it stays as it is."""
+    """Implement `read_mesh`, cached: a file that a hundred shapes refer to is read once while it stays unchanged."""
     try:
         content = read_at_most(path, MAX_ASSET_BYTES)
     except OSError as error:
@@ -61,12 +61,12 @@ def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Trian
         raise ModelFileError(f"{path}: no valid {path.suffix[1:].upper()} file") from None
     _check(path, vertices, triangles)
     for array in (vertices, triangles):
-        array.flags.writeable = False  # they are handed out again
+        array.flags.writeable = False  # the cache returns them again
     return vertices, triangles
 
 
 def is_flat(vertices: NDArray[np.float64]) -> bool:
-    """Whether vertices [m], shape (n, 3), lie in a plane, as far as a cell can tell: within 10 um."""
+    """Return whether vertices [m], shape (n, 3), lie in a plane within 10 um."""
     spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
     return len(vertices) < 4 or bool(spread[-1] < 1e-5 * np.sqrt(len(vertices)))
 
@@ -80,8 +80,8 @@ def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int6
         raise ModelFileError(f"{path}: a triangle with a corner that does not exist")
     if not np.isfinite(vertices).all():
         raise ModelFileError(f"{path}: a coordinate that is no finite number")
-    if np.abs(vertices).max() > FARTHEST_VERTEX:
-        raise ModelFileError(f"{path}: a coordinate beyond {FARTHEST_VERTEX:g}")
+    if np.abs(vertices).max() > MAX_COORDINATE:
+        raise ModelFileError(f"{path}: a coordinate beyond {MAX_COORDINATE:g}")
 
 
 def _stl(content: bytes) -> Triangles:
@@ -96,7 +96,7 @@ def _stl(content: bytes) -> Triangles:
 
 
 def _merged(corners: NDArray[np.float64]) -> Triangles:
-    """Corners (3 m, 3), three by three, as triangles of vertices of which no two are the same."""
+    """Merge equal corners (3 m, 3), three per triangle, into triangles of distinct vertices."""
     order = np.lexsort(corners.T[::-1])
     in_order = corners[order]
     is_new = np.ones(len(order), bool)
@@ -110,7 +110,7 @@ def _obj(content: bytes) -> Triangles:
     vertices: list[list[float]] = []
     triangles: list[tuple[int, int, int]] = []
     for line in content.decode("utf-8").splitlines():
-        if line.startswith(("vn", "vt")):  # half of many a file
+        if line.startswith(("vn", "vt")):  # half of many files
             continue
         words = line.split()
         kind = words[0] if words else ""
@@ -129,7 +129,7 @@ def _obj(content: bytes) -> Triangles:
 
 
 def _vertex(words: list[str]) -> list[float]:
-    """The three numbers behind the first word of a line; more are colours and weights."""
+    """Return the three numbers behind the first word of a line; further ones are colours and weights."""
     numbers = [float(word) for word in words[1:4]]
     if len(numbers) != 3:
         raise ValueError(f"a vertex of {len(numbers)} numbers")

@@ -1,4 +1,4 @@
-"""Part types and furniture of somebody's own, as plain values."""
+"""User-defined part types and furniture, as plain values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ Colour: TypeAlias = tuple[float, float, float, float]
 
 
 def clipped_colour(numbers: Sequence[float]) -> Colour:
-    """The colour of four numbers, each brought into 0..1."""
+    """Return four numbers as a colour, each clipped to 0..1."""
     red, green, blue, opacity = (min(max(number, 0.0), 1.0) for number in numbers)
     return (red, green, blue, opacity)
 
@@ -24,12 +24,12 @@ class ModelShape:
 
     Attributes:
         kind: box, cylinder and capsule (both along z), sphere, or mesh.
-        size: edge lengths [m] of a box; radius and length [m] of a cylinder or a capsule (the length of its straight
-            piece); radius of a sphere; factors on the coordinates of a mesh.
-        pose: of the shape's centre, or of the mesh's origin.
+        size: edge lengths [m] of a box; radius and length [m] of a cylinder or a capsule (without its round ends);
+            radius [m] of a sphere; scale factors of a mesh.
+        pose: pose of the shape's centre, or of the mesh's origin.
         colour: None for the model's.
-        is_touched: whether it is solid; a mesh is touched where its convex hull is.
-        is_seen: whether it is drawn.
+        is_touched: True if it is solid; a mesh collides as its convex hull.
+        is_seen: True if it is drawn.
         mesh: the mesh's file.
     """
 
@@ -44,12 +44,12 @@ class ModelShape:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Something of somebody's own: shapes, or a file in the engine's own format (MJCF) that has them.
+    """User-defined model: shapes, or a file in the engine's own format (MJCF) that has them.
 
     Attributes:
-        shapes: what it is made of; empty with an MJCF file.
+        shapes: its shapes; empty with an MJCF file.
         mass: [kg]; None for the file's.
-        colour: of shapes that have none of their own; None for grey.
+        colour: colour of shapes that have none of their own; None for grey.
         mjcf: the MJCF file.
     """
 
@@ -61,7 +61,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Furniture:
-    """A model that stands in the cell and does not move; `pose` is in the world frame."""
+    """Static model in the cell; `pose` is in the world frame."""
 
     name: str
     model: Model

@@ -1,4 +1,4 @@
-"""Reader of a trial's own part types and furniture, from YAML shapes or model files."""
+"""Reader of a trial's part types and furniture, from YAML shapes or model files."""
 
 import math
 import re
@@ -13,22 +13,22 @@ from cellwright.config.layout import PART_TYPES
 from cellwright.config.models.files import ModelFileError, check_mjcf, open_model
 from cellwright.config.models.meshes import is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, Model, ModelShape, ModelShapeKind
-from cellwright.config.models.xml import MOST_SHAPES, read_xml
+from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
 from cellwright.util.pose import Pose, Vector3
 
-LEAST_SIZE, MOST_SIZE = 1e-4, 20.0
+MIN_SIZE, MAX_SIZE = 1e-4, 20.0
 """Bounds of a length of a shape [m]."""
-LARGEST_SCALE = 1e6
+MAX_SCALE = 1e6
 
 _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
 _USES = ("both", "touched", "seen")
 
 
 def _colour(reader: Reader, node: Node) -> Colour | None:
-    """Red, green, blue and, where it is given, opacity."""
+    """Return red, green, blue and opacity (1 if the file gives none)."""
     items = node.items if isinstance(node, Items) else ()
     numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
     if len(numbers) not in (3, 4) or len(numbers) != len(items) or not all(0 <= number <= 1 for number in numbers):
@@ -39,7 +39,7 @@ def _colour(reader: Reader, node: Node) -> Colour | None:
 
 
 def _path(reader: Reader, node: Node) -> Path | None:
-    """A path, which counts from the folder of the YAML file that it stands in."""
+    """Return a path; relative ones start from the folder of the YAML file."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
         reader.problems.error(node, f"must be the path of a file, not {described(node)}")
         return None
@@ -63,7 +63,7 @@ def _lengths(reader: Reader, node: Node) -> Vector3 | None:
 
 
 def _scale(reader: Reader, node: Node) -> Vector3 | None:
-    """Factors of a mesh: three numbers, or one for all."""
+    """Return the scale factors of a mesh: three numbers, or one for all axes."""
     if isinstance(node, Items):
         return _lengths(reader, node)
     factor = reader.number(node)
@@ -95,9 +95,9 @@ _SHAPE = Keys(
 
 
 def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:
-    """A model from the `shapes` or the `file` in a table; None when something is wrong with them.
+    """Return the model from the `shapes` or the `file` in a table, or None after an error.
 
-    `values` are its `mass` and `color`, where the table has them; errors are about `where`.
+    `values` are its `mass` and `color`, where the table has them; errors refer to `where`.
     """
     shapes, file = table.get("shapes"), table.get("file")
     if (shapes is None) == (file is None):
@@ -130,9 +130,9 @@ def _from_file(node: Node, reader: Reader) -> Model | None:
 
 
 def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
-    if not isinstance(node, Items) or not 0 < len(node.items) <= MOST_SHAPES:
+    if not isinstance(node, Items) or not 0 < len(node.items) <= MAX_SHAPES:
         found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        reader.problems.error(node, f"must be a list of 1 to {MOST_SHAPES} shapes, not {found}")
+        reader.problems.error(node, f"must be a list of 1 to {MAX_SHAPES} shapes, not {found}")
         return ()
     shapes = []
     for item in node.items:
@@ -165,13 +165,13 @@ def _shape(table: Table, reader: Reader) -> ModelShape | None:
 
 
 def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
-    """Report a shape that is flat, turned inside out or larger than a cell."""
+    """Report a shape that is flat, inverted or larger than a cell."""
     if shape.mesh is not None:
         if not reader.admit_mesh(shape.mesh):
             reader.problems.error(where, f"the meshes of a trial have at most {MAX_MESH_BYTES >> 20} MiB together")
             return
-        if not all(0 < factor <= LARGEST_SCALE for factor in shape.size):
-            reader.problems.error(where, f"a scale must be above 0 and at most {LARGEST_SCALE:g}")
+        if not all(0 < factor <= MAX_SCALE for factor in shape.size):
+            reader.problems.error(where, f"a scale must be above 0 and at most {MAX_SCALE:g}")
             return
         vertices = read_mesh(shape.mesh)[0] * shape.size
         lengths = (vertices.max(axis=0) - vertices.min(axis=0)).tolist()
@@ -181,14 +181,14 @@ def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
     else:
         count = {"box": 3, "sphere": 1}.get(shape.kind, 2)
         lengths = list(shape.size[:count])
-    if not all(LEAST_SIZE <= length <= MOST_SIZE for length in lengths):
+    if not all(MIN_SIZE <= length <= MAX_SIZE for length in lengths):
         shown = " x ".join(f"{length:g}" for length in lengths)
-        message = f"a {shape.kind} of {shown} m; lengths are {LEAST_SIZE:g} to {MOST_SIZE:g} m"
+        message = f"a {shape.kind} of {shown} m; lengths are {MIN_SIZE:g} to {MAX_SIZE:g} m"
         reader.problems.error(where, message)
 
 
-def reach(shape: ModelShape) -> float:
-    """How far a shape reaches from the origin of its model at most [m]; for a mesh that of its farthest vertex."""
+def extent(shape: ModelShape) -> float:
+    """Return the maximum distance of a shape from its model's origin [m]; for a mesh, that of its farthest vertex."""
     x, y, z = shape.size
     away = math.hypot(*shape.pose.position)
     match shape.kind:
@@ -202,25 +202,25 @@ def reach(shape: ModelShape) -> float:
             return away + math.hypot(x, y / 2) + (x if shape.kind == "capsule" else 0.0)
 
 
-LEAST_MASS, MOST_MASS = 1e-3, 100.0
+MIN_MASS, MAX_MASS = 1e-3, 100.0
 """Bounds of a part's mass [kg]."""
 FARTHEST_REACH = 0.22
-"""How far a part may reach from its origin [m]: parts that wait stand 0.45 m apart."""
-MOST_FURNITURE = 200
-MOST_TYPES = 200
-"""Most part types of somebody's own."""
+"""Maximum distance of a part's surface from its origin [m]: waiting parts stand 0.45 m apart."""
+MAX_FURNITURE = 200
+MAX_TYPES = 200
+"""Maximum number of user-defined part types."""
 
 _RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
-_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # these tails are taken off a model's name to get its type
+_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
 def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
-    """Part types of somebody's own by name."""
+    """Return the user-defined part types by name."""
     table = reader.table(node)
     found: dict[str, Model] = {}
-    if table and len(table.entries) > MOST_TYPES:
-        reader.problems.error(node, f"{len(table.entries)} part types; at most {MOST_TYPES} are read")
+    if table and len(table.entries) > MAX_TYPES:
+        reader.problems.error(node, f"{len(table.entries)} part types; at most {MAX_TYPES} are read")
         return {}
     for entry in table.entries.values() if table else ():
         name = reader.text_key(entry)
@@ -235,10 +235,10 @@ def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
             reader.problems.error(entry, "nothing of it can be touched: it would fall through the floor")
         elif model.mjcf is None and model.mass is None:
             reader.problems.error(entry, "the required entry 'mass' is missing, and its file has none [kg]")
-        elif model.mass is not None and not LEAST_MASS <= model.mass <= MOST_MASS:
-            message = f"a mass of {model.mass:g} kg; a part has {LEAST_MASS:g} to {MOST_MASS:g} kg"
+        elif model.mass is not None and not MIN_MASS <= model.mass <= MAX_MASS:
+            message = f"a mass of {model.mass:g} kg; a part has {MIN_MASS:g} to {MAX_MASS:g} kg"
             reader.problems.error(body.entries.get("mass", entry), message)
-        elif (farthest := max(map(reach, model.shapes), default=0.0)) > FARTHEST_REACH:
+        elif (farthest := max(map(extent, model.shapes), default=0.0)) > FARTHEST_REACH:
             message = f"reaches {farthest:.2f} m from its origin; a part keeps within {FARTHEST_REACH:g} m"
             reader.problems.error(entry, message)
         else:
@@ -255,12 +255,12 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
 
 
 def read_furniture(reader: Reader, node: Node) -> tuple[Furniture, ...]:
-    """Furniture of somebody's own."""
+    """Return the user-defined furniture."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list, not {described(node)}")
         return ()
-    if len(node.items) > MOST_FURNITURE:
-        reader.problems.error(node, f"more than {MOST_FURNITURE} pieces")
+    if len(node.items) > MAX_FURNITURE:
+        reader.problems.error(node, f"more than {MAX_FURNITURE} pieces")
         return ()
     found: dict[str, Furniture] = {}
     for item in node.items:
@@ -273,7 +273,7 @@ def read_furniture(reader: Reader, node: Node) -> tuple[Furniture, ...]:
         if name is None or model is None:
             continue
         if name in found or "|" in name:
-            what = "there is another piece of this name" if name in found else "a name has no |"
-            reader.problems.error(table.entries["name"].value, what)
+            message = "there is another piece of this name" if name in found else "a name has no |"
+            reader.problems.error(table.entries["name"].value, message)
         found[name] = Furniture(name, model, values.get("pose", Pose()))
     return tuple(found.values())

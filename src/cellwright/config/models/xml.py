@@ -1,7 +1,7 @@
-"""Reads the shapes and the mass of a model from SDF and URDF: what is touched, what is seen, and where it is.
+"""Reader of a model's shapes and mass from SDF and URDF: collision and visual shapes, and their poses.
 
-A model is one rigid body here: links are taken together as they stand, and joints that could move are refused. Of
-inertias the mass alone is taken. Shapes are boxes, cylinders, capsules, spheres and meshes.
+A model is one rigid body: its links are merged in place, and movable joints are refused. Of an inertia, only the mass
+counts. Shapes are boxes, cylinders, capsules, spheres and meshes.
 """
 
 import math
@@ -15,32 +15,32 @@ from cellwright.config.models.meshes import read_mesh
 from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind, clipped_colour
 from cellwright.util.pose import Pose, Vector3
 
-MOST_SHAPES = 200
-"""Most shapes of one model."""
-MOST_LINKS = 300
-"""Most links of one model."""
+MAX_SHAPES = 200
+"""Maximum number of shapes of one model."""
+MAX_LINKS = 300
+"""Maximum number of links of one model."""
 
 
 def read_xml(file: ModelFile, folder: Path) -> Model:
-    """The model in an SDF or URDF file; meshes have to lie in `folder`.
+    """Return the model in an SDF or URDF file; meshes must lie in `folder`.
 
     Raises:
-        ModelFileError: it has something in it that is not read, or nothing that is.
+        ModelFileError: the model has unsupported content, or no shapes or mass.
     """
     count = sum(1 for tag in ("collision", "visual") for _ in file.root.iter(tag))
-    if count > MOST_SHAPES:
-        raise ModelFileError(f"{file.path}: {count} shapes; at most {MOST_SHAPES} are read")
+    if count > MAX_SHAPES:
+        raise ModelFileError(f"{file.path}: {count} shapes; at most {MAX_SHAPES} are read")
     reader = _Sdf(file.path, folder) if file.format == "sdf" else _Urdf(file.path, folder)
     mass, shapes = reader.read(file.root)
     if not shapes:
         raise ModelFileError(f"{file.path}: no collision and no visual that could be read")
-    if not any(shape.is_seen for shape in shapes):  # what is touched is drawn when nothing else is
+    if not any(shape.is_seen for shape in shapes):  # without visual shapes, the collision shapes are drawn
         shapes = [ModelShape(each.kind, each.size, each.pose, each.colour, mesh=each.mesh) for each in shapes]
     return Model(tuple(shapes), mass or None)
 
 
 class _Reader:
-    """What SDF and URDF have in common: how they write a figure of a shape, and what names the file of a mesh."""
+    """Base of the SDF and URDF readers, which differ in how they write a shape's figures and name a mesh file."""
 
     figure: Callable[[ET.Element, str], str | None]
     reference: ClassVar[str]
@@ -52,28 +52,28 @@ class _Reader:
     def refuse(self, message: str) -> ModelFileError:
         return ModelFileError(f"{self.path}: {message}")
 
-    def numbers(self, text: str | None, count: int, what: str) -> list[float]:
-        """So many finite numbers."""
+    def numbers(self, text: str | None, count: int, kind: str) -> list[float]:
+        """Return exactly `count` finite numbers."""
         try:
             found = [float(word) for word in (text or "").split()]
         except ValueError:
             found = []
         if len(found) != count or not all(map(math.isfinite, found)):
-            raise self.refuse(f"{what} takes {count} finite number{'s' if count > 1 else ''}, not {text!r}")
+            raise self.refuse(f"{kind} takes {count} finite number{'s' if count > 1 else ''}, not {text!r}")
         return found
 
-    def vector(self, text: str | None, what: str) -> Vector3:
-        x, y, z = self.numbers(text, 3, what)
+    def vector(self, text: str | None, kind: str) -> Vector3:
+        x, y, z = self.numbers(text, 3, kind)
         return (x, y, z)
 
     def refuse_moving(self, joints: Iterable[ET.Element]) -> None:
-        """Refuse a model with a joint that can move."""
+        """Refuse a model with a movable joint."""
         for joint in joints:
             if joint.get("type") != "fixed":
                 raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
 
     def shape(self, element: ET.Element, pose: Pose, colour: Colour | None) -> ModelShape:
-        """The shape of a `<collision>` or `<visual>`."""
+        """Return the shape of a `<collision>` or `<visual>`."""
         geometry = element.find("geometry")
         form = next(iter(geometry), None) if geometry is not None else None
         if form is None:
@@ -86,7 +86,7 @@ class _Reader:
         return ModelShape(cast("ModelShapeKind", form.tag), size, pose, colour, touched, not touched, file)
 
     def _size(self, form: ET.Element) -> tuple[Vector3, Path | None]:
-        """The lengths of a shape; factors and file of a mesh."""
+        """Return the lengths of a shape, or the scale factors and file of a mesh."""
         if form.tag == "box":
             return self.vector(self.figure(form, "size"), "size"), None
         if form.tag != "mesh":
@@ -106,7 +106,7 @@ class _Sdf(_Reader):
     reference = "uri"
 
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
-        """Mass [kg] and shapes, in the frame of the model."""
+        """Return the mass [kg] and the shapes, in the frame of the model."""
         models = [*root.findall("model"), *root.findall("world/model")]
         if len(models) != 1:
             raise self.refuse(f"has {len(models)} models; one is read")
@@ -143,7 +143,7 @@ class _Urdf(_Reader):
     reference = "filename"
 
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
-        """Mass [kg] and shapes, in the frame of the model."""
+        """Return the mass [kg] and the shapes, in the frame of the model."""
         places = self._places(root)
         colours = {material.get("name"): self._rgba(material) for material in root.findall("material")}
         mass, shapes = 0.0, []
@@ -158,7 +158,7 @@ class _Urdf(_Reader):
         return mass, shapes
 
     def _places(self, root: ET.Element) -> dict[str, Pose]:
-        """The pose of every link in the frame of the model, from the fixed joints between them."""
+        """Return the pose of each link in the frame of the model, from the fixed joints between them."""
         parents: dict[str, tuple[str, Pose]] = {}
         self.refuse_moving(root.findall("joint"))
         for joint in root.findall("joint"):
@@ -167,17 +167,17 @@ class _Urdf(_Reader):
                 raise self.refuse(f"the joint {joint.get('name')!r} lacks its parent or child")
             parents[child.get("link", "")] = (parent.get("link", ""), self._origin(joint))
         names = {link.get("name", ""): None for link in root.findall("link")}
-        if len(names) > MOST_LINKS:
-            raise self.refuse(f"{len(names)} links; at most {MOST_LINKS} are read")
+        if len(names) > MAX_LINKS:
+            raise self.refuse(f"{len(names)} links; at most {MAX_LINKS} are read")
         return {name: self._place(name, parents, names) for name in names}
 
     def _place(self, name: str, parents: dict[str, tuple[str, Pose]], names: Mapping[str, None]) -> Pose:
-        place, way = Pose(), [name]
+        place, path = Pose(), [name]
         while name in parents:
             name, origin = parents[name]
-            if name in way or name not in names:
-                raise self.refuse(f"the joints below {way[-1]!r} lead to {name!r}, which is no way to a first link")
-            way.append(name)
+            if name in path or name not in names:
+                raise self.refuse(f"the joints below {path[-1]!r} lead to {name!r}, which is no way to a first link")
+            path.append(name)
             place = origin @ place
         return place
 

@@ -1,1 +1,1 @@
-"""Text made safe: files as trees that know their lines, expressions, and problems told with their place."""
+"""Safe parsing: files as trees that know their lines, expressions, and problems with their place."""

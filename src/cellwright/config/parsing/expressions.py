@@ -1,10 +1,10 @@
-"""Arithmetic expressions in configuration files, computed without running code.
+"""Arithmetic expressions in configuration files, evaluated without running code.
 
-A value such as `-pi/1.5` or `radians(30)` is parsed to a syntax tree of which only numbers, `+ - * / **`, parentheses
-and the names of Python's math module are carried out. Everything is bounded, so that no text takes long.
+A value such as `-pi/1.5` or `radians(30)` is parsed to a syntax tree. Only numbers, `+ - * / **`, parentheses and the
+names of Python's math module are evaluated. All costs are bounded, so that every text evaluates quickly.
 
-The original converted these before it looked at anything else, and it went into mappings only. So a bad expression is
-an error wherever it stands, even in an entry that is otherwise ignored.
+The original converted expressions before it read anything else, and only inside mappings. So a bad expression is an
+error anywhere, even in an entry that is otherwise ignored.
 """
 
 import ast
@@ -18,11 +18,11 @@ from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Scalar, 
 from cellwright.util.errors import ExpressionError, did_you_mean
 
 MAX_LENGTH = 200
-"""Longest expression in characters; it also bounds how deep one can be nested."""
+"""Maximum length of an expression in characters; it also bounds the nesting."""
 MAX_BITS = 4096
-"""Largest whole number on the way to a result, in bits; a result itself has to fit a float."""
+"""Maximum size of an intermediate whole number, in bits; a result must fit a float."""
 MAX_COMBINATORIC = 1000
-"""Largest argument of the functions whose cost grows with it."""
+"""Maximum argument of the functions whose cost grows with it."""
 
 Number: TypeAlias = int | float
 
@@ -32,20 +32,19 @@ _FLOAT_IN_PYTHON_2 = frozenset({"floor", "ceil"})
 
 
 def evaluate(text: str, *, whole_division: bool = False) -> float:
-    """The finite value of an arithmetic expression.
+    """Return the finite value of an arithmetic expression.
 
     Args:
         text: the expression, such as `-pi/1.5`.
         whole_division: divide two whole numbers as Python 2 did, rounding down (`1/2` is 0).
 
     Raises:
-        ExpressionError: the text is no arithmetic, names something that is not in the math module, or has no finite
-            value.
+        ExpressionError: the text is not arithmetic, uses a name that is not in the math module, or has no finite value.
     """
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"an expression of {len(text)} characters; at most {MAX_LENGTH} are read")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the parser's and the math module's notes are not ours to pass on
+        warnings.simplefilter("ignore")  # users need no warnings of the parser and the math module
         value = _Evaluator(text.strip(), whole_division=whole_division).value()
     return _finite(value, repr(text.strip()))
 
@@ -61,7 +60,7 @@ def _finite(value: Number, shown: str) -> float:
 
 
 class _Evaluator:
-    """Walks the syntax tree of one expression."""
+    """Evaluator of the syntax tree of one expression."""
 
     def __init__(self, text: str, *, whole_division: bool) -> None:
         self._text = text
@@ -150,12 +149,12 @@ class _Evaluator:
 
 
 def expression_value(node: Node) -> float:
-    """The finite number that an item stands for: arithmetic in a text, or a number.
+    """Return the finite number of an item: an expression in a text, or a number.
 
-    Texts are computed as Python 2 computed them, in which `1/2` is 0.
+    Texts are evaluated as in Python 2, where `1/2` is 0.
 
     Raises:
-        ExpressionError: it stands for no finite number.
+        ExpressionError: the item has no finite value.
     """
     match node:
         case Leaf(value=str(text)):
@@ -173,7 +172,7 @@ _CONVERTED: Mapping[Scalar, tuple[type, str]] = {
 
 
 def check_expressions(node: Node, problems: Problems) -> None:
-    """Report every item that is converted and has no value."""
+    """Report every converted item that has no value."""
     for entry in node.entries.values() if isinstance(node, Table) else ():
         kind, expected = _CONVERTED.get(entry.name, (None, ""))
         if kind is None:

@@ -1,8 +1,8 @@
 """Python 2's dictionary order, number texts and division, as the 2017 launcher had them.
 
-The original walked through unordered dictionaries, and what it came upon first got the first number: which bin holds
-`gear_part_1` follows from the way CPython 2.7 (64 bit, hashes not randomised, as it always ran) laid out its tables.
-This is that layout, for the kinds of keys that a configuration has.
+The original iterated over unordered dictionaries and numbered parts in that order. So which bin holds `gear_part_1`
+follows from the table layout of CPython 2.7 (64 bit, hashes not randomised, as it always ran). This module reproduces
+that layout for the kinds of keys that a configuration has.
 """
 
 import math
@@ -12,12 +12,12 @@ from typing import TypeVar
 T = TypeVar("T")
 
 _MASK = (1 << 64) - 1
-_SMALLEST_TABLE = 8
+_MIN_TABLE_SIZE = 8
 
 
 def dictionary_order(keys: Iterable[T]) -> list[T]:
-    """The order in which CPython 2.7 walked a dictionary into which the keys were put one after the other."""
-    slots: list[tuple[int, T] | None] = [None] * _SMALLEST_TABLE
+    """Return keys in the iteration order of a CPython 2.7 dictionary into which they were inserted one by one."""
+    slots: list[tuple[int, T] | None] = [None] * _MIN_TABLE_SIZE
     for used, key in enumerate(dict.fromkeys(keys), start=1):
         _put(slots, _hash(key), key)
         if used * 3 >= len(slots) * 2:
@@ -26,7 +26,7 @@ def dictionary_order(keys: Iterable[T]) -> list[T]:
 
 
 def number_text(value: float) -> str:
-    """A number as `str` wrote it: floats with 12 significant digits and never without a point, whole numbers plain."""
+    """Format a number as `str` did: floats with 12 significant digits and always with a point, whole numbers plain."""
     if isinstance(value, int):
         return str(value)
     text = f"{value:.12g}"
@@ -34,18 +34,18 @@ def number_text(value: float) -> str:
 
 
 def scalar_text(value: object) -> str:
-    """Any scalar as `str` wrote it."""
+    """Format any scalar as `str` did."""
     return number_text(value) if isinstance(value, float) else str(value)
 
 
 def quotient(a: float, b: float) -> float:
-    """`a / b`: rounded down when both are whole numbers."""
+    """Return `a / b`, rounded down if both are whole numbers."""
     return a // b if isinstance(a, int) and isinstance(b, int) else a / b
 
 
-def _resized(old: list[tuple[int, T] | None], least: int) -> list[tuple[int, T] | None]:
-    size = _SMALLEST_TABLE
-    while size <= least:
+def _resized(old: list[tuple[int, T] | None], min_size: int) -> list[tuple[int, T] | None]:
+    size = _MIN_TABLE_SIZE
+    while size <= min_size:
         size *= 2
     slots: list[tuple[int, T] | None] = [None] * size
     for slot in old:
@@ -55,7 +55,7 @@ def _resized(old: list[tuple[int, T] | None], least: int) -> list[tuple[int, T] 
 
 
 def _put(slots: list[tuple[int, T] | None], hashed: int, key: T) -> None:
-    """Open addressing: the low bits first, then a walk into which all bits of the hash are stirred."""
+    """Insert by open addressing: the low bits first, then a probe sequence that mixes in all bits of the hash."""
     mask = len(slots) - 1
     index, perturb = hashed & mask, hashed
     while slots[index & mask] is not None:
@@ -71,7 +71,7 @@ def _hash(key: object) -> int:
         hashed = key if abs(key) < 1 << 63 else hash(key)
     elif isinstance(key, float) and math.isfinite(key):
         hashed = _float_hash(key)
-    else:  # an address or a kind of key that no section accepts: any fixed value will do
+    else:  # an address, or a kind of key that no section accepts: any fixed value works
         hashed = 0
     return (-2 if hashed == -1 else hashed) & _MASK
 

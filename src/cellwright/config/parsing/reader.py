@@ -1,6 +1,6 @@
 """Keys of a configuration section, and the reader of single values with a diagnostic for each mistake.
 
-Each method of the reader returns None after it has reported an error, so that a caller can go on and find more.
+Each method of the reader returns None after it has reported an error, so that the caller can continue and find more.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ Read: TypeAlias = "Callable[[Reader, Node], Any]"
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """The entries of a section, each with the reader of its value; None where the section's reader reads it.
+    """Entries of a section, each with the reader of its value; None if the section's own reader reads it.
 
     Attributes:
-        required: those that must be there.
-        optional: those that may be left out.
-        strict: what the error calls an unknown entry; where it is empty, such an entry is a warning.
+        required: mandatory entries.
+        optional: optional entries.
+        strict: the noun for an unknown entry in errors; if empty, an unknown entry is a warning.
     """
 
     required: Mapping[str, Read | None] = field(default_factory=dict)
@@ -38,13 +38,13 @@ class Keys:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What they are called."""
+        """Names of the entries."""
         return (*self.required, *self.optional)
 
     def read(self, table: Table, reader: Reader, others: Sequence[str] = ()) -> dict[str, Any]:
-        """The values in a table by name; what is missing, unknown or refused is reported.
+        """Return the values in a table by name, and report missing, unknown and refused ones.
 
-        Entries in `others` are known besides, and not read.
+        Entries in `others` are known too, but not read.
         """
         known = (*others, *self.names)
         if self.strict:
@@ -54,7 +54,7 @@ class Keys:
         return self.values(table, reader)
 
     def values(self, table: Table, reader: Reader) -> dict[str, Any]:
-        """As `read`, without a word on unknown entries."""
+        """Return the values as `read` does, without checking for unknown entries."""
         values: dict[str, Any] = {}
         for name, read in (*self.required.items(), *self.optional.items()):
             node = reader.required(table, name) if name in self.required else table.get(name)
@@ -62,49 +62,49 @@ class Keys:
         return {name: value for name, value in values.items() if value is not None}
 
     def complete(self, values: Collection[str]) -> bool:
-        """Whether there is a value for each required entry that has a reader."""
+        """Return whether each required entry that has a reader has a value."""
         return all(name in values for name, read in self.required.items() if read)
 
 
-FARTHEST = 10_000.0
-"""Largest coordinate [m]; what lies beyond is a slip of the pen."""
+MAX_COORDINATE = 10_000.0
+"""Maximum coordinate [m]; larger ones are typing errors."""
 
-LONGEST_NAME = 200
-"""Longest name of anything, in characters."""
+MAX_NAME_LENGTH = 200
+"""Maximum length of any name, in characters."""
 
 MAX_MESH_BYTES = 50 << 20
-"""Largest mesh files of one trial together [bytes]."""
+"""Maximum total size of the mesh files of one trial [bytes]."""
 
 _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """A pose as written: `xyz` [m] and `rpy` [rad], None where the file says nothing and zero is meant."""
+    """Pose as written: `xyz` [m] and `rpy` [rad]; None where the file has none, which means zero."""
 
     xyz: Vector3 | None = None
     rpy: Vector3 | None = None
 
     @property
     def pose(self) -> Pose:
-        """The pose that is meant."""
+        """The pose, with zeros for missing values."""
         return Pose.from_rpy(self.xyz or (0.0, 0.0, 0.0), self.rpy or (0.0, 0.0, 0.0))
 
 
 class Reader:
-    """Reads values and collects what is wrong with them."""
+    """Reader of values that collects their errors."""
 
     def __init__(self, problems: Problems) -> None:
         self.problems = problems
         self._meshes: dict[Path, int] = {}
 
     def admit_mesh(self, path: Path) -> bool:
-        """Whether one more mesh file still fits the bound of all files of a trial together."""
+        """Return whether one more mesh file still fits the bound of all files of a trial."""
         self._meshes[path] = path.stat().st_size
         return sum(self._meshes.values()) <= MAX_MESH_BYTES
 
     def table(self, node: Node) -> Table | None:
-        """A mapping."""
+        """Return a mapping."""
         if isinstance(node, Table):
             return node
         empty = isinstance(node, Leaf) and node.value is None
@@ -113,19 +113,19 @@ class Reader:
         return None
 
     def entries(self, node: Node) -> list[Entry]:
-        """The entries of a mapping in the order in which the original came upon them."""
+        """Return the entries of a mapping in the iteration order of the original."""
         table = self.table(node)
         return [table.entries[name] for name in dictionary_order(table.entries)] if table else []
 
     def tables(self, node: Node) -> Iterator[tuple[Entry, str, Table]]:
-        """The entries of a mapping of mappings in that order, each with its name."""
+        """Yield the entries of a mapping of mappings in that order, each with its name."""
         for entry in self.entries(node):
             name, table = self.text_key(entry), self.table(entry.value)
             if name is not None and table is not None:
                 yield entry, name, table
 
     def required(self, table: Table, name: str, hint: str = "") -> Node | None:
-        """The value of an entry that must be there."""
+        """Return the value of a mandatory entry."""
         node = table.get(name)
         if node is None:
             close = did_you_mean(name, [other for other in table.entries if isinstance(other, str)])
@@ -134,19 +134,19 @@ class Reader:
         return node
 
     def ignored(self, table: Table, known: Collection[str]) -> None:
-        """Warn of every entry that the original passed over."""
+        """Warn of each entry that the original silently ignored."""
         for entry in table.entries.values():
             if entry.name not in known:
                 self.problems.warn(entry, f"unknown entry, ignored{did_you_mean(str(entry.name), known)}")
 
     def refuse_unknown(self, table: Table, known: Collection[str], kind: str = "entry") -> None:
-        """Report every entry that is not among the known ones; the error calls it a `kind`."""
+        """Report each entry that is not among the known ones; the error calls it a `kind`."""
         for entry in table.entries.values():
             if entry.name not in known:
                 self.problems.error(entry, f"unknown {kind}{suggestion(str(entry.name), known)}")
 
     def name(self, node: Node) -> str | None:
-        """A name: a text, or a number, which becomes one."""
+        """Return a name: a text, or a number, which becomes one."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
             self.problems.error(node, f"must be a name, not {described(node)}; put it in quotes if it is one")
         elif isinstance(node, Leaf) and isinstance(node.value, str | int | float):
@@ -156,11 +156,11 @@ class Reader:
         return None
 
     def key(self, entry: Entry) -> str | None:
-        """The key of an entry, as a name."""
+        """Return the key of an entry, as a name."""
         return self.name(Leaf(entry.name, entry.place, entry.key))
 
     def text_key(self, entry: Entry) -> str | None:
-        """The key of an entry where the original took nothing but a text."""
+        """Return the key of an entry where the original accepted only a text."""
         if isinstance(entry.name, str):
             return self._readable(entry, entry.name)
         found = described(Leaf(entry.name, entry.place, entry.key))
@@ -168,14 +168,14 @@ class Reader:
         return None
 
     def _readable(self, where: Located, name: str) -> str | None:
-        """The name, unless it could not be shown or sent to anybody."""
-        if name.isprintable() and len(name) <= LONGEST_NAME:
+        """Return the name, or None if it cannot be printed or sent."""
+        if name.isprintable() and len(name) <= MAX_NAME_LENGTH:
             return name
-        self.problems.error(where, f"must be a name of at most {LONGEST_NAME} characters that can be printed")
+        self.problems.error(where, f"must be a name of at most {MAX_NAME_LENGTH} characters that can be printed")
         return None
 
     def number(self, node: Node) -> float | None:
-        """A finite number that is not computed; it may stand in quotes."""
+        """Return a finite number that is not evaluated; it may stand in quotes."""
         match node:
             case Leaf(value=bool()):
                 pass
@@ -187,7 +187,7 @@ class Reader:
         return None
 
     def finite(self, where: Located, number: float) -> float | None:
-        """The number, unless it is none that can be reckoned with."""
+        """Return the number, or None if it is not finite."""
         try:
             if math.isfinite(number):
                 return number
@@ -197,7 +197,7 @@ class Reader:
         return None
 
     def not_negative(self, node: Node) -> float | None:
-        """A number that is 0 or more."""
+        """Return a number that is 0 or more."""
         number = self.number(node)
         if number is not None and number < 0:
             self.problems.error(node, f"must not be negative, and is {number:g}")
@@ -205,20 +205,20 @@ class Reader:
         return None if number is None else float(number)
 
     def truth(self, node: Node) -> bool | None:
-        """True or false."""
+        """Return true or false."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
             return node.value
         self.problems.error(node, f"must be true or false, not {described(node)}")
         return None
 
-    def whole(self, node: Node, *, least: int = 0) -> int | None:
-        """A whole number of at least `least`."""
+    def whole(self, node: Node, *, minimum: int = 0) -> int | None:
+        """Return a whole number of at least `minimum`."""
         if isinstance(node, Leaf) and isinstance(node.value, int):
             if isinstance(node.value, bool):
                 self.problems.warn(node, f"{described(node)} counts as {int(node.value)}")
-            if node.value >= least:
+            if node.value >= minimum:
                 return int(node.value)
-            self.problems.error(node, f"must be at least {least}, not {node.value}")
+            self.problems.error(node, f"must be at least {minimum}, not {node.value}")
             return None
         hint = ""
         if isinstance(node, Leaf) and isinstance(node.value, str | float) and _NUMBER.fullmatch(str(node.value)):
@@ -227,7 +227,7 @@ class Reader:
         return None
 
     def vector(self, node: Node) -> Vector3 | None:
-        """Three numbers or expressions; values that cannot be computed have been reported before."""
+        """Return three numbers or expressions; values that cannot be evaluated have been reported before."""
         if not isinstance(node, Items):
             return None
         try:
@@ -240,16 +240,16 @@ class Reader:
         return (numbers[0], numbers[1], numbers[2])
 
     def position(self, node: Node) -> Vector3 | None:
-        """Three coordinates [m], which may be expressions."""
+        """Return three coordinates [m], which may be expressions."""
         vector = self.vector(node)
         return vector if vector is None or self.near(node, vector) else None
 
-    def coordinates(self, node: Node, least: int) -> tuple[float, ...] | None:
-        """At least `least` plain numbers [m]; whole numbers stay whole, for they are divided as such."""
+    def coordinates(self, node: Node, minimum: int) -> tuple[float, ...] | None:
+        """Return at least `minimum` plain numbers [m]; whole numbers stay whole, since their division rounds down."""
         if not isinstance(node, Items):
             self.problems.error(node, f"must be a list of three numbers, not {described(node)}")
             return None
-        if len(node.items) < least:
+        if len(node.items) < minimum:
             self.problems.error(node, f"must be a list of three numbers, not of {len(node.items)}")
             return None
         if len(node.items) > 3:
@@ -267,21 +267,21 @@ class Reader:
         return tuple(numbers) if complete and self.near(node, numbers) else None
 
     def near(self, where: Located, numbers: Iterable[float]) -> bool:
-        """Whether coordinates [m] are such as a cell can have; reported when not."""
-        if all(abs(number) <= FARTHEST for number in numbers):
+        """Return whether coordinates [m] are plausible for a cell; report them if not."""
+        if all(abs(number) <= MAX_COORDINATE for number in numbers):
             return True
-        self.problems.error(where, f"lies more than {FARTHEST:g} m away")
+        self.problems.error(where, f"lies more than {MAX_COORDINATE:g} m away")
         return False
 
     def placement(self, node: Node) -> Placement | None:
-        """A pose: a mapping with `xyz` and `rpy`, either of which may be missing."""
+        """Return a pose as written: a mapping with `xyz` and `rpy`, either of which may be missing."""
         table = self.table(node)
         if table is None:
             return None
         return Placement(**_PLACEMENT.read(table, self))
 
     def pose(self, node: Node) -> Pose | None:
-        """The pose that a placement means."""
+        """Return the pose of a placement."""
         placement = self.placement(node)
         return placement.pose if placement else None
 
@@ -290,7 +290,7 @@ _PLACEMENT = Keys(optional={"xyz": Reader.position, "rpy": Reader.vector})
 
 
 def one_of(known: Collection[str], kind: str = "") -> Read:
-    """Reader of one of some words; the error calls another one an unknown `kind`."""
+    """Return a reader of one of several words; the error calls any other an unknown `kind`."""
 
     def read(reader: Reader, node: Node) -> str | None:
         name = reader.name(node)
@@ -304,7 +304,7 @@ def one_of(known: Collection[str], kind: str = "") -> Read:
 
 
 def choice(known: Sequence[str]) -> Read:
-    """Reader of one of a few words; the error says what else stands there."""
+    """Return a reader of one of a few words; the error states the value found."""
 
     def read(reader: Reader, node: Node) -> str | None:
         if isinstance(node, Leaf) and node.value in known:
@@ -317,7 +317,7 @@ def choice(known: Sequence[str]) -> Read:
 
 
 def numbers(count: int, names: str) -> Read:
-    """Reader of a list of so many numbers, which the error calls by their names."""
+    """Return a reader of a list of `count` numbers; the error calls them by their `names`."""
 
     def read(reader: Reader, node: Node) -> tuple[float, ...] | None:
         if not isinstance(node, Items) or len(node.items) != count:
@@ -330,22 +330,22 @@ def numbers(count: int, names: str) -> Read:
     return read
 
 
-def number(least: float, most: float, unit: str = "") -> Read:
-    """Reader of a number in bounds, as a float."""
-    return _bounded(Reader.number, float, "g", least, most, unit)
+def number(minimum: float, maximum: float, unit: str = "") -> Read:
+    """Return a reader of a number within bounds, as a float."""
+    return _bounded(Reader.number, float, "g", minimum, maximum, unit)
 
 
-def whole(least: int, most: int, unit: str = "") -> Read:
-    """Reader of a whole number in bounds."""
-    return _bounded(Reader.whole, int, "d", least, most, unit)
+def whole(minimum: int, maximum: int, unit: str = "") -> Read:
+    """Return a reader of a whole number within bounds."""
+    return _bounded(Reader.whole, int, "d", minimum, maximum, unit)
 
 
-def _bounded(read: Read, kind: type, form: str, least: float, most: float, unit: str) -> Read:
+def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, unit: str) -> Read:
     def bounded(reader: Reader, node: Node) -> Any:
         found = read(reader, node)
-        if found is None or least <= found <= most:
+        if found is None or minimum <= found <= maximum:
             return None if found is None else kind(found)
-        bounds = f"{least:{form}} to {most:{form}} {unit}".rstrip()
+        bounds = f"{minimum:{form}} to {maximum:{form}} {unit}".rstrip()
         reader.problems.error(node, f"must be from {bounds}, not {found:{form}}")
         return None
 
@@ -353,7 +353,7 @@ def _bounded(read: Read, kind: type, form: str, least: float, most: float, unit:
 
 
 def section(keys: Keys, make: Callable[..., Any]) -> Read:
-    """Reader of a mapping with keys, which makes a value of them when all required ones are there."""
+    """Return a reader of a mapping with keys, which calls `make` with the values if all required ones are there."""
 
     def read(reader: Reader, node: Node) -> Any:
         table = reader.table(node)
@@ -364,7 +364,7 @@ def section(keys: Keys, make: Callable[..., Any]) -> Read:
 
 
 def plain(node: Node) -> Any:
-    """A node as plain data: dicts, lists and scalars."""
+    """Return a node as plain data: dicts, lists and scalars."""
     match node:
         case Table():
             return {str(entry.name): plain(entry.value) for entry in node.entries.values()}

@@ -1,7 +1,7 @@
 """Source files of a cell or a robot: collected for recordings, read within bounds, and joined as one text.
 
-They are named in two trees: what comes with Cellwright under `bundled/`, everything else under `files/`, each as it
-lies on disk relative to the others. Put back into a folder in that order, the files find each other as before.
+Their names form two trees: bundled files lie under `bundled/`, all others under `files/`. Each has its path on disk
+relative to the others. Unpacked into a folder that way, the files find each other as before.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from cellwright.config.parsing.tree import Place, Problem
 from cellwright.util.errors import DescriptionError
 from cellwright.util.files import open_to_read
 
-LARGEST = 64 << 20
-"""A file that is larger [bytes] is not collected; none that is read may be."""
+MAX_FILE_BYTES = 64 << 20
+"""Maximum size of a collected file [bytes]; larger ones are not read."""
 
 _PACKAGE = Path(FOLDER)
 _collecting: list[Sources] = []
 
 
 class Sources:
-    """Files, by where they lie."""
+    """Collected files, by path."""
 
     def __init__(self) -> None:
         self._contents: dict[Path, bytes] = {}
 
     def add(self, path: Path, content: bytes | None = None) -> None:
-        """Take a file in: what was read of it, or as it is now; what cannot be read is left out."""
+        """Add a file with the content that was read, or with its present content; skip it if it cannot be read."""
         place = Path(os.path.abspath(path))
         if place in self._contents:
             return
@@ -47,10 +47,10 @@ class Sources:
         return {self._name(place): content for place, content in self._contents.items()}
 
     def name(self, path: Path) -> str:
-        """The name of a file that was collected.
+        """Return the name of a collected file.
 
         Raises:
-            KeyError: it was not.
+            KeyError: the file was not collected.
         """
         place = Path(os.path.abspath(path))
         if place not in self._contents:
@@ -58,7 +58,7 @@ class Sources:
         return self._name(place)
 
     def packages(self) -> list[str]:
-        """Names of the folders in which ROS looks for packages, of those that something was read from."""
+        """Names of the folders on the package path of ROS from which files were read."""
         listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
         folders = [Path(os.path.abspath(each)) for each in listed if each]
         return [self._name(each) for each in folders if any(place.is_relative_to(each) for place in self._contents)]
@@ -71,9 +71,9 @@ class Sources:
 
 
 def _read(place: Path) -> bytes | None:
-    """The content of a plain file; None where it is another, or cannot be read."""
+    """Return the content of a plain file; None if it is no plain file or cannot be read."""
     try:
-        if not place.is_file() or place.stat().st_size > LARGEST:
+        if not place.is_file() or place.stat().st_size > MAX_FILE_BYTES:
             return None
         return place.read_bytes()
     except (OSError, ValueError):
@@ -81,7 +81,7 @@ def _read(place: Path) -> bytes | None:
 
 
 def _below(place: Path, folders: Sequence[Path]) -> str:
-    """A path from the folder that all of these have in common; from the root where they have none, as on two drives."""
+    """Return a path relative to the common parent of the folders; to the root if there is none, as on two drives."""
     try:
         return place.relative_to(os.path.commonpath(folders)).as_posix()
     except ValueError:
@@ -90,7 +90,7 @@ def _below(place: Path, folders: Sequence[Path]) -> str:
 
 @contextmanager
 def sources_collected() -> Iterator[Sources]:
-    """Collect the files that are read inside."""
+    """Collect the files that are read in the context."""
     sources = Sources()
     _collecting.append(sources)
     try:
@@ -100,33 +100,33 @@ def sources_collected() -> Iterator[Sources]:
 
 
 def note_source(path: Path, content: bytes | None = None) -> None:
-    """Say that a file is read, and what is in it; without a content it is read for that, as it is now."""
+    """Record that a file is read, with its content; without `content`, read the present one for that."""
     for sources in _collecting:
         sources.add(path, content)
 
 
-def read_at_most(path: Path, most: int) -> bytes | None:
-    """The bytes of a file; None where there are more than `most` of them.
+def read_at_most(path: Path, max_bytes: int) -> bytes | None:
+    """Return the bytes of a file; None if there are more than `max_bytes`.
 
     Raises:
         OSError: it cannot be read.
-        ValueError: it has a name that no file can have.
+        ValueError: its name is no valid file name.
     """
     with open_to_read(path) as stream:
-        content = stream.read(most + 1)
-    if len(content) > most:
+        content = stream.read(max_bytes + 1)
+    if len(content) > max_bytes:
         return None
     note_source(path, content)
     return content
 
 
 def reason(error: OSError | ValueError) -> str:
-    """Why a file cannot be read, without its name."""
+    """Return the reason why a file cannot be read, without its name."""
     return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
 
 
 MAX_BYTES = 512 * 1024
-"""Largest size of all files of one trial together."""
+"""Maximum total size of the files of one trial."""
 
 _LINE_END = re.compile(r"\r\n?|\n")
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
@@ -134,14 +134,14 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """The text of one file."""
+    """Text of one file."""
 
     path: str
     content: str
 
 
 class JoinedText:
-    """The texts of several files, one directly after the other: not even a line break comes between them."""
+    """Texts of several files, concatenated without so much as a line break between them."""
 
     def __init__(self, texts: Sequence[Text]) -> None:
         self._texts = tuple(texts)
@@ -154,14 +154,14 @@ class JoinedText:
         self._line_starts = [[0, *(match.end() for match in _LINE_END.finditer(text.content))] for text in texts]
 
     def place(self, index: int) -> Place:
-        """The file and line of the character at `index`; what lies behind the end belongs to the last line."""
+        """Return the file and line of the character at `index`; positions behind the end belong to the last line."""
         index = max(0, min(index, len(self.content) - 1))
         file = max(bisect_right(self._starts, index) - 1, 0)
         line = bisect_right(self._line_starts[file], index - self._starts[file])
         return Place(file, self._texts[file].path, line)
 
     def glue_hint(self, place: Place) -> str:
-        """A remark for problems on a line that the file before did not end, else nothing."""
+        """Return a hint for problems on a line that the preceding file did not end, else an empty text."""
         if place.line != 1 or place.file == 0:
             return ""
         before = self._texts[place.file - 1]
@@ -171,7 +171,7 @@ class JoinedText:
 
 
 def read_texts(paths: Sequence[Path]) -> JoinedText:
-    """The files as one text.
+    """Return the files as one text.
 
     Raises:
         DescriptionError: a file cannot be read, is too large, or is no UTF-8 text.
@@ -203,7 +203,7 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
 
 
 def _decoded(data: bytes, place: Place, *, alone: bool) -> str | Problem:
-    """The bytes as text: UTF-8, or UTF-16 for a file that stands alone and has its mark in front."""
+    """Decode bytes as UTF-8, or as UTF-16 for a single file that starts with its byte order mark."""
     encoding = "utf-16" if alone and data.startswith(_UTF16_MARKS) else "utf-8"
     try:
         return data.decode(encoding)

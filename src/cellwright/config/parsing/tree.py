@@ -11,13 +11,13 @@ from cellwright.util.errors import DescriptionError
 
 Severity: TypeAlias = Literal["error", "warning"]
 
-MOST_TOLD = 1000
-"""Most errors, and most warnings, that are told of one trial or robot; the others are counted."""
+MAX_PROBLEMS = 1000
+"""Maximum number of errors, and of warnings, that are listed for one trial or robot; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Place:
-    """Where something stands: the file's position among those given, its name, and the line from 1 (0: the whole)."""
+    """Place in a file: the file's position among those given, its name, and the line from 1 (0: the whole file)."""
 
     file: int
     path: str
@@ -29,7 +29,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that somebody should know about a file; `key` is the dotted way to it, empty for the file itself."""
+    """Error or warning about a file; `key` is the dotted path to the value, empty for the file itself."""
 
     place: Place
     key: str
@@ -38,77 +38,77 @@ class Problem:
 
     @property
     def path(self) -> str:
-        """The file's name as it was given."""
+        """The file's name as given."""
         return self.place.path
 
     @property
     def line(self) -> int:
-        """The line in that file, from 1; 0 when the file as a whole is meant."""
+        """The line in that file, from 1; 0 for the file as a whole."""
         return self.place.line
 
     def __str__(self) -> str:
         text = ": ".join(part for part in (str(self.place), self.key, self.message) if part)
-        # Whatever a file smuggles in, a problem stays one line that any terminal can show.
+        # A problem stays one printable line, whatever characters a file contains.
         return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def refusal(path: Path, line: int, message: str) -> DescriptionError:
-    """The error that says that a file cannot be read at all; line 0 is the whole file."""
+    """Return the error for a file that cannot be read at all; line 0 is the whole file."""
     return DescriptionError([Problem(Place(0, str(path), line), "", message)])
 
 
 class Located(Protocol):
-    """Anything that knows where it was written."""
+    """Anything that knows its place."""
 
     @property
     def place(self) -> Place:
-        """Where it stands."""
+        """The place."""
         ...
 
     @property
     def key(self) -> str:
-        """The dotted way to it."""
+        """The dotted path to it."""
         ...
 
 
 class Problems:
-    """Collects what is found while a file is read, so that all of it can be said at once."""
+    """Collector of problems, so that one error lists all of a file."""
 
     def __init__(self) -> None:
         self._found: list[Problem] = []
         self.error_count = 0
-        """How many errors were noted, those that say the same counted each time."""
+        """Number of errors noted, including repeated ones."""
 
     def error(self, where: Located, message: str) -> None:
-        """Note something that makes the file unusable."""
+        """Add an error, which makes the file unusable."""
         self.add(Problem(where.place, where.key, message, "error"))
 
     def warn(self, where: Located, message: str) -> None:
-        """Note something that the file's author should know, though it can be read."""
+        """Add a warning for the file's author."""
         self._found.append(Problem(where.place, where.key, message, "warning"))
 
     def add(self, problem: Problem) -> None:
-        """Note a problem that is at hand."""
+        """Add a problem."""
         self._found.append(problem)
         self.error_count += problem.severity == "error"
 
     @property
     def errors(self) -> tuple[Problem, ...]:
-        """The errors, in the order of files and lines."""
+        """Errors, in the order of files and lines."""
         return self._of("error")
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """The warnings, in the order of files and lines."""
+        """Warnings, in the order of files and lines."""
         return self._of("warning")
 
     def _of(self, severity: Severity) -> tuple[Problem, ...]:
         found = dict.fromkeys(problem for problem in self._found if problem.severity == severity)
-        told = sorted(found, key=lambda problem: problem.place)
-        if len(told) > MOST_TOLD:
-            message = f"{len(told) - MOST_TOLD} more {severity}s besides these"
-            told[MOST_TOLD:] = [Problem(told[MOST_TOLD].place, "", message, severity)]
-        return tuple(told)
+        ordered = sorted(found, key=lambda problem: problem.place)
+        if len(ordered) > MAX_PROBLEMS:
+            message = f"{len(ordered) - MAX_PROBLEMS} more {severity}s besides these"
+            ordered[MAX_PROBLEMS:] = [Problem(ordered[MAX_PROBLEMS].place, "", message, severity)]
+        return tuple(ordered)
 
 
 Scalar: TypeAlias = str | int | float | bool | date | bytes | None
@@ -116,7 +116,7 @@ Scalar: TypeAlias = str | int | float | bool | date | bytes | None
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """A single value."""
+    """Single value."""
 
     value: Scalar
     place: Place
@@ -125,7 +125,7 @@ class Leaf:
 
 @dataclass(frozen=True, slots=True)
 class Items:
-    """A list."""
+    """List of values."""
 
     items: tuple[Node, ...]
     place: Place
@@ -134,7 +134,7 @@ class Items:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One entry of a table. `place` is its key's; `key` the dotted way to it; `name` the key itself, of any kind."""
+    """Entry of a table. `place` is its key's, `key` the dotted path to it, `name` the key itself, of any kind."""
 
     name: Scalar
     value: Node
@@ -144,14 +144,14 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A mapping, in the order of the file."""
+    """Mapping, in the order of the file."""
 
     place: Place
     key: str
     entries: dict[Scalar, Entry] = field(default_factory=dict)
 
     def get(self, name: str) -> Node | None:
-        """The value under a key, or None where there is no such key (an empty value is a `Leaf` of None)."""
+        """Return the value under a key, or None if there is no such key (an empty value is a `Leaf` of None)."""
         entry = self.entries.get(name)
         return entry.value if entry else None
 
@@ -163,14 +163,14 @@ Node: TypeAlias = Leaf | Items | Table
 
 
 def children(node: Node) -> tuple[Node, ...]:
-    """The items of a list, or the values of a table."""
+    """Return the items of a list, or the values of a table."""
     if isinstance(node, Items):
         return node.items
     return tuple(entry.value for entry in node.entries.values()) if isinstance(node, Table) else ()
 
 
 def described(node: Node) -> str:
-    """What kind of value stands there, for messages."""
+    """Return the kind of a value, for messages."""
     match node:
         case Table():
             return "a mapping"
@@ -189,5 +189,5 @@ def described(node: Node) -> str:
 
 
 def shortened(text: str, length: int = 60) -> str:
-    """The text, cut where it would flood a message."""
+    """Return the text, truncated to `length` characters."""
     return text if len(text) <= length else text[: length - 1] + "…"

@@ -1,7 +1,7 @@
-"""From YAML text to a tree with places, by PyYAML's rules and within bounds.
+"""YAML parser: text to a tree with places, by PyYAML's rules and within bounds.
 
-The rules are PyYAML's (YAML 1.1), for the original read its files with it: `yes` is true, `010` is eight, `1:30` is
-ninety, `1e3` is text, the last of two equal keys counts. What could carry code or grow without limit is refused.
+The rules are PyYAML's (YAML 1.1), since the original used it. `yes` is true, `010` is eight, `1:30` is ninety, `1e3`
+is text. The last of two equal keys counts. Anything that could carry code or grow without limit is refused.
 """
 
 from collections.abc import Hashable
@@ -27,21 +27,21 @@ from cellwright.config.parsing.tree import (
 from cellwright.util.errors import DescriptionError
 
 MAX_DEPTH = 50
-"""Deepest nesting of lists and mappings, aliases followed."""
+"""Maximum nesting of lists and mappings, with aliases followed."""
 MAX_NODES = 50_000
-"""Most values in a file, each use of an alias counted in full."""
+"""Maximum number of values in a file; each use of an alias counts in full."""
 MAX_SCALAR = 10_000
-"""Longest single value in characters."""
+"""Maximum length of a single value in characters."""
 
-_LONGEST_KEY = 80
+_MAX_KEY_LENGTH = 80
 _MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
 
 
 def parse(text: JoinedText, problems: Problems) -> Node | None:
-    """The one document in the text, or None when it is empty; what may be said of keys goes to `problems`.
+    """Return the single document in the text, or None if it is empty; problems of keys go to `problems`.
 
     Raises:
-        DescriptionError: the text is no YAML that can be read here.
+        DescriptionError: the text is not valid or supported YAML.
     """
     try:
         loader = _Composer(text.content)
@@ -68,12 +68,12 @@ def parse(text: JoinedText, problems: Problems) -> Node | None:
 
 
 def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
-    """The top level of the one document in the text; nothing at all is an empty one.
+    """Return the top level of the single document in the text; an empty text is an empty table.
 
-    `expected` is what the error says should stand there: "a configuration is a mapping of sections".
+    `expected` is what the error names as expected: "a configuration is a mapping of sections".
 
     Raises:
-        DescriptionError: the text is no YAML that can be read here, or has no mapping.
+        DescriptionError: the text is not valid or supported YAML, or not a mapping.
     """
     root = parse(text, problems)
     if root is None or (isinstance(root, Leaf) and root.value is None):
@@ -90,11 +90,11 @@ def _refusal(text: JoinedText, index: int, message: str) -> DescriptionError:
 
 
 class _RefusedError(yaml.MarkedYAMLError):
-    """YAML that may be valid and is still not read here."""
+    """YAML that may be valid but is refused here."""
 
 
 class _Composer(yaml.SafeLoader):
-    """Composes the node graph and measures it on the way, so that an alias bomb is seen before it goes off."""
+    """Composer of the node graph that measures it at the same time, so that it detects alias bombs early."""
 
     def __init__(self, stream: str) -> None:
         super().__init__(stream)
@@ -116,7 +116,7 @@ class _Composer(yaml.SafeLoader):
         return node
 
     def _measure(self, node: yaml.Node, mark: yaml.Mark) -> tuple[int, int]:
-        """How many values a node holds and how deep they nest, refused above the bounds."""
+        """Return the number of values in a node and its depth, and refuse excessive ones."""
         if not isinstance(node, CollectionNode):
             return 1, 1
         pairs = node.value if isinstance(node, MappingNode) else [(item,) for item in node.value]
@@ -131,7 +131,7 @@ class _Composer(yaml.SafeLoader):
 
 
 class _Builder:
-    """Turns PyYAML's nodes into the tree."""
+    """Builder of the tree from PyYAML's nodes."""
 
     def __init__(self, loader: _Composer, text: JoinedText, problems: Problems) -> None:
         self._loader = loader
@@ -139,7 +139,7 @@ class _Builder:
         self._problems = problems
 
     def node(self, node: yaml.Node, key: str, place: Place | None = None) -> Node:
-        """The tree of one node; a collection under a key stands where its key stands."""
+        """Return the tree of one node; a collection under a key has the place of its key."""
         place = place or self._text.place(node.start_mark.index)
         if isinstance(node, MappingNode):
             self._check_tag(node, _MAP)
@@ -157,19 +157,19 @@ class _Builder:
             if not isinstance(key_node, ScalarNode):
                 raise self._invalid(key_node, "a list or mapping cannot be a key")
             name = self._scalar(key_node)
-            own_key = shortened(str(name), _LONGEST_KEY)
-            way = f"{key}.{own_key}" if key else own_key
+            own_key = shortened(str(name), _MAX_KEY_LENGTH)
+            path = f"{key}.{own_key}" if key else own_key
             at = self._text.place(key_node.start_mark.index)
             if position >= len(merged):
                 if name in written:
                     message = f"given again (first on {table.entries[name].place}); this one counts"
-                    self._problems.add(Problem(at, way, message, "warning"))
+                    self._problems.add(Problem(at, path, message, "warning"))
                 written.add(name)
-            table.entries[name] = Entry(name, self.node(value_node, way, at), at, way)
+            table.entries[name] = Entry(name, self.node(value_node, path, at), at, path)
         return table
 
     def _pairs(self, node: MappingNode) -> tuple[list[tuple[yaml.Node, yaml.Node]], list[tuple[yaml.Node, yaml.Node]]]:
-        """The entries that merge keys (`<<`) bring in, in PyYAML's order, and a mapping's own."""
+        """Return the entries from merge keys (`<<`), in PyYAML's order, and a mapping's own."""
         merged: list[tuple[yaml.Node, yaml.Node]] = []
         own: list[tuple[yaml.Node, yaml.Node]] = []
         for key_node, value_node in node.value:

@@ -1,1 +1,1 @@
-"""Robots as they are written: URDF files, robot configuration files, and the robots that come along."""
+"""Robot descriptions: URDF files, robot configuration files, and the bundled robots."""

@@ -1,7 +1,7 @@
-"""Cameras of a robot configuration: the entries as written, and the picture cameras that follow from them.
+"""Cameras of a robot configuration: the entries as written, and the picture cameras derived from them.
 
-The stack's own reader of these entries is not public. Names and figures are its own; what follows from them here, where
-they leave it open, is said in the documentation.
+The stack's own reader of these entries is not public. Names and figures are its own; the documentation states how
+Cellwright interprets the points that they leave open.
 """
 
 import math
@@ -31,7 +31,7 @@ CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 
 
 def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
-    """The cameras; what they are used for decides which of their figures must be there."""
+    """Return the cameras; their use decides which of their figures are mandatory."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list of cameras, not {described(node)}")
         return ()
@@ -60,10 +60,10 @@ def _check_finite(node: Node, reader: Reader) -> None:
 
 
 VERTICAL_FOV = math.radians(100)
-"""How far the stack's cameras see up and down together [rad]."""
+"""Vertical field of view of the stack's cameras [rad]."""
 
 RATE = 30.0
-"""Pictures a second [Hz]: what the stack's monitors ask of cameras."""
+"""Rate of pictures [Hz] that the stack's monitors request from cameras."""
 
 _AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 T = TypeVar("T", bound=tuple[float, ...])
@@ -73,10 +73,10 @@ _ALONG = 1e-6
 
 
 def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
-    """A camera of a configuration as one that takes pictures; its frame is the link that it is fixed to.
+    """Return a picture camera for a camera of a configuration; its frame is the link that it is mounted on.
 
     Raises:
-        UsageError: its figures make no camera; the text says why.
+        UsageError: its figures describe no valid camera; the text says why.
     """
     if not _NAME.fullmatch(camera.name):
         raise UsageError("its name becomes a topic: only letters, digits and _")
@@ -103,7 +103,7 @@ def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
 
 
 def _link(config: RobotConfig, name: str) -> str:
-    """What a camera is fixed to: the tip of an arm where its name has `hand_eye`, else the head, else the root."""
+    """Return the link of a camera: the tip of an arm if its name has `hand_eye`, else the head, else the root."""
     if "hand_eye" in name and config.arms:
         is_left = "left" in name and len(config.arms) > 1
         return config.arms[1 if is_left else 0].tip
@@ -113,7 +113,7 @@ def _link(config: RobotConfig, name: str) -> str:
 
 
 def _pose(camera: Camera) -> Pose:
-    """link_T_camera, which looks along +x with z up."""
+    """Return link_T_camera, which looks along +x with z up."""
     x, y, z, w = _numbers(camera, "quat", (0.0, 0.0, 0.0, 1.0))
     turn = Pose((0.0, 0.0, 0.0), normalized((w, x, y, z)))
     ex, ey, ez = turn.transform(_numbers(camera, "pos_offset", (0.0, 0.0, 0.0)))
@@ -126,10 +126,10 @@ def _pose(camera: Camera) -> Pose:
 
 
 def look_rotation(forward: Vector3, up: Vector3) -> tuple[float, float, float, float]:
-    """The turn (w, x, y, z) of what looks `forward` along +x, with `up` as far along +z as that allows.
+    """Return the rotation (w, x, y, z) that points +x along `forward`, and +z as close to `up` as possible.
 
     Raises:
-        UsageError: there is no such turn, or no one.
+        UsageError: there is no such rotation, or no unique one.
     """
     length = math.hypot(*forward)
     if length < _ALONG:
@@ -153,11 +153,11 @@ def _up(camera: Camera) -> Vector3:
     return _numbers(camera, "up_axis", _AXES["z"])
 
 
-def _size(camera: Camera, name: str, default: int, most: int) -> int:
+def _size(camera: Camera, name: str, default: int, maximum: int) -> int:
     value = camera.values.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= most:
+    if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= maximum:
         raise UsageError(
-            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {most}, not {_shown(value)}"
+            f"{name} must be a whole number from {sensors.MIN_PICTURE_SIZE} to {maximum}, not {_shown(value)}"
         )
     return value
 

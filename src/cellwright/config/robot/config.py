@@ -1,4 +1,4 @@
-"""A robot configuration (`vr_configs.yml`) as checked values: joints and links by name, groups in the order given."""
+"""Robot configuration (`vr_configs.yml`) as checked values: joints and links by name, groups in the order given."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,23 +25,23 @@ UNUSED: Mapping[str, str] = {
     "sim_camera": "the first view of the original's window",
     "sim_opengl2": "how the original's window draws",
 }
-"""Entries that are known and used by nothing here, each with what it is for."""
+"""Entries that are known but unused, each with its purpose."""
 
 
 class BaseMode(StrEnum):
     """Meaning of the numbers in a command of the base."""
 
     ORIGINAL = "original"
-    """Turn [rad], and move along the base's own y axis [m], by so much."""
+    """Turn [rad], and move along the base's own y axis [m], by the given amounts."""
     DELTA = "delta"
-    """Turn [rad], and move along its own x and y axes [m], by so much."""
+    """Turn [rad], and move along its own x and y axes [m], by the given amounts."""
     VELOCITY = "velocity"
-    """Turn [rad/s], and move along its own x and y axes [m/s], as fast as that, until the next command or 0.2 s."""
+    """Turn [rad/s], and move along its own x and y axes [m/s], at these speeds, until the next command or for 0.2 s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """An arm: its joints, the link at its tip whose pose is commanded, and its home posture [rad; m]."""
+    """Arm: its joints, the link at its tip whose pose is commanded, and its home posture [rad; m]."""
 
     joints: tuple[str, ...]
     tip: str
@@ -49,7 +49,7 @@ class Arm:
 
 
 class End(StrEnum):
-    """An end of a joint's range."""
+    """End of a joint's range."""
 
     LOWER = "lower"
     UPPER = "upper"
@@ -57,16 +57,16 @@ class End(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Gripper:
-    """A gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
+    """Gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
 
-    `open_ends` are the limits at which its joints are open; empty where that is the lower one of all.
+    `open_ends` are the limits at which its joints are open; empty if that is the lower one for all.
     """
 
     joints: tuple[str, ...]
     open_ends: tuple[End, ...] = ()
 
     def way(self, joint: Joint) -> tuple[float, float]:
-        """Where one of its joints is open, and where it is closed [rad; m]."""
+        """Return the open and the closed position of one of its joints [rad; m]."""
         lower, upper = joint.limits.lower, joint.limits.upper
         opens_up = bool(self.open_ends) and self.open_ends[self.joints.index(joint.name)] is End.UPPER
         return (upper, lower) if opens_up else (lower, upper)
@@ -74,7 +74,7 @@ class Gripper:
 
 @dataclass(frozen=True, slots=True)
 class Posture:
-    """Some joints with the positions that they go home to [rad; m]: head, waist, lift."""
+    """Joints with their home positions [rad; m]: head, waist, lift."""
 
     joints: tuple[str, ...]
     home: tuple[float, ...]
@@ -82,7 +82,7 @@ class Posture:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A camera as the file describes it, by its own keys."""
+    """Camera as the file describes it, by its own keys."""
 
     name: str
     values: Mapping[str, Any]
@@ -90,12 +90,12 @@ class Camera:
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """A robot and how it is to be used.
+    """Robot and its configuration.
 
     Attributes:
-        path: the configuration file, or the URDF where there is none.
-        base_pose: world_T_root as loaded; world_T_fixed_link where there is a fixed link.
-        fixed_link: the link that is fastened to the world instead of the root; None for the root.
+        path: the configuration file, or the URDF if there is none.
+        base_pose: world_T_root as loaded; world_T_fixed_link if there is a fixed link.
+        fixed_link: the link that is fixed to the world instead of the root; None for the root.
         arms: right, left; one or more.
         grippers: right, left; as many as the robot has.
         head: roll, pitch, yaw, without those that the robot lacks.
@@ -103,10 +103,10 @@ class RobotConfig:
         dorsal: the lift of the torso.
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
-        max_accelerations: how fast the targets of joints may change their speed [rad/s^2; m/s^2], by joint; others are
-            not bounded.
-        others: entries that are kept as they are written: `base_command_mode`, which the base reads, and what is known
-            and used by nothing here (thresholds and scales of the headset's side).
+        max_accelerations: maximum acceleration of the targets of joints [rad/s^2; m/s^2], by joint; others are not
+            bounded.
+        others: entries kept as written: `base_command_mode`, which the base reads, and known but unused ones
+            (thresholds and scales of the headset's side).
     """
 
     robot: RobotModel
@@ -129,14 +129,14 @@ class RobotConfig:
 
     @property
     def start(self) -> dict[str, float]:
-        """The posture in which the robot is put up [rad; m], by joint: arms at home, all else at 0."""
+        """Return the initial posture [rad; m], by joint: arms at home, all else at 0."""
         return {name: value for arm in self.arms for name, value in zip(arm.joints, arm.home, strict=True)}
 
     @property
     def home(self) -> dict[str, float]:
-        """The posture of a reset [rad; m], by joint: arms, waist, head and lift where configured, grippers open.
+        """Return the posture of a reset [rad; m], by joint: arms, waist, head and lift as configured, grippers open.
 
-        Joints that mimic another are left out: where they go follows from that one.
+        It leaves out joints that mimic another, since that joint determines their positions.
         """
         found = self.start
         for group in (self.waist, self.head, self.dorsal):

@@ -9,12 +9,12 @@ from cellwright.config.robot.config import Arm, End, Gripper, Posture
 from cellwright.config.robot.model import ROOT, Joint, RobotModel
 from cellwright.util.errors import did_you_mean
 
-MOST_LISTED = 12
-"""Most valid names in a message; `cellwright robot` lists them all."""
+MAX_LISTED = 12
+"""Maximum number of valid names in a message; `cellwright robot` lists them all."""
 
 
 def numbered(robot: RobotModel, order: str) -> tuple[Joint, ...]:
-    """The joints of a robot as a file counts them: `pybullet` (parents first) or `urdf` (as their elements stand)."""
+    """Return the joints of a robot in a file's order: `pybullet` (parents first) or `urdf` (order of elements)."""
     if order == "urdf" and robot.written:
         return tuple(robot.joint(name) for name in robot.written)
     return robot.joints
@@ -24,15 +24,15 @@ AXES_OF_HEAD = ("roll", "pitch", "yaw")
 ARMS = Keys(dict.fromkeys(("joint_index", "ee_index", "rest_j_pos")), {"max_acceleration": None})
 GRIPPERS = Keys({"joint_index": None}, dict.fromkeys(("open", "max_acceleration")))
 GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
-"""Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
+"""Lists of the joints of each finger in old revisions; only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
 _NO_HOME = "; write the positions that the joints go home to [rad; m]"
 
 
 class GroupReader:
-    """Reads groups, and the joints and links that they name; what cannot be read is reported, and None.
+    """Reader of groups and their joints and links; it reports unreadable values and returns None for them.
 
-    The joints of the robot come as the file counts them.
+    The joints of the robot are in the file's order.
     """
 
     def __init__(self, robot: RobotModel, joints: Sequence[Joint], reader: Reader) -> None:
@@ -41,10 +41,10 @@ class GroupReader:
         self._joints = tuple(joints)
         self._problems = reader.problems
         self.max_accelerations: dict[str, float] = {}
-        """The bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several."""
+        """Acceleration limits of joints from their groups [rad/s^2; m/s^2]; the lowest of several."""
 
     def joint(self, node: Node, *, may_follow: bool = False) -> Joint | None:
-        """A joint that a program can move, by index or name; with `may_follow` one that mimics another, too."""
+        """Return a joint that a program can move, by index or name; with `may_follow` also one that mimics another."""
         index = self._find(node, "joint", " (-1 is for what the robot lacks, in the head's list only)")
         if index is None:
             return None
@@ -62,10 +62,10 @@ class GroupReader:
         return None
 
     def joints(self, node: Node, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
-        """A list of joints that a program can move, each once; as `joint` otherwise."""
+        """Return a list of distinct joints that a program can move; as `joint` otherwise."""
         if not isinstance(node, Items) or not node.items:
-            what = "an empty list" if isinstance(node, Items) else described(node)
-            self._problems.error(node, f"must be a list of joints, by index or name, not {what}")
+            actual = "an empty list" if isinstance(node, Items) else described(node)
+            self._problems.error(node, f"must be a list of joints, by index or name, not {actual}")
             return None
         found: list[Joint] = []
         for item in node.items:
@@ -79,7 +79,7 @@ class GroupReader:
         return tuple(found) if len(found) == len(node.items) else None
 
     def link(self, node: Node, *, may_be_root: bool = False) -> str | None:
-        """A link by index or name."""
+        """Return a link by index or name."""
         root = self.robot.root
         if isinstance(node, Leaf) and (node.value == root or (may_be_root and _is_absent(node))):
             if may_be_root:
@@ -90,7 +90,7 @@ class GroupReader:
         return None if index is None else self._joints[index].child
 
     def _find(self, node: Node, kind: str, of_root: str) -> int | None:
-        """The index of a joint, or of the link that it moves, or None after a report; `of_root` is a remark on -1."""
+        """Return the index of a joint or of the link that it moves; None after a report. `of_root` is a hint on -1."""
         hint = ""
         match node:
             case Leaf(value=bool()):
@@ -140,7 +140,7 @@ class GroupReader:
         )
 
     def arm(self, node: Node) -> Arm | None:
-        """An arm."""
+        """Return an arm."""
         table = self._table(node, ARMS.names)
         if table is None:
             return None
@@ -154,7 +154,7 @@ class GroupReader:
         return Arm(joint_names(joints), tip, home)
 
     def gripper(self, node: Node) -> Gripper | None:
-        """A gripper: its joints need limits, between which it opens and closes."""
+        """Return a gripper; its joints need limits, between which it opens and closes."""
         table = self._table(node, (*GRIPPERS.names, *GRIPPER_UNUSED))
         joints = self._joints_of(table, may_follow=True) if table else None
         if table is None or joints is None:
@@ -174,7 +174,7 @@ class GroupReader:
         return Gripper(joint_names(joints), self._open_ends(table, len(joints)))
 
     def _open_ends(self, table: Table, count: int) -> tuple[End, ...]:
-        """The limit at which each joint of a gripper is open; empty where that is the lower one of all."""
+        """Return the limit at which each joint of a gripper is open; empty if that is the lower one for all."""
         node = table.get("open")
         if node is None:
             return ()
@@ -182,13 +182,13 @@ class GroupReader:
         ends = [End(str(item.value)) for item in items if isinstance(item, Leaf) and item.value in tuple(End)]
         if len(items) != count or len(ends) != count:
             choice = " or ".join(End)
-            what = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
-            self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {what}")
+            actual = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
+            self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {actual}")
             return ()
         return tuple(ends) if End.UPPER in ends else ()
 
     def posture(self, node: Node, unused: tuple[str, ...] = ()) -> Posture | None:
-        """The waist: joints and their home; `unused` entries are known besides, and not read."""
+        """Return the waist: joints and their home; `unused` entries are known too, but not read."""
         table = self._table(node, (*POSTURE, *unused))
         if table is None:
             return None
@@ -198,7 +198,7 @@ class GroupReader:
         return Posture(joint_names(joints), home) if joints is not None and home is not None else None
 
     def lift(self, node: Node) -> Posture | None:
-        """The lift of the torso: one joint, which goes home to 0 when nothing is said."""
+        """Return the lift of the torso: one joint, with home 0 by default."""
         table = self._table(node, POSTURE)
         joint_node = self.reader.required(table, "joint_index") if table else None
         if table is None or joint_node is None:
@@ -212,7 +212,7 @@ class GroupReader:
         return Posture((joint.name,), (self._reachable(home_node or table, joint, home),))
 
     def head(self, node: Node) -> tuple[Posture | None, tuple[int, ...]]:
-        """The head: roll, pitch and yaw, of which -1 stands for those that it lacks; and which of them it has."""
+        """Return the head's joints among roll, pitch and yaw (-1: missing), and their indices in these three."""
         table = self._table(node, POSTURE)
         joints_node = self.reader.required(table, "joint_index") if table else None
         homes_node = self.reader.required(table, "rest_j_pos", _NO_HOME) if table else None
@@ -242,7 +242,7 @@ class GroupReader:
         return self.joints(node, may_follow=may_follow) if node else None
 
     def _home(self, table: Table, joints: tuple[Joint, ...] | None) -> tuple[float, ...] | None:
-        """A position for each joint [rad; m], within its limits."""
+        """Return a position for each joint [rad; m], within its limits."""
         node = self.reader.required(table, "rest_j_pos", _NO_HOME)
         if node is None:
             return None
@@ -261,7 +261,7 @@ class GroupReader:
         return tuple(home) if len(home) == len(joints) else None
 
     def _bound(self, table: Table, joints: Sequence[Joint | None] | None) -> None:
-        """Note how fast the targets of joints may change their speed; None is a joint that the robot lacks."""
+        """Record the acceleration limits of the targets of joints; None is a joint that the robot lacks."""
         node = table.get("max_acceleration")
         if node is None or joints is None:
             return
@@ -279,7 +279,7 @@ class GroupReader:
                 self.max_accelerations[joint.name] = min(value, self.max_accelerations.get(joint.name, math.inf))
 
     def _reachable(self, where: Node, joint: Joint, position: float) -> float:
-        """The position [rad; m], or the limit that lies next to it, for a joint never leaves its limits."""
+        """Return the position [rad; m] clipped to the limits of a joint."""
         lower, upper = joint.limits.lower, joint.limits.upper
         nearest = min(max(position, lower), upper)
         if nearest != position:
@@ -293,18 +293,18 @@ class GroupReader:
     def _three(self, node: Node) -> tuple[Node, ...] | None:
         if isinstance(node, Items) and len(node.items) == len(AXES_OF_HEAD):
             return node.items
-        what = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {what}")
+        actual = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
+        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {actual}")
         return None
 
 
 def joint_names(joints: Iterable[Joint]) -> tuple[str, ...]:
-    """What joints are called."""
+    """Return the names of joints."""
     return tuple(joint.name for joint in joints)
 
 
 def _only(node: Node) -> Node:
-    """The one item of a list of one, or what stands there itself."""
+    """Return the single item of a list of one, or the node itself."""
     return node.items[0] if isinstance(node, Items) and len(node.items) == 1 else node
 
 
@@ -317,13 +317,13 @@ def _has_range(joint: Joint) -> bool:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names for a message, cut where they would flood it."""
+    """Return names for a message, truncated to a maximum number."""
     found = list(names)
-    if len(found) > MOST_LISTED:
-        found[MOST_LISTED:] = [f"… {len(found) - MOST_LISTED} more, see `cellwright robot`"]
+    if len(found) > MAX_LISTED:
+        found[MAX_LISTED:] = [f"… {len(found) - MAX_LISTED} more, see `cellwright robot`"]
     return ", ".join(found) or "none"
 
 
 def _in_quotes(name: str) -> str:
-    """A remark on a number in quotes where an index should be."""
+    """Return a hint about a number in quotes where an index should be."""
     return f"; an index stands without quotes: {name}" if name.isascii() and name.isdigit() and len(name) < 6 else ""

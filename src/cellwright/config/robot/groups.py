@@ -14,8 +14,8 @@ from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotM
 from cellwright.util.pose import Pose
 
 MIN_NAMED_JOINTS, MIN_JOINTS = 2, 3
-"""Joints between a fork and a group's joints that make the branch a limb rather than a finger, with and without names
-that tell the sides: one joint may be that which spreads a finger."""
+"""Minimum numbers of joints between a fork and a group that make the branch a limb rather than a finger, with and
+without names that tell the sides: a single joint may spread a finger."""
 
 _SIDE = re.compile(
     r"(?:^|[_\W])(?P<r>r(?:ight)?)(?=[_\W\d]|$)|(?:^|[_\W])(?P<l>l(?:eft)?)(?=[_\W\d]|$)|(?P<right>right)|(?P<left>left)",
@@ -24,7 +24,7 @@ _SIDE = re.compile(
 
 
 def side_of(name: str) -> str:
-    """Side that a name tells first: "right", "left", or "" for none; `right_gripper_left_finger` is on the right."""
+    """Return the side that a name states first: "right", "left" or ""; `right_gripper_left_finger` is on the right."""
     match = _SIDE.search(name)
     if match is None:
         return ""
@@ -32,18 +32,18 @@ def side_of(name: str) -> str:
 
 
 def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
-    """Reason why a group of joints belongs to both sides of a robot; empty if it belongs to one.
+    """Return the reason why a group of joints belongs to both sides of a robot; empty if it belongs to one.
 
-    Two fingers of one palm may be called left and right. So names count only where a limb stands between the fork and
-    the group, and without names it takes two such limbs.
+    Two fingers of one palm may be called left and right. So names count only if a limb lies between the fork and the
+    group, and without names it takes two such limbs.
     """
-    ways = [robot.chain(joint.child) for joint in joints]
-    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*ways, strict=False))
-    shared = sum(1 for _ in alike)  # joints that all ways from the root begin with
+    chains = [robot.chain(joint.child) for joint in joints]
+    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
+    shared = sum(1 for _ in alike)  # joints that all paths from the root share at their start
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
-    for way in ways:
-        own = way[shared:]
+    for chain in chains:
+        own = chain[shared:]
         count = sum(joint.is_driven and joint.mimic is None and joint.name not in names for joint in own)
         if own:
             between[own[0].name] = max(count, between.get(own[0].name, 0))
@@ -55,7 +55,7 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
 
 
 def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...]]]:
-    """Each group as (its key in the file, its joints, their home [rad; m]); grippers go home open."""
+    """Yield each group as (its key in the file, its joints, their home [rad; m]); grippers go home open."""
     for number, arm in enumerate(config.arms):
         yield f"arms[{number}]", arm.joints, arm.home
     for number, gripper in enumerate(config.grippers):
@@ -68,7 +68,7 @@ def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[fl
 
 
 def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
-    """Report joints that are in two groups: they cannot go home to two places."""
+    """Report joints that are in two groups, since they cannot have two home positions."""
     first: dict[str, str] = {}
     homes: dict[str, float] = {}
     for key, joints, home in groups(config):
@@ -96,9 +96,9 @@ def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
 def check_arms(
     arms: Sequence[tuple[Node, Arm]], config: RobotConfig, joints: Sequence[Joint], problems: Problems
 ) -> None:
-    """Warn of arms whose joints do not move their tips: a sign of indices that were counted otherwise.
+    """Warn of arms whose joints do not move their tips, a sign of indices in another order.
 
-    Each arm comes with its place in the file, and the robot's joints as the file counts them.
+    Each arm has its node in the file; `joints` are the robot's joints in the file's order.
     """
     robot = config.robot
     for number, (node, arm) in enumerate(arms):
@@ -113,13 +113,13 @@ def check_arms(
 
 
 def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
-    """The names of the joints that move a link against the one that is fastened to the world."""
+    """Return the names of the joints that move a link relative to the link that is fixed to the world."""
     held = robot.chain(fixed_link) if fixed_link else ()
     return {joint.name for joint in robot.chain(link)} ^ {joint.name for joint in held}
 
 
 def _other_order(robot: RobotModel, arm: Arm, joints: Sequence[Joint], fixed_link: str | None) -> str:
-    """A remark when the same indices, counted in the other way, would make an arm that moves its tip."""
+    """Return a hint if the same indices, in the other order, would make an arm that moves its tip."""
     other = "pybullet" if tuple(joints) != robot.joints else "urdf"
     again = numbered(robot, other)
     place = {joint.name: index for index, joint in enumerate(joints)}
@@ -133,7 +133,7 @@ def _other_order(robot: RobotModel, arm: Arm, joints: Sequence[Joint], fixed_lin
 
 
 def _node(root: Table, key: str) -> Node:
-    """What stands under a key such as `arms[0]` or `head`."""
+    """Return the node under a key such as `arms[0]` or `head`."""
     name, _, number = key.rstrip("]").partition("[")
     if name == "waist" and name not in root:
         name = "folding_waist"
@@ -144,7 +144,7 @@ def _node(root: Table, key: str) -> Node:
 
 
 def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = None) -> dict[str, Any]:
-    """A robot with its joints by index, its groups, and its links; joints are at `positions` [rad; m], or at 0."""
+    """Return a robot with its joints by index, its groups and links; joints are at `positions` [rad; m], or at 0."""
     robot = config.robot
     return {
         "name": config.name,
@@ -163,18 +163,18 @@ def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = 
 
 
 def parent_index(config: RobotConfig, joint: Joint) -> int:
-    """Index of the link that a joint is fastened to; -1 is the root's."""
+    """Return the index of the parent link of a joint; -1 for the root."""
     return config.robot.link_indices.get(joint.parent, ROOT)
 
 
 def groups_of(config: RobotConfig, joint: Joint) -> list[str]:
-    """The groups that a joint is in, by their keys in the file."""
+    """Return the groups of a joint, by their keys in the file."""
     return [key for key, joints, _ in groups(config) if joint.name in joints]
 
 
 def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
     is_fixed = joint.type is JointType.FIXED
-    # as the engine of the original reports joints that nothing moves
+    # as the original's engine reports joints without a motor
     limits = Limits(0.0, -1.0, 0.0, 0.0) if is_fixed else joint.limits
     return {
         "index": config.robot.joint_indices[joint.name],
@@ -218,6 +218,6 @@ def _groups(config: RobotConfig) -> dict[str, Any]:
 
 
 def _pose(pose: Pose) -> list[list[float]]:
-    """Position [m] and quaternion (x, y, z, w), as in messages."""
+    """Return position [m] and quaternion (x, y, z, w), as in messages."""
     w, x, y, z = pose.quaternion
     return [list(pose.position), [x, y, z, w]]

@@ -1,7 +1,7 @@
-"""Mesh files of a robot: where they are, and the text of a URDF with their absolute addresses.
+"""Mesh files of a robot: search, and the text of a URDF with their absolute paths.
 
-Robots are passed on in folders, with meshes beside the URDF or in what was once a package. Programs that are given the
-text alone, such as rviz, find neither.
+Robots are distributed in folders, with meshes beside the URDF or in a former ROS package. Programs that get only the
+text, such as rviz, find neither.
 """
 
 import re
@@ -15,23 +15,23 @@ from cellwright.config.models.meshes import read_mesh
 from cellwright.config.robot.urdf_file import package_folders
 
 MAX_TOTAL_BYTES = 50 << 20
-"""Largest meshes of one robot together [bytes]."""
+"""Maximum total size of the meshes of one robot [bytes]."""
 
 _SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
 
 
 class MeshFinder:
-    """Finds mesh files as the robot in a file refers to them."""
+    """Finder of mesh files by the references in a robot file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._found: dict[str, Path | None] = {}
         self._bytes = 0
         self.missing: dict[str, str] = {}
-        """Why a mesh cannot be used, by how the robot refers to it."""
+        """Reason why each unusable mesh cannot be used, by its reference."""
 
     def find(self, reference: str) -> Path | None:
-        """The file of a mesh; None where there is none that can be used, which is noted."""
+        """Return the file of a mesh; None if there is no usable one, which is recorded in `missing`."""
         if reference not in self._found:
             self._found[reference] = None
             try:
@@ -43,7 +43,7 @@ class MeshFinder:
         return self._found[reference]
 
     def locate(self, reference: str) -> Path | None:
-        """Where the file of a mesh is, whether it can be used or not; None where there is none."""
+        """Return the path of a mesh file, usable or not; None if there is none."""
         try:
             return next((place for place in self._places(reference) if place.is_file()), None)
         except (OSError, ValueError):
@@ -64,14 +64,14 @@ class MeshFinder:
         return path
 
     def _places(self, reference: str) -> Iterator[Path]:
-        """Where a mesh may be, the likeliest place first."""
+        """Yield the candidate paths of a mesh, the likeliest first."""
         if scheme := _SCHEME.match(reference):
             package, rest = scheme[2], unquote(scheme[3])
             for folder in package_folders(package, self._path):
                 yield folder / rest
             return
         name = unquote(reference.removeprefix("file://")) if reference.startswith("file://") else reference
-        for folder in self._path.resolve().parents:  # PyBullet, too, looks further and further up
+        for folder in self._path.resolve().parents:  # PyBullet, too, searches upwards folder by folder
             yield folder / name.replace("\\", "/")
 
 
@@ -79,9 +79,9 @@ _MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*)(["'])(.*?)\2""", re.DOTA
 
 
 def with_absolute_meshes(text: str, path: Path) -> str:
-    """The text of the URDF at a path with the address of each mesh file that is found on this machine.
+    """Return the text of the URDF at a path with the absolute path of each mesh file that exists on this machine.
 
-    What stays as it is: meshes that are not found, and those of real packages, which ROS finds on other machines too.
+    Missing meshes stay as written, and so do those of real packages, which ROS finds on other machines too.
     """
     finder = MeshFinder(path)
 

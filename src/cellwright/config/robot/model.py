@@ -1,8 +1,8 @@
 """Robot model: links in a tree of joints, numbered as PyBullet numbers them, and its forward kinematics.
 
-The index of a joint is its place in a walk through the tree from the root, parents before children, children in the
-order in which their `<joint>` elements stand in the file; fixed joints count. A link has the index of the joint above
-it, and the root link has -1. (Measured: PyBullet counts so, and robot configuration files are written with its counts.)
+The index of a joint is its position in a traversal of the tree from the root. Parents come before children, and
+children in the order of their `<joint>` elements in the file; fixed joints count. A link has the index of the joint
+above it, and the root link has -1. (Measured: PyBullet counts so, and robot configuration files use its indices.)
 """
 
 import math
@@ -20,7 +20,7 @@ ROOT = -1
 
 
 class JointType(StrEnum):
-    """How a joint moves, as URDF names it."""
+    """Motion of a joint, as URDF names it."""
 
     FIXED = "fixed"
     REVOLUTE = "revolute"
@@ -32,14 +32,14 @@ class JointType(StrEnum):
 
 
 DRIVEN = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-"""Joints with one degree of freedom: those that a robot program moves."""
+"""Types of joints with one degree of freedom, which a robot program moves."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a joint can do: position from `lower` to `upper` [rad; m], effort [N m; N], velocity [rad/s; m/s].
+    """Limits of a joint: position from `lower` to `upper` [rad; m], effort [N m; N], velocity [rad/s; m/s].
 
-    Infinite where nothing is said.
+    They are infinite by default.
     """
 
     lower: float = float("-inf")
@@ -50,7 +50,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A joint that follows another: `multiplier * position of joint + offset` [rad; m]."""
+    """Coupling to another joint: `multiplier * position of joint + offset` [rad; m]."""
 
     joint: str
     multiplier: float = 1.0
@@ -71,7 +71,7 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A link: its name, its mass if the file gives one, and its shapes in its own frame."""
+    """Link: its name, its mass if the file gives one, and its shapes in its own frame."""
 
     name: str
     inertial: Inertial | None = None
@@ -80,10 +80,10 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint between two links; the frame of the child is the frame of the joint.
+    """Joint between two links; the frame of the child is the frame of the joint.
 
-    `origin` is parent_T_child at position 0, `axis` a unit vector in the frame of the child, (0, 0, 0) where it means
-    nothing.
+    `origin` is parent_T_child at position 0. `axis` is a unit vector in the frame of the child, or (0, 0, 0) for types
+    without an axis.
     """
 
     name: str
@@ -97,16 +97,16 @@ class Joint:
 
     @property
     def is_driven(self) -> bool:
-        """Whether it has one degree of freedom that a program can give a position for."""
+        """True if it has one degree of freedom that a program can command."""
         return self.type in DRIVEN
 
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A robot: its links by name, in the order of the file, and its joints in the order of their indices.
+    """Robot: its links by name, in the order of the file, and its joints in the order of their indices.
 
-    `written` are the names of the joints in the order in which their elements stand in the file; empty where that is
-    the order of their indices.
+    `written` are the names of the joints in the order of their elements in the file; empty if that is the order of
+    their indices.
     """
 
     name: str
@@ -140,10 +140,10 @@ class RobotModel:
         return {joint.child: joint for joint in self.joints}
 
     def joint(self, name: str) -> Joint:
-        """A joint by name.
+        """Return a joint by name.
 
         Raises:
-            UnknownNameError: there is none of this name.
+            UnknownNameError: there is no joint of this name.
         """
         index = self.joint_indices.get(name)
         if index is None:
@@ -151,15 +151,15 @@ class RobotModel:
         return self.joints[index]
 
     def link_at(self, index: int) -> str:
-        """Name of the link with an index from -1."""
+        """Return the name of the link with an index from -1."""
         return self.root if index == ROOT else self.joints[index].child
 
     def joint_above(self, link: str) -> Joint | None:
-        """The joint that moves a link; None for the root."""
+        """Return the joint that moves a link; None for the root."""
         return self._above.get(link)
 
     def chain(self, link: str) -> tuple[Joint, ...]:
-        """The joints from the root to a link, in this order."""
+        """Return the joints from the root to a link, in this order."""
         found: list[Joint] = []
         joint = self._above.get(link)
         while joint is not None:
@@ -169,9 +169,9 @@ class RobotModel:
 
 
 def link_poses(robot: RobotModel, positions: Mapping[str, float], world_T_root: Pose | None = None) -> dict[str, Pose]:
-    """The pose of each link frame in the world, by name.
+    """Return the pose of each link frame in the world, by name.
 
-    Joints that `positions` [rad; m] leave out stand at 0, but for those that follow another.
+    Joints that `positions` [rad; m] leaves out are at 0, unless they mimic another.
     """
     poses = {robot.root: world_T_root or Pose()}
     for joint in robot.joints:
@@ -180,7 +180,7 @@ def link_poses(robot: RobotModel, positions: Mapping[str, float], world_T_root: 
 
 
 def position_of(robot: RobotModel, joint: Joint, positions: Mapping[str, float]) -> float:
-    """The position of a joint [rad; m]: its own, or what follows from the joint that it mimics."""
+    """Return the position of a joint [rad; m]: its own, or the one derived from the joint that it mimics."""
     if joint.mimic is not None and joint.name not in positions:
         leader = robot.joint(joint.mimic.joint)
         return joint.mimic.multiplier * position_of(robot, leader, positions) + joint.mimic.offset
@@ -188,7 +188,7 @@ def position_of(robot: RobotModel, joint: Joint, positions: Mapping[str, float])
 
 
 def parent_T_child(joint: Joint, position: float) -> Pose:
-    """The child link's frame in its parent's, at a position [rad; m]; other joints than driven ones stand at 0."""
+    """Return the child link's frame in its parent's, at a position [rad; m]; joints that are not driven are at 0."""
     if joint.type is JointType.PRISMATIC:
         x, y, z = joint.axis
         return joint.origin @ Pose((position * x, position * y, position * z))

@@ -1,7 +1,8 @@
 """Robots by name or path: bundled robots, configuration files in all revisions, and plain URDF files.
 
-What the file's own node read is read; what is known and belongs to the headset's side is kept and not used; what is
-unknown is a warning. A file that means nothing, or the wrong joint, is refused with everything that is wrong at once.
+The reader reads the entries that the file's own node read. It keeps known entries of the headset's side without using
+them, and warns of unknown ones. It refuses a file that has no meaning or names the wrong joint, and lists all errors at
+once.
 """
 
 import math
@@ -25,7 +26,7 @@ from cellwright.util.errors import DescriptionError, UnknownNameError, did_you_m
 from cellwright.util.pose import Pose, normalized
 
 INDEX_ORDERS = ("pybullet", "urdf")
-"""How a file counts joints; the first when it does not say."""
+"""Orders in which a file may count joints; the first is the default."""
 
 _GROUPS = ("arms", "grippers", "head", "dorsal", "waist", "folding_waist", "controller_indices", "cameras")
 ENTRIES = Keys(
@@ -40,7 +41,7 @@ ENTRIES = Keys(
         "base_command_mode": choice(("delta", "velocity")),
     },
 )
-"""Entries that say how the robot is put up, which joints belong together, and what commands mean."""
+"""Entries on the robot's placement, the groups of its joints, and the meaning of commands."""
 
 BASE_POSES = Keys(optional={"position": numbers(3, "x, y, z [m]"), "orientation": numbers(4, "x, y, z, w")})
 CONTROLLERS = Keys(optional=dict.fromkeys(("cmd_ee", "base")))
@@ -50,7 +51,7 @@ _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffi
 
 
 def find_urdf(node: Node, reader: Reader) -> Path | None:
-    """The URDF; its path counts from the folder of the configuration, or, as in old revisions, from the one above."""
+    """Return the URDF; its path is relative to the configuration's folder or, in old revisions, to the one above."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
         reader.problems.error(node, f"must be the path of a URDF or xacro file, not {described(node)}")
         return None
@@ -59,7 +60,7 @@ def find_urdf(node: Node, reader: Reader) -> Path | None:
         try:
             if found.is_file():
                 return found
-        except OSError:  # a name too long for the file system, or a folder that may not be looked into
+        except OSError:  # a name too long for the file system, or a folder without read permission
             break
     reader.problems.error(
         node,
@@ -69,7 +70,7 @@ def find_urdf(node: Node, reader: Reader) -> Path | None:
 
 
 def _close(name: str, folder: Path) -> str:
-    """A remark with a URDF in the folder that has a name like this one, or the only one that there is."""
+    """Return a hint about a URDF in the folder that has a similar name, or the only one there."""
     try:
         found = [str(path.relative_to(folder)) for pattern in _NEARBY for path in folder.glob(pattern)]
     except OSError:
@@ -77,11 +78,11 @@ def _close(name: str, folder: Path) -> str:
     return did_you_mean(name, found) or (f"; did you mean {found[0]}" if len(found) == 1 else "")
 
 
-_ROUGH = 0.01  # how far from 1 the length of a quaternion may be before somebody should look: 0.707 is rounding
+_NORM_TOLERANCE = 0.01  # tolerance of a quaternion's length before a warning: 0.707 is rounding
 
 
 def read_base_pose(node: Node | None, reader: Reader) -> Pose:
-    """The pose [m], its quaternion scaled to unit length; the identity where nothing is said."""
+    """Return the pose [m], its quaternion scaled to unit length; the identity by default."""
     table = reader.table(node) if node else None
     if table is None:
         return Pose()
@@ -98,20 +99,20 @@ def read_base_pose(node: Node | None, reader: Reader) -> Pose:
             where, f"must be a quaternion x, y, z, w, and this one turns nowhere: its length is {length:g}"
         )
         return Pose()
-    if abs(length - 1.0) > _ROUGH:
+    if abs(length - 1.0) > _NORM_TOLERANCE:
         reader.problems.warn(where, f"a quaternion has the length 1, and this one {length:.3g}; it is scaled")
     return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
 
 
 Warn = Callable[[str], None]
-"""Takes a line that somebody should know, `path:line: key: what`."""
+"""Callback for a warning, `path:line: key: what`."""
 
 
 def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
-    """The robot that a configuration file is about; `warn` takes warnings about the file and about its URDF.
+    """Return the robot of a configuration file; `warn` gets warnings about the file and its URDF.
 
     Raises:
-        DescriptionError: the file or its URDF cannot be used; the error lists everything that was found wrong.
+        DescriptionError: the file or its URDF cannot be used; the error lists everything that is wrong.
     """
     problems = Problems()
     root = read_tree(path, problems)
@@ -134,7 +135,7 @@ def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
 
 
 def read_tree(path: Path, problems: Problems) -> Table:
-    """The top level of a file; nothing at all is an empty one.
+    """Return the top level of a file; an empty file is an empty table.
 
     Raises:
         DescriptionError: it is no YAML file with a mapping.
@@ -144,7 +145,7 @@ def read_tree(path: Path, problems: Problems) -> Table:
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """Reads the entries of one file, one after the other."""
+    """Reader of the entries of one file."""
 
     root: Table
     reader: Reader
@@ -152,7 +153,7 @@ class _Reading:
     values: Mapping[str, Any]
 
     def config(self, robot: RobotModel, urdf: Path) -> RobotConfig:
-        """What the file comes to; worth nothing where errors were reported."""
+        """Return the configuration; it is valid only if no errors were reported."""
         joints = numbered(robot, self.values.get("joint_index_order", INDEX_ORDERS[0]))
         groups = GroupReader(robot, joints, self.reader)
         arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
@@ -189,17 +190,17 @@ class _Reading:
             check_sides(self.root, config, self.reader.problems)
         return config
 
-    def _list(self, name: str, what: str) -> Iterator[Node]:
-        """The items of a list that may be missing."""
+    def _list(self, name: str, kind: str) -> Iterator[Node]:
+        """Yield the items of an optional list."""
         node = self.root.get(name)
         if isinstance(node, Items):
             yield from node.items
         elif node is not None:
             hint = "; begin each with a dash" if isinstance(node, Table) else "; write [] for none"
-            self.reader.problems.error(node, f"must be a list of {what}, not {described(node)}{hint}")
+            self.reader.problems.error(node, f"must be a list of {kind}, not {described(node)}{hint}")
 
     def _waist(self, groups: GroupReader) -> Posture | None:
-        """The waist, to which the joints of a folding waist count as well."""
+        """Return the waist, which includes the joints of a folding waist."""
         names = (("waist", ()), ("folding_waist", FOLDING_WAIST_UNUSED))
         found = [groups.posture(node, unused) for name, unused in names if (node := self.root.get(name))]
         parts = [posture for posture in found if posture is not None]
@@ -209,7 +210,7 @@ class _Reading:
     def _controller(
         self, groups: GroupReader, arms: list[tuple[Node, Arm]]
     ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-        """The links that poses of the hands command, and those in whose frames they are given."""
+        """Return the links that hand poses command, and those in whose frames they are given."""
         node = self.root.get("controller_indices")
         table = self.reader.table(node) if node else None
         if table is not None:
@@ -223,7 +224,7 @@ class _Reading:
     def _links(
         self, table: Table | None, name: str, groups: GroupReader, count: int, *, is_base: bool
     ) -> tuple[str, ...]:
-        """A link for each arm; empty where there is no such entry."""
+        """Return a link for each arm; empty if there is no such entry."""
         node = table.get(name) if table else None
         if node is None:
             return ()
@@ -236,7 +237,7 @@ class _Reading:
         return tuple(link for link in links if link is not None)
 
     def _others(self) -> dict[str, Any]:
-        """What is kept as it is written, as plain values."""
+        """Return the entries that are kept as written, as plain values."""
         if without_gui := self.root.get("without_gui"):
             self.reader.truth(without_gui)
         known = ("base_command_mode", *UNUSED)
@@ -252,12 +253,12 @@ _CATALOGUE = Path(str(files("cellwright.config.robot"))) / "catalogue"
 
 
 def bundled() -> list[str]:
-    """The names of the robots that come with Cellwright."""
+    """Return the names of the bundled robots."""
     return sorted(path.parent.name for path in _CATALOGUE.glob(f"*/{CONFIG}"))
 
 
 def find_robot(name_or_path: str | Path) -> Path:
-    """The file that is meant: of a robot that comes along, else a path to a file or to a folder with one.
+    """Return a robot's file: that of a bundled robot, else a path to a file or to a folder with one.
 
     Raises:
         UnknownNameError: it looks like a name, and there is no such robot, file or folder.
@@ -273,18 +274,18 @@ def find_robot(name_or_path: str | Path) -> Path:
             return _in_folder(path)
     except (OSError, ValueError):
         raise refusal(path, 0, "cannot be looked for") from None
-    if path.suffix or path.name != name:  # no name of a robot
+    if path.suffix or path.name != name:  # a path, not a robot's name
         raise refusal(path, 0, "there is no such file")
     raise UnknownNameError("robot", name, bundled())
 
 
 def load_robot(name_or_path: str | Path, warn: Warn) -> RobotConfig:
-    """The robot in a file, or the one of that name.
+    """Return the robot in a file, or the bundled one of that name.
 
     Args:
-        name_or_path: a robot that comes along, a configuration file, a folder with one, or a URDF (xacro) file. With
-            a plain URDF the robot has no groups: its joints can be moved, and it has no home but 0.
-        warn: takes a line about anything that its author should know.
+        name_or_path: a bundled robot, a configuration file, a folder with one, or a URDF (xacro) file. With a plain
+            URDF the robot has no groups: its joints can be moved, and its home is 0.
+        warn: callback for a warning to the file's author.
 
     Raises:
         UnknownNameError: there is no robot of this name.
@@ -298,7 +299,7 @@ def load_robot(name_or_path: str | Path, warn: Warn) -> RobotConfig:
 
 
 def is_urdf(path: Path) -> bool:
-    """Whether a file holds a URDF rather than a configuration: by its suffix, or by how it begins."""
+    """Return whether a file is a URDF rather than a configuration, by its suffix or its first bytes."""
     if path.suffix.lower() in (*_YAML, *_URDF):
         return path.suffix.lower() in _URDF
     try:
@@ -309,7 +310,7 @@ def is_urdf(path: Path) -> bool:
 
 
 def is_robot_file(path: Path) -> bool:
-    """Whether a file describes a robot rather than a trial: a URDF, or YAML that names one or has a robot's entries."""
+    """Return whether a file describes a robot, not a trial: a URDF, or YAML that names one or has a robot's entries."""
     if is_urdf(path):
         return True
     try:
@@ -321,7 +322,7 @@ def is_robot_file(path: Path) -> bool:
 
 
 def _in_folder(folder: Path) -> Path:
-    """The configuration in a folder, or its only URDF."""
+    """Return the configuration in a folder, or its only URDF."""
     for name in _CONFIGS:
         if (folder / name).is_file():
             return folder / name

@@ -1,11 +1,11 @@
 """Draft of a configuration file for a robot that has only a URDF, with guessed arms, hands, head and waist.
 
 Two fingers are open where they are farther apart, a single one where it is farther from its palm. Hands with more
-fingers, and fingers with more than one joint of their own, close in other ways: nothing is guessed for them.
+fingers, and fingers with more than one joint of their own, close in other ways, so their entries stay open.
 
-An arm is a run of four or more joints without a fork, as near to the root as there is one; what moves behind its end is
-its hand. A run that forks into two such runs is a trunk, and they are the arms. Names tell arms from legs, and right
-from left; where they say nothing, the side follows from y.
+An arm is the run of four or more joints without a fork that is nearest to the root. The joints behind its end form its
+hand. A run that forks into two such runs is a trunk, and they are the arms. Names distinguish arms from legs, and right
+from left; without such names, the side follows from y.
 """
 
 import math
@@ -27,15 +27,15 @@ from cellwright.config.robot.model import Joint, JointType, RobotModel, link_pos
 from cellwright.util.pose import Pose
 
 CLEAR = 0.2
-"""Least change of the distance, as a share of a finger's way, that tells the open end from the closed one."""
+"""Minimum change of the distance, as a share of a finger's travel, that distinguishes the open end from the closed."""
 
-_MIN_WAY = 1e-6  # [m]; a finger whose centre does not move tells nothing
+_MIN_MOTION = 1e-6  # [m]; a finger whose centre hardly moves gives no evidence
 
 Vector = NDArray[np.float64]
 
 
 def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[End, ...] | None:
-    """The end of its range at which each joint of a gripper is open; None where the kinematics do not tell.
+    """Return the end of its range at which each joint of a gripper is open; None if the kinematics are ambiguous.
 
     Joints that mimic another get the end of the joint that they follow.
     """
@@ -55,7 +55,7 @@ def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[End, ...] |
 
 
 def _fingers(robot: RobotModel, joints: Sequence[Joint]) -> list[list[Joint]]:
-    """The driven joints of each branch that hangs on the palm and has one of a gripper's joints."""
+    """Return the driven joints of each branch that hangs on the palm and has one of a gripper's joints."""
     palms = {joint.parent for joint in joints} - {joint.child for joint in joints}
     behind = {joint.name: robot.chain(joint.child) for joint in robot.driven}
     moved = [joint for joint in robot.driven if joint in joints or _leader(robot, joint) in joints]
@@ -64,31 +64,31 @@ def _fingers(robot: RobotModel, joints: Sequence[Joint]) -> list[list[Joint]]:
 
 
 def _leader(robot: RobotModel, joint: Joint) -> Joint:
-    """The joint that one follows, which follows none itself, or that one."""
+    """Return the joint at the head of a mimic chain, or the joint itself."""
     return robot.joint(joint.mimic.joint) if joint.mimic else joint
 
 
 def _open_end(
     robot: RobotModel, leaders: Sequence[Joint], leader: Joint, finger: Sequence[Joint], other: Sequence[Joint] | None
 ) -> End | None:
-    """The end at which a finger is farther from the other one, or from the palm, along the way that it moves."""
+    """Return the end at which a finger is farther from the other one, or from the palm, along its path of motion."""
     palm = robot.links[finger[0].parent]
     if other is None and palm.inertial is None and not palm.shapes:
         return None
     own = [joint.child for joint in finger]
     opposite = [palm.name] if other is None else [joint.child for joint in other]
     leaders = [leader, *(joint for joint in leaders if joint is not leader)]
-    apart: list[Vector] = []  # with this joint at its lower limit and then at its upper one, for each place of the rest
+    apart: list[Vector] = []  # with this joint at its lower and then its upper limit, for each place of the rest
     for corner in product(*((joint.limits.lower, joint.limits.upper) for joint in reversed(leaders))):
         poses = link_poses(robot, {joint.name: at for joint, at in zip(reversed(leaders), corner, strict=True)})
         apart.append(_centre(robot, poses, own) - _centre(robot, poses, opposite))
-    way = apart[1] - apart[0]
-    length = float(np.linalg.norm(way))
-    if length < _MIN_WAY:
+    motion = apart[1] - apart[0]
+    length = float(np.linalg.norm(motion))
+    if length < _MIN_MOTION:
         return None
-    along = np.array(apart) @ way / length
+    along = np.array(apart) @ motion / length
     clear = CLEAR * length
-    passes = along.min() < -clear and along.max() > clear  # two fingers do not go through each other: centres mislead
+    passes = along.min() < -clear and along.max() > clear  # fingers cannot pass each other: centres mislead
     lower, upper = np.abs(along[:2])
     if passes or abs(upper - lower) < clear:
         return None
@@ -96,7 +96,7 @@ def _open_end(
 
 
 def _centre(robot: RobotModel, poses: Mapping[str, Pose], links: Sequence[str]) -> Vector:
-    """The middle of some links' centres of mass, else of their first shapes, in the root's frame (3) [m]."""
+    """Return the middle of the links' centres of mass, else of their first shapes, in the root's frame (3) [m]."""
     places = []
     for link in links:
         inertial, shapes = robot.links[link].inertial, robot.links[link].shapes
@@ -106,10 +106,10 @@ def _centre(robot: RobotModel, poses: Mapping[str, Pose], links: Sequence[str]) 
     return found
 
 
-LEAST_JOINTS = 4
-"""Fewest joints of an arm."""
+MIN_ARM_JOINTS = 4
+"""Minimum number of joints of an arm."""
 ARM_SHARE = 1 / 3
-"""Least length of an arm, as a share of the trunk that it hangs on; a finger is shorter against its arm."""
+"""Minimum length of an arm, as a share of the trunk that it hangs on; a finger's share of its arm is smaller."""
 
 _LEG = re.compile(r"leg|hip|knee|ankle|foot|toe|thigh|calf|wheel", re.IGNORECASE)
 _HEAD = re.compile(r"head|neck|pan|tilt|camera", re.IGNORECASE)
@@ -117,14 +117,14 @@ _FINGER = re.compile(r"grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
 _TOOL = re.compile(r"(^|_)(ee|tcp|tool0?|tip|grasp\w*|end_?effector)(_|$)", re.IGNORECASE)
 _HAND = re.compile(r"hand|palm|flange", re.IGNORECASE)
 
-_BEND = 0.5  # [rad] from the limit that an arm begins at when 0 is next to it
+_BEND = 0.5  # [rad] from the limit: initial position of an arm's joint when its limit is next to 0
 
 
 @dataclass(frozen=True, slots=True)
 class Limbs:
-    """What was found: arms and grippers right before left, the head's joints as (roll, pitch, yaw).
+    """Limbs found in a robot: arms and grippers right before left, the head's joints as (roll, pitch, yaw).
 
-    `is_end_known` says of each gripper whether its kinematics tell at which limits it is open.
+    `is_end_known` is True for each gripper whose open limits follow from its kinematics.
     """
 
     arms: tuple[Arm, ...]
@@ -136,7 +136,7 @@ class Limbs:
 
 
 def find_limbs(robot: RobotModel) -> Limbs:
-    """The limbs of a robot, as far as its tree and its names tell."""
+    """Return the limbs of a robot, as far as its tree and its names reveal them."""
     runs = _Runs(robot)
     runs.walk(robot.root)
     limbs = [limb for limb in runs.limbs if not any(_LEG.search(joint.name + joint.child) for joint in limb)]
@@ -162,7 +162,7 @@ def find_limbs(robot: RobotModel) -> Limbs:
 
 
 class _Runs:
-    """Walks from the root to the tips, and gathers joints that follow each other without a fork."""
+    """Tree walk from the root to the tips that gathers runs of joints without a fork."""
 
     def __init__(self, robot: RobotModel) -> None:
         self.limbs: list[list[Joint]] = []
@@ -170,9 +170,9 @@ class _Runs:
         self._below: dict[str, list[Joint]] = {}
         for joint in robot.joints:
             self._below.setdefault(joint.parent, []).append(joint)
-        self._moving: set[str] = set()  # links behind which something moves
-        self._counts: dict[str, int] = {}  # most joints of one way behind a link
-        self._lengths: dict[str, float] = {}  # length of the longest way behind a link [m]
+        self._moving: set[str] = set()  # links behind which there are movable joints
+        self._counts: dict[str, int] = {}  # maximum number of joints on a path behind a link
+        self._lengths: dict[str, float] = {}  # length of the longest path behind a link [m]
         for joint in reversed(robot.joints):
             if joint.is_driven or joint.child in self._moving:
                 self._moving.add(joint.parent)
@@ -182,12 +182,12 @@ class _Runs:
             self._lengths[joint.parent] = max(length, self._lengths.get(joint.parent, 0.0))
 
     def walk(self, link: str) -> None:
-        """Follow every way that leads on from a link."""
+        """Follow every path that starts at a link."""
         starts = [joint for joint in self._below.get(link, []) if self._leads_on(joint)]
         while starts:
             start = starts.pop(0)
             run, end = self._run(start)
-            if len(run) >= LEAST_JOINTS and not self._forks_into_arms(start, end):
+            if len(run) >= MIN_ARM_JOINTS and not self._forks_into_arms(start, end):
                 self.limbs.append(run)
             else:
                 self.rest += run
@@ -204,13 +204,13 @@ class _Runs:
             joint = ways[0]
 
     def _forks_into_arms(self, start: Joint, end: str) -> bool:
-        """Whether behind a run, from its first joint to its last link, two arms hang."""
+        """Return whether two arms hang behind a run, given its first joint and its last link."""
         length = self._lengths.get(start.child, 0.0) - self._lengths.get(end, 0.0)
         while True:
             arms = [
                 joint
                 for joint in self._below.get(end, [])
-                if self._counts.get(joint.child, 0) + _is_of_an_arm(joint) >= LEAST_JOINTS
+                if self._counts.get(joint.child, 0) + _is_of_an_arm(joint) >= MIN_ARM_JOINTS
                 and self._lengths.get(joint.child, 0.0) >= ARM_SHARE * length
             ]
             if len(arms) != 1:
@@ -226,9 +226,9 @@ def _is_of_an_arm(joint: Joint) -> bool:
 
 
 def _trailing(limb: list[Joint]) -> list[Joint]:
-    """The joints at the end of a run that are fingers rather than parts of an arm."""
+    """Return the joints at the end of a run that are fingers rather than parts of an arm."""
     count = len(limb)
-    while count > LEAST_JOINTS and (
+    while count > MIN_ARM_JOINTS and (
         limb[count - 1].type is JointType.PRISMATIC or _FINGER.search(limb[count - 1].name)
     ):
         count -= 1
@@ -236,7 +236,7 @@ def _trailing(limb: list[Joint]) -> list[Joint]:
 
 
 def _hand(robot: RobotModel, arm: list[Joint]) -> list[Joint]:
-    """What opens and closes behind an arm: joints with a range in which 0 is not in the middle."""
+    """Return the opening and closing joints behind an arm: those with a range in which 0 is not in the middle."""
     below = {arm[-1].child}
     found: list[Joint] = []
     for joint in robot.joints:
@@ -251,7 +251,7 @@ def _hand(robot: RobotModel, arm: list[Joint]) -> list[Joint]:
 
 
 def _tip(robot: RobotModel, arm: list[Joint]) -> str:
-    """A link that is fixed to the end of an arm and has the name of a tool, else the end itself."""
+    """Return a link that is fixed to the end of an arm and has the name of a tool, else the end itself."""
     fixed = [arm[-1].child]
     fixed += [
         joint.child for joint in robot.joints if joint.type is JointType.FIXED and _is_behind(robot, joint, fixed[0])
@@ -262,7 +262,7 @@ def _tip(robot: RobotModel, arm: list[Joint]) -> str:
 
 
 def _is_behind(robot: RobotModel, joint: Joint, link: str) -> bool:
-    """Whether a joint hangs on a link by fixed joints only."""
+    """Return whether a joint hangs on a link by fixed joints only."""
     while joint.parent != link:
         above = robot.joint_above(joint.parent)
         if above is None or above.type is not JointType.FIXED:
@@ -272,7 +272,7 @@ def _is_behind(robot: RobotModel, joint: Joint, link: str) -> bool:
 
 
 def _head(robot: RobotModel, joints: list[Joint]) -> tuple[str | None, str | None, str | None]:
-    """The head's roll, pitch and yaw, by the axes about which its joints turn at 0."""
+    """Return the head's roll, pitch and yaw, by the axes about which its joints turn at 0."""
     found: list[str | None] = [None, None, None]
     poses = link_poses(robot, {})
     for joint in joints:
@@ -284,19 +284,19 @@ def _head(robot: RobotModel, joints: list[Joint]) -> tuple[str | None, str | Non
 
 
 def _side(robot: RobotModel, limb: list[Joint]) -> tuple[int, float]:
-    """What limbs are sorted by: right first, then left; by y [m] where the names do not tell."""
+    """Return the sort key of limbs: right first, then left; by y [m] if the names have no side."""
     sides = {side_of(limb[0].name), side_of(limb[-1].name)}
     side = ("right" not in sides) - ("left" not in sides)
     return side, link_poses(robot, {})[limb[-1].child].position[1]
 
 
 def _rest(joint: Joint) -> float:
-    """Zero, or the limit that lies next to it [rad; m]."""
+    """Return zero, or the nearest limit if zero is out of range [rad; m]."""
     return min(max(0.0, joint.limits.lower), joint.limits.upper)
 
 
 def _bent(joint: Joint) -> float:
-    """Zero, or 0.5 rad away from a limit that lies next to it: stretched out, an arm cannot go everywhere [rad]."""
+    """Return zero, or 0.5 rad away from a limit next to it: a stretched arm cannot move in all directions [rad]."""
     lower, upper = joint.limits.lower, joint.limits.upper
     near, bend = (upper - lower) / 10, min(_BEND, (upper - lower) / 4)
     if joint.type is not JointType.REVOLUTE or not math.isfinite(near):
@@ -306,10 +306,10 @@ def _bent(joint: Joint) -> float:
 
 
 def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:
-    """The text of a configuration file in a folder, from which the URDF's path counts; guesses are said to be so."""
+    """Return the text of a configuration file in a folder, which the URDF's path is relative to; guesses are marked."""
     try:
         path = os.path.relpath(urdf, folder)
-    except ValueError:  # on another drive of Windows there is no way from here to there
+    except ValueError:  # on another Windows drive there is no relative path
         path = str(urdf)
     return "\n".join([*_lines(robot, find_limbs(robot), path), ""])
 
@@ -360,7 +360,7 @@ def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
 
 
 def _opening(gripper: Gripper, *, is_known: bool) -> Iterator[str]:
-    """The entry `open` of a gripper, or why there is none."""
+    """Yield the entry `open` of a gripper, or a comment on its absence."""
     ends = set(gripper.open_ends)
     if not is_known:
         yield "    # Not known which end is open: move it, and write `open: upper` here if status 0 closes it."
@@ -371,12 +371,12 @@ def _opening(gripper: Gripper, *, is_known: bool) -> Iterator[str]:
 
 
 def _height(robot: RobotModel) -> float:
-    """How far the root has to be raised [m] for no link's frame to lie below the floor."""
+    """Return the height [m] to raise the root by, so that no link's frame lies below the floor."""
     return round(max(0.0, *(-pose.position[2] for pose in link_poses(robot, {}).values()), 0.0), 3)
 
 
 def _text(name: str) -> str:
-    """A name as YAML, in quotes where it would be read as something else."""
+    """Return a name as YAML, in quotes if YAML would read it as something else."""
     return str(yaml.safe_dump([name], default_flow_style=True, allow_unicode=True, width=10_000)).strip()[1:-1]
 
 
@@ -389,5 +389,5 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _number(value: float) -> str:
-    """A number, exactly."""
+    """Format a number exactly."""
     return f"{value:g}" if float(f"{value:g}") == value else repr(value)

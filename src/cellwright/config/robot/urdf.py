@@ -9,21 +9,21 @@ from pathlib import Path
 from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import DRIVEN, Joint, JointType, Limits, Link, Mimic, RobotModel
-from cellwright.config.robot.urdf_file import FARTHEST, Element, Numbers, read_elements
+from cellwright.config.robot.urdf_file import MAX_COORDINATE, Element, Numbers, read_elements
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
 from cellwright.util.errors import DescriptionError, did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
-ENDLESS = 1e9
-"""Figures from here on mean that there is no limit [rad; m; N m; N; rad/s; m/s]."""
+UNLIMITED = 1e9
+"""Figures from here on mean no limit [rad; m; N m; N; rad/s; m/s]."""
 
-_UNIT = 1e-3  # axes within this of unit length are rounded ones
-_FEW = 200  # joints whose names are searched for similar ones: that takes long
+_AXIS_TOLERANCE = 1e-3  # tolerance of an axis's length, for rounding
+_MAX_SEARCHED = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
 class JointReader:
-    """Reads joints one by one, and remembers what is to be told of all of them together."""
+    """Reader of single joints that collects what one warning reports of all of them."""
 
     def __init__(self, numbers: Numbers) -> None:
         self._numbers = numbers
@@ -33,7 +33,7 @@ class JointReader:
         self.without_velocity: list[str] = []
 
     def read(self, element: Element) -> Joint | None:
-        """The joint in an element; None where it cannot be made sense of, which is told."""
+        """Return the joint in an element; None if it is invalid, which is reported."""
         name = element.get("name")
         if name is None:
             self._problems.error(element, "a joint without a name")
@@ -56,7 +56,7 @@ class JointReader:
         return Joint(name, type_, parent, child, origin, axis, self._limits(element, type_), self._mimic(element))
 
     def element_of(self, joint: Joint) -> Element:
-        """Where a joint stands."""
+        """Return the element of a joint."""
         return self._elements[joint.name]
 
     def _type(self, element: Element) -> JointType | None:
@@ -77,7 +77,7 @@ class JointReader:
         return name
 
     def _axis(self, element: Element, type_: JointType) -> Vector3:
-        """The unit vector of the axis; (0, 0, 0) where it means nothing."""
+        """Return the unit vector of the axis; (0, 0, 0) for types without one."""
         if type_ not in (*DRIVEN, JointType.PLANAR):
             return _NO_AXIS
         written = element.find("axis")
@@ -88,7 +88,7 @@ class JointReader:
         if not 1e-9 < length < math.inf:
             self._problems.error(written, "an axis of no direction; give a unit vector such as 0 0 1")
             return (1.0, 0.0, 0.0)
-        if type_ is JointType.PRISMATIC and abs(length - 1.0) > _UNIT:
+        if type_ is JointType.PRISMATIC and abs(length - 1.0) > _AXIS_TOLERANCE:
             message = (
                 f"the axis has a length of {length:g}; its direction alone is taken (PyBullet stretches the way by it)"
             )
@@ -97,7 +97,7 @@ class JointReader:
         return (x, y, z)
 
     def _limits(self, element: Element, type_: JointType) -> Limits:
-        """What the joint can do. Lower above upper sets no bounds; neither does effort or velocity of 0."""
+        """Return the joint's limits. Lower above upper sets no bounds; neither does effort or velocity of 0."""
         if type_ not in DRIVEN:
             return Limits()
         written = element.find("limit")
@@ -118,7 +118,7 @@ class JointReader:
 
     def _limit(self, element: Element, name: str) -> float:
         value = self._numbers.number(element, name, 0.0, may_be_infinite=True)
-        return value if abs(value) < ENDLESS else math.copysign(math.inf, value)
+        return value if abs(value) < UNLIMITED else math.copysign(math.inf, value)
 
     def _mimic(self, element: Element) -> Mimic | None:
         written = element.find("mimic")
@@ -132,7 +132,7 @@ class JointReader:
         return Mimic(leader, number(written, "multiplier", 1.0), number(written, "offset", 0.0))
 
     def with_leaders(self, joints: Sequence[Joint]) -> list[Joint]:
-        """The joints, those that follow another tied to the first in the chain, which follows none itself."""
+        """Return the joints, with each mimic joint coupled to the head of its chain."""
         by_name = {joint.name: joint for joint in joints}
         return [replace(joint, mimic=self._first_leader(joint, by_name)) for joint in joints]
 
@@ -144,38 +144,38 @@ class JointReader:
         if not joint.is_driven:
             self._problems.warn(element, f"a {joint.type} joint follows nothing; left out")
             return None
-        way = {joint.name: None}
+        chain = {joint.name: None}
         while True:
             leader, why = joints.get(mimic.joint), ""
             if leader is None:
-                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _FEW else ""
+                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _MAX_SEARCHED else ""
                 why = f"follows the unknown joint {shortened(mimic.joint)!r}{hint}"
-            elif leader.name in way:
-                why = f"joints that follow each other in a ring: {', '.join(list(way)[:5])}"
+            elif leader.name in chain:
+                why = f"joints that follow each other in a ring: {', '.join(list(chain)[:5])}"
             elif not leader.is_driven:
                 why = f"follows {shortened(leader.name)!r}, a {leader.type} joint"
-            elif max(abs(mimic.multiplier), abs(mimic.offset)) > FARTHEST:
-                why = f"follows {shortened(leader.name)!r} by a factor or offset beyond {FARTHEST:g}"
+            elif max(abs(mimic.multiplier), abs(mimic.offset)) > MAX_COORDINATE:
+                why = f"follows {shortened(leader.name)!r} by a factor or offset beyond {MAX_COORDINATE:g}"
             if leader is None or why:
                 self._problems.error(element, why)
                 return None
             if leader.mimic is None:
                 return mimic
-            way[leader.name] = None
+            chain[leader.name] = None
             further = leader.mimic
             offset = mimic.multiplier * further.offset + mimic.offset
             mimic = Mimic(further.joint, mimic.multiplier * further.multiplier, offset)
 
 
-MOST_LINKS = 1000
-"""Most links of one robot."""
-MOST_SHAPES = 5000
-"""Most shapes of one robot, seen and touched together."""
-MOST_WARNINGS = 20
-"""Most warnings that are told of one file."""
+MAX_LINKS = 1000
+"""Maximum number of links of one robot."""
+MAX_SHAPES = 5000
+"""Maximum number of shapes of one robot, visual and collision shapes together."""
+MAX_WARNINGS = 20
+"""Maximum number of warnings that are listed for one file."""
 
-_LONGEST_TAG = 60
-_SHOWN = 3  # names that a message gives before it counts the rest
+_MAX_TAG_LENGTH = 60
+_MAX_SHOWN = 3  # number of names in a message before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
 _XACRO = "xacro:"
 _EXPANDED = "; macros of xacro are expanded where the file's name ends in .xacro"
@@ -183,28 +183,28 @@ _KNOWN = ("link", "joint", "material")
 
 
 def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
-    """The robot in a URDF or xacro file; `warn` takes a line `path:line: key: what` for all that was forgiven.
+    """Return the robot in a URDF or xacro file; `warn` gets a line `path:line: key: what` for each tolerated fault.
 
     Raises:
-        DescriptionError: it is none that can be read; every problem reads `path:line: key: what is wrong`.
+        DescriptionError: the file is no readable robot; every problem reads `path:line: key: what is wrong`.
     """
     problems = Problems()
     robot = _Reader(read_elements(path, problems), path, problems).read()
     if problems.errors or robot is None:
         raise DescriptionError(problems.errors, problems.warnings)
     warnings = problems.warnings
-    for warning in warnings[:MOST_WARNINGS]:
+    for warning in warnings[:MAX_WARNINGS]:
         warn(str(warning))
-    if len(warnings) > MOST_WARNINGS:
-        warn(f"{path}: {len(warnings) - MOST_WARNINGS} more warnings like these")
+    if len(warnings) > MAX_WARNINGS:
+        warn(f"{path}: {len(warnings) - MAX_WARNINGS} more warnings like these")
     return robot
 
 
 class _Reader:
     def __init__(self, root: Element, path: Path, problems: Problems) -> None:
         if root.tag != "robot":
-            what = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")
-            raise refusal(path, root.place.line, f"{what}; a URDF file begins with <robot>")
+            content = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")
+            raise refusal(path, root.place.line, f"{content}; a URDF file begins with <robot>")
         self._root = root
         self._path = path
         self._problems = problems
@@ -214,8 +214,8 @@ class _Reader:
         self._joints = JointReader(numbers)
 
     def read(self) -> RobotModel | None:
-        """The robot; None where something is wrong, which is among the problems then."""
-        self._tell_of_others()
+        """Return the robot, or None after errors, which are in `problems`."""
+        self._warn_of_ignored()
         self._check_counts()
         elements = self._link_elements()
         joints = self._connected(elements)
@@ -233,33 +233,33 @@ class _Reader:
         links = {name: self._links.read(element, name) for name, element in elements.items()}
         ordered = self._joints.with_leaders(ordered)
         links = self._with_stand_ins(links, ordered)
-        self._tell_of_all()
+        self._warn_of_common()
         name = self._root.get("name") or self._path.stem
         written = tuple(joint.name for joint in joints)
         is_sorted = written == tuple(joint.name for joint in ordered)
         return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
 
-    def _tell_of_others(self) -> None:
-        """What is passed over, where it looks as if it was to be read: once for each kind."""
+    def _warn_of_ignored(self) -> None:
+        """Warn of ignored elements that look like misspelt ones, once for each kind."""
         first: dict[str, Element] = {}
         for element in self._root.children:
             first.setdefault(element.tag, element)
-        for tag, element in islice(first.items(), MOST_LINKS):
+        for tag, element in islice(first.items(), MAX_LINKS):
             if tag.startswith(_XACRO):
                 self._problems.warn(element, f"<{shortened(tag)}> is passed over{_EXPANDED}")
-            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_LONGEST_TAG], _KNOWN)):
+            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_MAX_TAG_LENGTH], _KNOWN)):
                 self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
 
     def _check_counts(self) -> None:
-        """Refuse what is no robot: all that follows takes its time with each link."""
+        """Refuse excessive counts, since all following steps take time for each link."""
         shapes = sum(len(link.all("visual", "collision")) for link in self._root.all("link"))
-        for what, count, most in (
-            ("links", len(self._root.all("link")), MOST_LINKS),
-            ("joints", len(self._root.all("joint")), MOST_LINKS),
-            ("shapes", shapes, MOST_SHAPES),
+        for kind, count, limit in (
+            ("links", len(self._root.all("link")), MAX_LINKS),
+            ("joints", len(self._root.all("joint")), MAX_LINKS),
+            ("shapes", shapes, MAX_SHAPES),
         ):
-            if count > most:
-                raise refusal(self._path, 0, f"{count} {what}; at most {most} are read")
+            if count > limit:
+                raise refusal(self._path, 0, f"{count} {kind}; at most {limit} are read")
 
     def _link_elements(self) -> dict[str, Element]:
         found: dict[str, Element] = {}
@@ -278,7 +278,7 @@ class _Reader:
         return found
 
     def _connected(self, links: dict[str, Element]) -> list[Joint]:
-        """The joints in the order of the file, each between links that there are."""
+        """Return the joints in the order of the file, each between existing links."""
         found: list[Joint] = []
         above: dict[str, Joint] = {}
         for element in self._root.all("joint"):
@@ -287,8 +287,8 @@ class _Reader:
                 continue
             for tag, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
-                    is_one_of_many = self._problems.error_count > MOST_WARNINGS  # names are searched slowly
-                    hint = "" if is_one_of_many else did_you_mean(name[:_LONGEST_TAG], links)
+                    is_one_of_many = self._problems.error_count > MAX_WARNINGS  # the search for similar names is slow
+                    hint = "" if is_one_of_many else did_you_mean(name[:_MAX_TAG_LENGTH], links)
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:
                 message = (
@@ -311,7 +311,7 @@ class _Reader:
         return False
 
     def _with_stand_ins(self, links: dict[str, Link], joints: list[Joint]) -> dict[str, Link]:
-        """The links, with simple shapes where their meshes are missing, or where the file has no shapes at all.
+        """Return the links, with simple shapes where their meshes are missing, or where the file has no shapes at all.
 
         A robot without visuals is drawn by its collision shapes.
         """
@@ -326,12 +326,12 @@ class _Reader:
             lacking = {name: lacking.get(name, set()) | bare.get(name, set()) for name in {**lacking, **bare}}
         return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
 
-    def _tell_of_all(self) -> None:
-        """One warning each for what may be the same in many places."""
-        for what, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
+    def _warn_of_common(self) -> None:
+        """Give one warning for each fault that may occur in many places."""
+        for kind, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
             if names:
                 count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
-                message = f"{count} no {what} limit or one of 0 ({_some(names)}); taken for unlimited"
+                message = f"{count} no {kind} limit or one of 0 ({_some(names)}); taken for unlimited"
                 self._warn(message)
         if names := self._links.without_inertia:
             count = "a link has" if len(names) == 1 else f"{len(names)} links have"
@@ -349,7 +349,7 @@ class _Reader:
 
 
 def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
-    """The joints below a link in the order of their indices: parents first, children in the order given."""
+    """Return the joints below a link in the order of their indices: parents first, children in the order given."""
     below: dict[str, list[Joint]] = {}
     for joint in joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -363,5 +363,5 @@ def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
 
 
 def _some(names: list[str]) -> str:
-    shown = ", ".join(shortened(name) for name in names[:_SHOWN])
-    return f"{shown}, and {len(names) - _SHOWN} more" if len(names) > _SHOWN else shown
+    shown = ", ".join(shortened(name) for name in names[:_MAX_SHOWN])
+    return f"{shown}, and {len(names) - _MAX_SHOWN} more" if len(names) > _MAX_SHOWN else shown

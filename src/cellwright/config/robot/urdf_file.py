@@ -1,11 +1,11 @@
 """URDF files as elements with places: ROS packages, xacro expansion, tolerant XML and numbers in attributes.
 
-A xacro file is a program: it reckons, includes other files, and may go on for ever. It is run in a process of its own,
-see `xacro_program.py`.
+A xacro file is a program: it computes, includes other files, and may never end. It runs in a process of its own, see
+`xacro_program.py`.
 
-Robot files come from many hands. What programs of the field forgive is forgiven here, with a warning: stray control
-bytes, blanks before the declaration, an encoding that is not the one declared. What could grow without limit or reach
-out of the file (document types, entities) is refused.
+Robot files come from many sources. The reader tolerates, with a warning, what other programs of the field tolerate:
+stray control bytes, blanks before the declaration, a wrong encoding declaration. It refuses what could grow without
+limit or reach out of the file (document types, entities).
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from cellwright.config.parsing.sources import note_source, read_at_most, reason
 from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
 from cellwright.util.pose import Pose, Vector3
 
-_MOST_READ = 10_000  # of a package's manifest, whose name stands near its beginning [bytes]
+_MAX_MANIFEST_BYTES = 10_000  # of a package's manifest, whose name is near its start [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 
 
 def package_folders(name: str, path: Path) -> Iterator[Path]:
-    """Where a package may be, the likeliest place first; not all of them exist.
+    """Yield the folders where a package may be, the likeliest first; not all of them exist.
 
-    First come the folders above the file at `path`, which asks: one that is called so, on disk or in its `package.xml`,
-    or a neighbour of one. Then those that the environment of ROS names.
+    First come the folders above the file at `path`: one of that name, on disk or in its `package.xml`, or a neighbour
+    of one. Then come the folders in the environment variables of ROS.
     """
     for folder in path.resolve().parents:
         if folder.name == name or _declared_name(folder) == name:
@@ -55,7 +55,7 @@ def package_folders(name: str, path: Path) -> Iterator[Path]:
 def _declared_name(folder: Path) -> str | None:
     try:
         with (folder / "package.xml").open("rb") as stream:
-            text = stream.read(_MOST_READ).decode("utf-8", "replace")
+            text = stream.read(_MAX_MANIFEST_BYTES).decode("utf-8", "replace")
     except (OSError, ValueError):
         return None
     note_source(folder / "package.xml")
@@ -64,7 +64,7 @@ def _declared_name(folder: Path) -> str | None:
 
 
 MAX_EXPANSION_TIME = 30.0
-"""Time that a file may take to expand [s]."""
+"""Maximum time for the expansion of a file [s]."""
 
 _DOCUMENT_TYPE = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 _PROGRAM = (
@@ -73,10 +73,10 @@ _PROGRAM = (
 
 
 def expand_xacro(path: Path, text: str) -> str:
-    """The URDF that a file's text expands to; `$(find PACKAGE)` needs no ROS.
+    """Return the URDF that a file's text expands to; `$(find PACKAGE)` needs no ROS.
 
     Raises:
-        DescriptionError: it does not expand, or not within bounds.
+        DescriptionError: the expansion fails or exceeds its bounds.
     """
     if found := _DOCUMENT_TYPE.search(text):
         line = text.count("\n", 0, found.start()) + 1
@@ -94,31 +94,31 @@ def expand_xacro(path: Path, text: str) -> str:
     except subprocess.TimeoutExpired:
         raise refusal(path, 0, f"xacro: takes longer than {MAX_EXPANSION_TIME:g} s to expand") from None
     try:
-        said = json.loads(done.stdout)
-    except ValueError:  # it was ended by the system, or by a library that does not take a lack of memory well
+        answer = json.loads(done.stdout)
+    except ValueError:  # killed by the system, or by a library that fails badly on lack of memory
         raise refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
-    if "text" in said:
-        for each in said["files"]:
+    if "text" in answer:
+        for each in answer["files"]:
             note_source(Path(each))
-        return str(said["text"])
-    raise refusal(Path(said["path"]), int(said["line"]), str(said["message"]))
+        return str(answer["text"])
+    raise refusal(Path(answer["path"]), int(answer["line"]), str(answer["message"]))
 
 
 MAX_BYTES = 16 << 20
-"""Largest robot file [bytes]."""
+"""Maximum size of a robot file [bytes]."""
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 50
 
 _STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
-_FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's forerunners
-_LONGEST_NAME = 60
+_FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
+_MAX_NAME_LENGTH = 60
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """An element of the file; `key` is the dotted way to it, with names in brackets."""
+    """Element of the file; `key` is the dotted path to it, with names in brackets."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -127,30 +127,30 @@ class Element:
     children: list[Element] = field(default_factory=list, repr=False)
 
     def find(self, tag: str) -> Element | None:
-        """The first child of this kind."""
+        """Return the first child with this tag."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def all(self, *tags: str) -> list[Element]:
-        """The children of these kinds, in the order of the file."""
+        """Return the children with these tags, in the order of the file."""
         return [child for child in self.children if child.tag in tags]
 
     def get(self, name: str) -> str | None:
-        """An attribute, without blanks around it; None where it is missing or empty."""
+        """Return an attribute, stripped of blanks; None if it is missing or empty."""
         return self.attributes.get(name, "").strip() or None
 
 
 def read_elements(path: Path, problems: Problems) -> Element:
-    """The outermost element of a file; a xacro file is expanded first. What was forgiven goes to `problems`.
+    """Return the root element of a file; a xacro file is expanded first. Tolerated faults go to `problems`.
 
     Raises:
-        DescriptionError: there is no such file, or it is no XML that can be read here.
+        DescriptionError: there is no such file, or it is no readable XML.
     """
     text, has_lines = _text(path, problems)
     return _parsed(path, text, has_lines=has_lines)
 
 
 def read_text(path: Path) -> str:
-    """The text of a file as any reader of URDF takes it: xacro expanded, without stray bytes and declaration.
+    """Return the text of a file for any URDF reader: with xacro expanded, and without stray bytes and declaration.
 
     Raises:
         DescriptionError: there is no such file, or it cannot be read.
@@ -159,12 +159,12 @@ def read_text(path: Path) -> str:
 
 
 def _text(path: Path, problems: Problems) -> tuple[str, bool]:
-    """The text, and whether its lines are those of the file."""
+    """Return the text, and whether its lines are those of the file."""
     text = _without_strays(path, _decoded(path, _content(path), problems), problems)
     if declared := _DECLARATION.match(text):
-        start, end = declared.span(1)  # what it says is known by now, and it may stand only at the very beginning
+        start, end = declared.span(1)  # its content is known already, and XML allows it at the very start only
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
-    if path.suffix.lower() == ".xacro":  # its name says so: a file that is data is never run as a program
+    if path.suffix.lower() == ".xacro":  # the suffix decides: a file that is data never runs as a program
         return expand_xacro(path, text), False
 
     def from_environment(match: re.Match[str]) -> str:
@@ -204,7 +204,7 @@ def _decoded(path: Path, content: bytes, problems: Problems) -> str:
 
 
 def _without_strays(path: Path, text: str, problems: Problems) -> str:
-    """The text with blanks for what no XML may have in it."""
+    """Return the text with blanks in place of characters that XML forbids."""
     found = list(_STRAY.finditer(text))
     if found:
         first = found[0]
@@ -218,7 +218,7 @@ def _without_strays(path: Path, text: str, problems: Problems) -> str:
 
 
 def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
-    # without document type there are no entities, so that nothing can expand or reach out
+    # without a document type there are no entities, so that nothing can expand or reach other files
     parser = expat.ParserCreate("utf-8")
     top: list[Element] = []
     stack: list[Element] = []
@@ -234,7 +234,7 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
             raise refusal(path, line(), f"more than {MAX_ELEMENTS} elements; is this a robot file?")
         if len(stack) == MAX_DEPTH:
             raise refusal(path, line(), f"elements nested deeper than {MAX_DEPTH}; is this a robot file?")
-        name = attributes.get("name", "").strip()[:_LONGEST_NAME]
+        name = attributes.get("name", "").strip()[:_MAX_NAME_LENGTH]
         own = f"{tag}[{name}]" if name else tag
         key = "" if not stack else f"{stack[-1].key}.{own}" if stack[-1].key else own
         element = Element(tag, attributes, Place(0, str(path), line()), key)
@@ -256,18 +256,18 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
     return top[0]
 
 
-FARTHEST = 1e6
-"""Largest coordinate that means anything [m; rad]."""
+MAX_COORDINATE = 1e6
+"""Maximum valid coordinate [m; rad]."""
 
 
 class Numbers:
-    """Reads numbers; what is wrong with them goes to `problems`, and a stand-in is returned."""
+    """Reader of numbers; errors go to `problems`, and a default is returned."""
 
     def __init__(self, problems: Problems) -> None:
         self.problems = problems
 
     def read(self, element: Element, name: str, count: int, *, may_be_infinite: bool = False) -> list[float] | None:
-        """So many numbers of an attribute; None where it is missing or wrong, which is told when it is wrong."""
+        """Return `count` numbers of an attribute; None if it is missing or wrong; wrong ones are reported."""
         text = element.get(name)
         if text is None:
             return None
@@ -283,27 +283,27 @@ class Numbers:
             if taken != " ".join(text.split()):
                 self.problems.warn(element, f"{name}={shortened(text)!r} is taken for {taken}")
             return found[:count]
-        what = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
-        self.problems.error(element, f"{name} takes {what}, not {shortened(text)!r}")
+        expected = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
+        self.problems.error(element, f"{name} takes {expected}, not {shortened(text)!r}")
         return None
 
     def number(self, element: Element, name: str, default: float, *, may_be_infinite: bool = False) -> float:
-        """One number, or the default where there is none."""
+        """Return one number, or the default if there is none."""
         found = self.read(element, name, 1, may_be_infinite=may_be_infinite)
         return found[0] if found else default
 
     def vector(self, element: Element, name: str, default: Vector3 = (0.0, 0.0, 0.0)) -> Vector3:
-        """Three numbers, or the default where there are none."""
+        """Return three numbers, or the default if there are none."""
         x, y, z = self.read(element, name, 3) or default
         return (x, y, z)
 
     def pose(self, owner: Element) -> Pose:
-        """The `<origin>` of an element; the identity where it has none."""
+        """Return the `<origin>` of an element; the identity by default."""
         origin = owner.find("origin")
         if origin is None:
             return Pose()
         position, rpy = self.vector(origin, "xyz"), self.vector(origin, "rpy")
-        if max(map(abs, (*position, *rpy))) > FARTHEST:
-            self.problems.error(origin, f"a coordinate beyond {FARTHEST:g}")
+        if max(map(abs, (*position, *rpy))) > MAX_COORDINATE:
+            self.problems.error(origin, f"a coordinate beyond {MAX_COORDINATE:g}")
             return Pose()
         return Pose.from_rpy(position, rpy) if any(rpy) else Pose(position)

@@ -17,29 +17,29 @@ from cellwright.util.errors import suggestion
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized
 
 NEAR = 0.02
-"""Joints nearer to the origin of a link than this [m] say nothing of its form."""
+"""Distance [m] from the origin of a link within which joints do not define its form."""
 THICKNESS = (0.08, 0.3)
-"""Least and largest radius of a limb, as a share of its length."""
+"""Minimum and maximum radius of a limb, as a share of its length."""
 DENSITY = 1200.0
-"""Of a robot's links, roughly [kg/m^3]: it tells the thickness of a limb from the mass of its link."""
+"""Rough density of a robot's links [kg/m^3], which gives the thickness of a limb from the mass of its link."""
 
 _USUAL = 0.16  # radius of a limb of unknown mass, as a share of its length
-_LEAST, _MOST = 0.005, 0.12  # radius [m]
+_MIN_RADIUS, _MAX_RADIUS = 0.005, 0.12  # radius [m]
 
 
 class Use(Enum):
-    """What a shape is for."""
+    """Purpose of a shape."""
 
     SEEN = "seen"
     TOUCHED = "touched"
 
 
 def with_stand_ins(link: Link, joints: Iterable[Joint], lacking: Collection[Use]) -> Link:
-    """A link with all that it needs to be seen and touched.
+    """Return a link with all shapes that it needs for display and collision.
 
-    What serves the one purpose serves the other where nothing else does; a link without any shape gets limbs: capsules
-    from its origin to each joint that it carries, or a ball around its centre of mass when it carries none. The link
-    comes without the shapes that could not be read; `lacking` is what it lost them for.
+    Shapes for one purpose serve the other if it has none. A link without any shape gets limbs: capsules from its origin
+    to each joint that it carries, or a ball around its centre of mass. The link comes without its unreadable shapes;
+    `lacking` are the purposes of those.
     """
     seen = any(shape.is_seen for shape in link.shapes)
     touched = any(shape.is_touched for shape in link.shapes)
@@ -63,47 +63,47 @@ def _limbs(link: Link, joints: list[Joint]) -> list[ModelShape]:
     if ends:
         return [_limb(end, mass / len(ends)) for end in ends]
     middle = link.inertial.pose.position if link.inertial is not None else (0.0, 0.0, 0.0)
-    if math.hypot(*middle) > NEAR / 2:  # nothing is carried: as far beyond the centre of mass as before it
+    if math.hypot(*middle) > NEAR / 2:  # without child joints: as far beyond the centre of mass as before it
         x, y, z = middle
         return [_limb((2 * x, 2 * y, 2 * z), mass)]
     above = next((math.hypot(*joint.origin.position) for joint in joints if joint.child == link.name), 0.0)
     radius = (3 * mass / (4 * math.pi * DENSITY)) ** (1 / 3) or _USUAL * above
-    return [ModelShape("sphere", (_within(radius, _LEAST, _MOST), 0.0, 0.0), Pose(middle))]
+    return [ModelShape("sphere", (_within(radius, _MIN_RADIUS, _MAX_RADIUS), 0.0, 0.0), Pose(middle))]
 
 
 def _limb(end: Vector3, mass: float) -> ModelShape:
-    """A capsule from the origin to a point [m], as thick as its mass [kg] asks for."""
+    """Return a capsule from the origin to a point [m], with a thickness that follows from its mass [kg]."""
     length = math.hypot(*end)
     radius = math.sqrt(mass / (DENSITY * math.pi * length)) or _USUAL * length
     thin, thick = THICKNESS
-    radius = _within(_within(radius, thin * length, thick * length), _LEAST, _MOST)
+    radius = _within(_within(radius, thin * length, thick * length), _MIN_RADIUS, _MAX_RADIUS)
     x, y, z = end
     pose = Pose((x / 2, y / 2, z / 2), _turn_z_to((x / length, y / length, z / length)))
     return ModelShape("capsule", (radius, max(length - radius, length / 2), 0.0), pose)
 
 
 def _turn_z_to(direction: Vector3) -> Quaternion:
-    """The shortest turn that takes the z axis to a unit vector."""
+    """Return the shortest rotation of the z axis to a unit vector."""
     x, y, z = direction
     return normalized((1 + z, -y, x, 0.0)) if z > -1 + 1e-9 else (0.0, 1.0, 0.0, 0.0)
 
 
-def _within(value: float, least: float, most: float) -> float:
-    return max(least, min(value, most))
+def _within(value: float, minimum: float, maximum: float) -> float:
+    return max(minimum, min(value, maximum))
 
 
-HEAVIEST = 1e6
-"""Largest mass that means anything [kg]."""
-LARGEST = 1e4
-"""Largest length of a shape that means anything [m]."""
+MAX_MASS = 1e6
+"""Maximum valid mass [kg]."""
+MAX_LENGTH = 1e4
+"""Maximum valid length of a shape [m]."""
 
 _FORMS: tuple[str, ...] = get_args(ModelShapeKind)
-_DENSITY = 1000.0  # of the ball that stands in for an inertia that cannot be [kg/m^3]
+_DENSITY = 1000.0  # of the ball that replaces an impossible inertia [kg/m^3]
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 class LinkReader:
-    """Reads links one by one."""
+    """Reader of single links."""
 
     def __init__(self, numbers: Numbers, meshes: MeshFinder) -> None:
         self._numbers = numbers
@@ -111,12 +111,12 @@ class LinkReader:
         self._meshes = meshes
         self._colours: dict[str, Colour] = {}
         self.without_inertia: list[str] = []
-        """Links with a mass and an inertia that no body has; they turn like a ball of water."""
+        """Links with a mass and an impossible inertia; they turn like a ball of water."""
         self.lacking: dict[str, set[Use]] = {}
-        """Links with a mesh that cannot be used, and what it would have been used for."""
+        """Links with an unusable mesh, and its purposes."""
 
     def read_materials(self, robot: Element) -> None:
-        """Remember the colours that have names, wherever they are defined; the first of a name counts."""
+        """Store the named colours, wherever they are defined; the first of a name counts."""
         visuals = [visual for link in robot.all("link") for visual in link.all("visual")]
         for material in (material for owner in (robot, *visuals) for material in owner.all("material")):
             name, colour = material.get("name"), self._rgba(material)
@@ -124,12 +124,12 @@ class LinkReader:
                 self._colours.setdefault(name, colour)
 
     def read(self, element: Element, name: str) -> Link:
-        """The link in an element; shapes whose mesh cannot be used are left out, and the link is noted for it."""
+        """Return the link in an element, without shapes whose mesh is unusable; `lacking` records those."""
         shapes = [self._shape(each, name) for each in (*element.all("collision"), *element.all("visual"))]
         return Link(name, self._inertial(element, name), tuple(shape for shape in shapes if shape is not None))
 
     def _inertial(self, link: Element, name: str) -> Inertial | None:
-        """Mass and inertia; one that no body has is replaced by that of a ball."""
+        """Return mass and inertia; that of a ball replaces an impossible inertia."""
         element = link.find("inertial")
         if element is None:
             return None
@@ -139,8 +139,8 @@ class LinkReader:
             self._problems.error(written or element, '<inertial> needs <mass value="…"/> [kg]')
             return None
         mass = self._numbers.number(written, "value", 0.0)
-        if not 0.0 <= mass <= HEAVIEST:
-            self._problems.error(written, f"a mass of {mass:g} kg; 0 to {HEAVIEST:g} kg make sense")
+        if not 0.0 <= mass <= MAX_MASS:
+            self._problems.error(written, f"a mass of {mass:g} kg; 0 to {MAX_MASS:g} kg make sense")
             return None
         moments = element.find("inertia")
         xx, yy, zz, xy, xz, yz = (self._numbers.number(moments, name, 0.0) if moments else 0.0 for name in _INERTIA)
@@ -158,8 +158,8 @@ class LinkReader:
         form = next((child for child in geometry.children if child.tag in _FORMS), None) if geometry else None
         if form is None:
             other = geometry.children[0].tag if geometry and geometry.children else None
-            what = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
-            self._problems.warn(geometry or element, f"{what} is left out{suggestion(other or '', _FORMS)}")
+            content = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
+            self._problems.warn(geometry or element, f"{content} is left out{suggestion(other or '', _FORMS)}")
             return None
         colour, is_touched, path = self._colour(element), element.tag == "collision", None
         if form.tag != "mesh":
@@ -176,7 +176,7 @@ class LinkReader:
         return ModelShape(kind, size, pose, colour, is_touched, not is_touched, path) if size else None
 
     def _size(self, form: Element) -> Vector3 | None:
-        """The size as `ModelShape` has it; None where a shape is nothing, which is told."""
+        """Return the size as `ModelShape` has it; None for an invalid shape, which is reported."""
         names = {"box": ("size",), "sphere": ("radius",)}.get(form.tag, ("radius", "length"))
         missing = [name for name in names if form.get(name) is None]
         if missing:
@@ -188,7 +188,7 @@ class LinkReader:
         else:
             needed = tuple(self._numbers.number(form, name, 0.0) for name in names)
             size = (needed[0], needed[1] if len(needed) > 1 else 0.0, 0.0)
-        if not all(0.0 < value <= LARGEST for value in needed):
+        if not all(0.0 < value <= MAX_LENGTH for value in needed):
             given = " ".join(f"{value:g}" for value in needed)
             self._problems.warn(form, f"a {form.tag} of {given} m is left out; lengths are above 0")
             return None
@@ -196,7 +196,7 @@ class LinkReader:
 
     def _scale(self, form: Element) -> Vector3:
         written = (form.get("scale") or "").split()
-        if len(written) == 1:  # PyBullet takes one factor for all three
+        if len(written) == 1:  # PyBullet applies a single factor to all three axes
             factor = self._numbers.number(form, "scale", 1.0)
             scale: Vector3 = (factor, factor, factor)
         else:
@@ -218,14 +218,14 @@ class LinkReader:
 
 
 def _of_a_ball(mass: float) -> tuple[float, float, float, float, float, float]:
-    """The inertia [kg m^2] of a ball of this mass [kg]."""
+    """Return the inertia [kg m^2] of a ball of this mass [kg]."""
     radius = (3.0 * mass / (4.0 * np.pi * _DENSITY)) ** (1 / 3)
     inertia = 0.4 * mass * radius**2
     return (inertia, inertia, inertia, 0.0, 0.0, 0.0)
 
 
 def _is_possible(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> bool:
-    """Whether an inertia resists every turn."""
+    """Return whether an inertia resists every rotation."""
     with np.errstate(all="ignore"):
         moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    return bool(moments[0] > 0 and moments[2] < HEAVIEST * LARGEST)
+    return bool(moments[0] > 0 and moments[2] < MAX_MASS * MAX_LENGTH)

@@ -1,11 +1,11 @@
-"""Process that expands a xacro file within bounds of memory, with expressions kept to arithmetic.
+"""Process that expands a xacro file within bounds of memory, with expressions restricted to arithmetic.
 
-xacro evaluates them as Python without its built-in functions, which is no wall: from any value a way of attributes
-leads to everything that is loaded. So attributes that lead inwards are refused, and functions that open such a way are
-taken out. What an expression costs is bounded by the process that it runs in (`xacro_program.py`).
+xacro evaluates expressions as Python without its built-in functions, which is no barrier: attributes of any value lead
+to everything that is loaded. So this program refuses attributes that lead inwards, and removes functions that open such
+a path. The bounds of the process limit the cost of an expression.
 
-A xacro file is a program. It runs apart, with bounds of memory and time, so that one that does not end or grows without
-limit takes nothing along.
+A xacro file is a program. It runs in its own process, with bounds of memory and time, so that one that never ends or
+grows without limit does no harm.
 """
 
 import ast
@@ -35,8 +35,8 @@ _INWARDS = frozenset(
 _WITHOUT = ("type", "vars")
 
 
-def keep_to_reckoning() -> None:
-    """Have xacro, in this process, evaluate nothing that could do more than reckon."""
+def restrict_to_arithmetic() -> None:
+    """Restrict xacro's expressions, in this process, to arithmetic."""
     xacro.safe_eval = _evaluated
     xacro.substitution_args._eval = _substituted
     for name in _WITHOUT:
@@ -44,10 +44,10 @@ def keep_to_reckoning() -> None:
 
 
 def check_expression(expression: str) -> None:
-    """Refuse an expression that reaches for the innards of Python.
+    """Refuse an expression that accesses Python's internals.
 
     Raises:
-        XacroException: it does; the text names what it reached for.
+        XacroException: it does; the text names the access.
         SyntaxError: it is no expression.
     """
     for node in ast.walk(ast.parse(expression, "<expression>", "eval")):
@@ -58,7 +58,7 @@ def check_expression(expression: str) -> None:
 
 
 def _evaluated(expression: str, names: dict[str, Any], others: Any = None) -> Any:
-    """What stands in `${…}`."""
+    """Evaluate the expression in `${…}`."""
     text = expression.strip()
     check_expression(text)
     names.update(__builtins__={})
@@ -66,7 +66,7 @@ def _evaluated(expression: str, names: dict[str, Any], others: Any = None) -> An
 
 
 def _substituted(text: str, context: dict[str, Any]) -> str:
-    """What stands in `$(eval …)`."""
+    """Evaluate the expression in `$(eval …)`."""
     text = text.strip()
     check_expression(text)
     module = xacro.substitution_args
@@ -80,21 +80,21 @@ def _substituted(text: str, context: dict[str, Any]) -> str:
     return str(eval(text, {"__builtins__": builtins}, module._DictWrapper(arguments, known)))  # noqa: S307
 
 
-MOST_MEMORY = 1 << 30
-"""Memory that a file may take to expand [bytes]; held on Linux only."""
-MOST_TEXT = 16 << 20
-"""Longest text that a file may expand to, in characters."""
+MAX_MEMORY = 1 << 30
+"""Maximum memory for the expansion of a file [bytes]; enforced on Linux only."""
+MAX_TEXT = 16 << 20
+"""Maximum length of an expanded text, in characters."""
 
 _QUOTED = re.compile(r"'([^']+)'|\"([^\"]+)\"|(xacro:\w+)|'?(\w+)'?")
-_LONGEST_MESSAGE = 300
-_REPETITIONS = (  # xacro says what it was told, and by whom, twice
+_MAX_MESSAGE_LENGTH = 300
+_REPETITIONS = (  # xacro repeats a message and its source
     (re.compile(r"<class '[^']*'>: (.*) \1"), r"\1"),
     (re.compile(r"(: \S+) \[Errno \d+\].*"), r"\1"),
 )
 
 
 class _RefusedError(Exception):
-    """A file that does not expand: which, on what line (0: unknown), and why."""
+    """File that does not expand, with its path, line (0: unknown) and reason."""
 
     def __init__(self, path: Path, line: int, message: str) -> None:
         super().__init__(message)
@@ -103,27 +103,27 @@ class _RefusedError(Exception):
 
 
 def main() -> None:
-    """Expand the text on stdin of the file that is named by the first argument."""
+    """Expand the text on stdin of the file that the first argument names."""
     if sys.platform == "linux":
-        import resource  # there is none on Windows
+        import resource  # Windows has no such module
 
-        resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY, MOST_MEMORY))
+        resource.setrlimit(resource.RLIMIT_DATA, (MAX_MEMORY, MAX_MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    answer, path = sys.stdout, Path(sys.argv[1])
+    output, path = sys.stdout, Path(sys.argv[1])
     text = sys.stdin.buffer.read().decode("utf-8", "replace")
     try:
         expanded = _expanded(path, text)
-        said: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
+        answer: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
     except _RefusedError as error:
-        said = {"path": str(error.path), "line": error.line, "message": str(error)}
-    print(json.dumps(said), end="", file=answer, flush=True)
+        answer = {"path": str(error.path), "line": error.line, "message": str(error)}
+    print(json.dumps(answer), end="", file=output, flush=True)
 
 
 def _expanded(path: Path, text: str) -> str:
     silence = io.StringIO()
     try:
         with contextlib.redirect_stderr(silence), contextlib.redirect_stdout(silence):
-            keep_to_reckoning()
+            restrict_to_arithmetic()
             _find_packages_beside(path)
             xacro.init_stacks(str(path))
             document = xacro.parse(text, str(path))
@@ -133,15 +133,15 @@ def _expanded(path: Path, text: str) -> str:
         raise _RefusedError(_current(path), error.lineno, f"no valid XML (column {error.offset + 1})") from None
     except RecursionError:
         raise _RefusedError(_current(path), 0, "xacro: macros that call each other without end") from None
-    except Exception as error:  # expressions are Python: anything may come out of them
+    except Exception as error:  # expressions are Python and may raise anything
         raise _failure(_current(path), error) from None
-    if len(expanded) > MOST_TEXT:
-        raise _RefusedError(path, 0, f"xacro: expands to more than {MOST_TEXT >> 20} MiB")
+    if len(expanded) > MAX_TEXT:
+        raise _RefusedError(path, 0, f"xacro: expands to more than {MAX_TEXT >> 20} MiB")
     return expanded
 
 
 def _find_packages_beside(path: Path) -> None:
-    """Have `$(find PACKAGE)` look where meshes are looked for, rather than in an installation of ROS 2."""
+    """Make `$(find PACKAGE)` search the folders for meshes, rather than an installation of ROS 2."""
 
     def find(name: str) -> str:
         found = next((folder for folder in package_folders(name, path) if folder.is_dir()), None)
@@ -156,28 +156,28 @@ def _find_packages_beside(path: Path) -> None:
 
 
 def _current(path: Path) -> Path:
-    """The file that xacro was at when it failed: the one given, or one that it includes."""
+    """Return the file that xacro was reading when it failed: the given one, or an included one."""
     stack = [name for name in xacro.filestack or [] if name]
     return Path(stack[-1]) if stack else path
 
 
 def _failure(path: Path, error: Exception) -> _RefusedError:
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
-        return _RefusedError(path, 0, f"xacro: needs more than {MOST_MEMORY >> 20} MiB of memory to expand")
+        return _RefusedError(path, 0, f"xacro: needs more than {MAX_MEMORY >> 20} MiB of memory to expand")
     message = " ".join(str(error).split()) or type(error).__name__
     for pattern, instead in _REPETITIONS:
         message = pattern.sub(instead, message)
     if isinstance(error, xacro.XacroException) and error.macros:
         names = ", ".join(macro.body.getAttribute("name") for macro in error.macros)
         message += f" (in the macro {names})"
-    return _RefusedError(path, _line_of(path, message), f"xacro: {shortened(message, _LONGEST_MESSAGE)}")
+    return _RefusedError(path, _line_of(path, message), f"xacro: {shortened(message, _MAX_MESSAGE_LENGTH)}")
 
 
 def _line_of(path: Path, message: str) -> int:
-    """The line that a message is about, as far as can be told: where what it quotes stands in the file; else 0."""
+    """Return the line of a message, found by the text that it quotes; 0 if unknown."""
     try:
         with path.open("rb") as stream:
-            text = stream.read(MOST_TEXT).decode("utf-8", "replace")
+            text = stream.read(MAX_TEXT).decode("utf-8", "replace")
     except (OSError, ValueError):
         return 0
     quoted = [next(filter(None, match.groups())) for match in _QUOTED.finditer(message)]

@@ -1,1 +1,1 @@
-"""What somebody wrote about a cell, made safe: text in, frozen values with units out."""
+"""Cell descriptions made safe: text in, frozen values with units out."""

@@ -1,4 +1,4 @@
-"""The trials that come with Cellwright, and the files with an arm and sensors for those that have none, by name."""
+"""Catalogue of bundled trials, and of bundled files with an arm and sensors for trials that have none."""
 
 import re
 from collections.abc import Iterator
@@ -20,22 +20,22 @@ DROPPED_PART = "final, dropped part"
 KIT_CHANGE = "final, in-process kit change"
 
 SCENARIOS = (LESSON, SAMPLE, QUALIFIER, BASELINE, DROPPED_PART, KIT_CHANGE)
-"""What the bundled trials are about, the easier first; the finals had three scenarios of five trials each."""
+"""Subjects of the bundled trials, the easier first; the finals had three scenarios of five trials each."""
 
 
 def bundled() -> list[str]:
-    """The names of the bundled trials, by scenario."""
+    """Return the names of the bundled trials, by scenario."""
     names = (name for name in _names() if not name.endswith(_SENSORS))
     return sorted(names, key=lambda name: (SCENARIOS.index(scenario(name)), name))
 
 
 def bundled_sensors() -> list[str]:
-    """The names of the bundled files with an arm and sensors, to be given beside a trial that has none."""
+    """Return the names of the bundled files with an arm and sensors, for use with a trial that has none."""
     return sorted(name for name in _names() if name.endswith(_SENSORS))
 
 
 def scenario(name: str) -> str:
-    """What a bundled trial is about, by its name: one of `SCENARIOS`."""
+    """Return the subject of a bundled trial, by its name: one of `SCENARIOS`."""
     if name == LESSON:
         return LESSON
     if name.startswith("qual"):
@@ -46,13 +46,13 @@ def scenario(name: str) -> str:
 
 
 def find_trial(name_or_path: str | Path) -> Path:
-    """The file that is meant: a path to one that exists, else the trial or sensor file of that name.
+    """Return a trial's file: an existing path, else the trial or sensor file of that name.
 
-    Those that come with Cellwright go before those that other packages bring along.
+    Bundled trials take precedence over those of plugins.
 
     Raises:
-        UnknownNameError: neither.
-        PluginError: another package brings it along, and it cannot be used.
+        UnknownNameError: no such file or name.
+        PluginError: the trial is a plugin's, and it cannot be used.
     """
     path = Path(name_or_path)
     if path.is_file():
@@ -61,14 +61,14 @@ def find_trial(name_or_path: str | Path) -> Path:
     known = [*bundled(), *bundled_sensors()]
     if name in known:
         return _FOLDER / f"{name}{_SUFFIX}"
-    brought = plugins.names("trials")
-    if name in brought:
-        return _brought(name)
-    raise UnknownNameError("trial", name, [*known, *brought])
+    from_plugins = plugins.names("trials")
+    if name in from_plugins:
+        return _plugin_trial(name)
+    raise UnknownNameError("trial", name, [*known, *from_plugins])
 
 
-def _brought(name: str) -> Path:
-    """The file of a trial that another package brings along: a path, or a function that returns one."""
+def _plugin_trial(name: str) -> Path:
+    """Return the file of a plugin's trial, which is a path or a function that returns one."""
     found = plugins.load("trials", name)
     try:
         path = found() if callable(found) else found

@@ -1,4 +1,4 @@
-"""Difficulty of a trial: what a program has to cope with, and which places the arm reaches.
+"""Difficulty of a trial: its demands on a program, and the places within the arm's reach.
 
 Figures: the cell's published models and the UR10's kinematic constants (m, world frame).
 """
@@ -26,7 +26,7 @@ _HAND_LENGTH = 0.11
 
 
 def place_of(point: Vector3) -> str:
-    """What lies under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor".
+    """Name the place under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor".
 
     The AGVs stand so that x and y of a tray's frame are those of the world.
     """
@@ -41,16 +41,16 @@ def place_of(point: Vector3) -> str:
 
 
 def is_on_tray(x: float, y: float) -> bool:
-    """Whether a point of a tray's frame [m] lies on its plate."""
+    """Return whether a point of a tray's frame [m] lies on its plate."""
     return _within(x, TRAY_PLATE[0]) and _within(y, TRAY_PLATE[1])
 
 
 def is_within_reach(point: Vector3) -> bool:
-    """Whether the arm can lower its cup, pointing down, to what has fallen at this point of the world.
+    """Return whether the arm can lower its cup, pointing down, to an object that fell at this point of the world.
 
-    The part comes to rest on what is under the point. Upper arm and forearm, both stretched, have to span the way from
-    the shoulder to the wrist, which the hand keeps above the part and which bends once more towards it. What stands
-    in the way is not looked at, so a point may be out of reach all the same.
+    The object comes to rest on the surface under the point. Upper arm and forearm, both stretched, must span the
+    distance from the shoulder to the wrist. The hand keeps the wrist above the object, and bends once more towards it.
+    Obstacles are ignored, so a point may be out of reach all the same.
     """
     x, y, _ = point
     place = place_of(point)
@@ -79,12 +79,12 @@ DemandKind: TypeAlias = Literal[
     "off_tray",
 ]
 
-_TURNED_OVER = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
+_UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
 
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """One thing that a program has to cope with; `kind` for programs, `text` for people."""
+    """One demand on a program; `kind` for programs, `text` for people."""
 
     kind: DemandKind
     text: str
@@ -92,7 +92,7 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class Supply:
-    """Where the parts of a type come from: how many lie in the cell, how many the belt brings, how many are faulty."""
+    """Supply of parts of a type: the number in the cell at the start, on the belt, and of faulty ones."""
 
     lying: int
     belt: int
@@ -100,22 +100,22 @@ class Supply:
 
     @property
     def good(self) -> int:
-        """How many of them a kit can be made of."""
+        """Number of parts that are not faulty."""
         return self.lying + self.belt - self.faulty
 
 
 def demands(trial: Trial) -> tuple[Demand, ...]:
-    """What is hard about a trial, in the order in which one comes upon it."""
+    """Return the difficulties of a trial, in the order in which a program meets them."""
     return (*_of_orders(trial), *_of_supply(trial), *_of_poses(trial), *_of_drops(trial))
 
 
 def ordered_types(trial: Trial) -> Counter[str]:
-    """How many parts of each type all the orders ask for, in the order in which they name them."""
+    """Count the parts of each type in all orders, in the order in which the orders name them."""
     return Counter(ordered.type for ordered in _objects(trial.orders))
 
 
 def supply(trial: Trial, part_type: str) -> Supply:
-    """Where the parts of a type come from; what the belt brings is counted to its end."""
+    """Return the supply of parts of a type; belt parts are counted to the belt's end."""
     lying = [part for part in (*trial.bin_parts, *trial.extra_parts) if part.type == part_type]
     on_belt = [name for name, kind in trial.belt_clones() if kind == part_type]
     names = [part.name.rpartition("|")[2] for part in lying] + on_belt
@@ -158,7 +158,7 @@ def _of_supply(trial: Trial) -> Iterator[Demand]:
 def _of_poses(trial: Trial) -> Iterator[Demand]:
     objects = _objects(trial.orders)
     heights = [(each.type, each.pose.rotate((0.0, 0.0, 1.0))[2]) for each in objects]
-    turned = dict.fromkeys(kind for kind, height in heights if height < _TURNED_OVER)
+    turned = dict.fromkeys(kind for kind, height in heights if height < _UPSIDE_DOWN)
     if turned:
         yield Demand("turned_over", f"{_listed(list(turned))} to be turned over")
     off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
@@ -167,10 +167,10 @@ def _of_poses(trial: Trial) -> Iterator[Demand]:
 
 
 def _of_drops(trial: Trial) -> Iterator[Demand]:
-    wanted = ordered_types(trial)
+    ordered = ordered_types(trial)
     grouped: dict[tuple[DemandKind, str, str], list[str]] = {}
     for region in trial.drop_regions:
-        if region.type not in wanted:
+        if region.type not in ordered:
             continue
         kind, where = _fall(region)
         places = grouped.setdefault((kind, region.type, where), [])
@@ -181,7 +181,7 @@ def _of_drops(trial: Trial) -> Iterator[Demand]:
 
 
 def _fall(region: DropRegion) -> tuple[DemandKind, str]:
-    """Where a part falls, as a kind of demand and in words."""
+    """Return the place where a part falls, as a kind of demand and in words."""
     point = region.destination.position
     place = place_of(point)
     if place.startswith("AGV"):

@@ -1,8 +1,8 @@
 """Loader of trials in the 2017 format: YAML to a Trial, and to plain data for programs.
 
-The way: texts joined -> YAML with places -> a `Trial`, whose values keep how they were written. What the original read
-is read as it read it, with a warning for all that it passed over in silence; what it refused, and what means nothing,
-is refused with everything that is wrong at once.
+Texts are joined, parsed to YAML with places, and read into a `Trial`, whose values keep how they were written. The
+loader reads entries as the original did, with a warning for everything that the original silently ignored. It refuses
+what the original refused and what has no meaning, and lists all errors at once.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ T = TypeVar("T")
 
 
 def resolved(loaded: Loaded) -> dict[str, Any]:
-    """What the original's launcher would have made of a trial's files, as JSON-able data.
+    """Return the original launcher's result for a trial's files, as JSON-able data.
 
-    Numbers have the 12 significant digits that the original's files had; the poses of orders and drop regions are
-    texts, as there. Models are sorted by name, orders by their announcement.
+    Numbers have the 12 significant digits of the original's files; the poses of orders and drop regions are texts, as
+    there. Models are sorted by name, orders by their announcement.
     """
     trial = loaded.trial
     orders = sorted(trial.orders, key=lambda order: math.inf if order.start_time is None else order.start_time)
@@ -58,7 +58,7 @@ def resolved(loaded: Loaded) -> dict[str, Any]:
 
 
 def resolved_cell(trial: Trial) -> dict[str, Any]:
-    """What stands in the cell besides parts and orders, as JSON-able data: sensors, arm, options and what is one's own.
+    """Return the cell without parts and orders, as JSON-able data: sensors, arm, options and user-defined models.
 
     Angles are roll, pitch and yaw [rad]; poses are in the world frame, a camera's in its `frame`.
     """
@@ -114,7 +114,7 @@ def _numbers(placement: Placement | None) -> tuple[list[float], list[float]]:
 
 
 def _texts(vector: Vector3 | None) -> list[str]:
-    """Three numbers as texts; where the file says nothing, the original's default of whole zeros."""
+    """Return three numbers as texts; without a value, the original's default of whole zeros."""
     return ["0", "0", "0"] if vector is None else [number_text(v) for v in vector]
 
 
@@ -124,7 +124,7 @@ def _pose_texts(placement: Placement | None) -> dict[str, list[str]]:
 
 
 OWN = "cellwright"
-"""The section that Cellwright adds."""
+"""Name of the section that Cellwright adds."""
 
 DEFAULT_TIME_LIMIT = 500
 
@@ -132,15 +132,15 @@ TOP_LEVEL = (
     *("arm", "sensors", "options", "time_limit", "orders", "models_over_bins", "belt_parts", "faulty_parts"),
     *("drops", "models_to_spawn"),
 )
-"""The sections of the 2017 format."""
+"""Sections of the 2017 format."""
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A trial, and what its file's author should know.
+    """Trial with the warnings for its file's author.
 
-    `time_limit` [s] and `faulty_parts` are as the original's launcher had them: a number of the kind that the file has,
-    and the names in the order of its dictionary.
+    `time_limit` [s] and `faulty_parts` are as in the original's launcher: a number of the kind that the file has, and
+    the names in the order of its dictionary.
     """
 
     trial: Trial
@@ -157,7 +157,7 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
         text: the configuration itself, instead of files.
 
     Raises:
-        DescriptionError: the configuration cannot be used; the error lists everything that was found wrong.
+        DescriptionError: the configuration cannot be used; the error lists everything that is wrong.
         UsageError: neither files nor a text, or both.
     """
     if bool(paths) == (text is not None):
@@ -170,7 +170,7 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
 
 
 def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[str, ...]]:
-    """Read all sections, and go on to what they come to only if no error was found."""
+    """Read all sections, and build the trial only if there was no error."""
     expressions.check_expressions(root, reader.problems)
     other_year = OtherYear(root)
     for entry in root.entries.values():
@@ -186,7 +186,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     types = PART_TYPES | own.get("part_models", {}).keys()
     book = parts.PartBook(reader, options, aliases, types)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
-    walked = dictionary_order(name for name in root.entries if name != OWN)  # tells whose numbers come first
+    walked = dictionary_order(name for name in root.entries if name != OWN)  # decides whose numbers come first
     models = {name: readers[str(name)](root.entries[name].value, book) for name in walked if name in readers}
     bins, extras = (models.get(name, ()) for name in readers)
     belt = section("belt_parts", parts.read_belt, book, other_year) or ()
@@ -226,7 +226,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
 
 
 def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
-    """Warn of sections that an option leaves without effect."""
+    """Warn of sections that an option disables."""
     switches = trial.options
     gates = (
         ("models_over_bins", switches.insert_models_over_bins, "insert_models_over_bins is true"),

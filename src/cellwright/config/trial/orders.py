@@ -1,4 +1,4 @@
-"""The section `orders`: which kits are asked for, and when the order is announced."""
+"""Section `orders`: the requested kits, and the announcement of each order."""
 
 import math
 from dataclasses import replace
@@ -11,8 +11,8 @@ from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
 from cellwright.config.trial.trial import Kit, KitObject, Order
 from cellwright.util.errors import suggestion
 
-MOST_KITS = 10_000
-"""Most kits that the orders of a trial ask for together, each part in one counted as well."""
+MAX_KITS = 10_000
+"""Maximum number of kits and their parts in all orders of a trial."""
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
@@ -22,22 +22,22 @@ ORDER = Keys(
 
 
 def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Order, ...]:
-    """The orders in the order that gives them their ids."""
+    """Return the orders in the order of their ids."""
     reader = book.reader
     if isinstance(node, Items):
         reader.problems.error(node, f"must be a mapping; a list of orders{other_year.belongs(2023)}")
         return ()
     orders: dict[object, Order] = {}
-    asked = 0
+    requested = 0
     for entry in reader.entries(node):
         order = _order(entry, book, other_year)
         if order:
-            asked += sum(1 + len(kit.objects) for kit in order.kits)
+            requested += sum(1 + len(kit.objects) for kit in order.kits)
             orders[entry.name] = order
-        if asked > MOST_KITS:
-            reader.problems.error(node, f"asks for more than {MOST_KITS} kits and parts in all")
+        if requested > MAX_KITS:
+            reader.problems.error(node, f"asks for more than {MAX_KITS} kits and parts in all")
             return ()
-    # The original put what it had read into a second dictionary and walked through that.
+    # The original copied the orders into a second dictionary and iterated over that.
     walked = [orders[name] for name in dictionary_order(orders)]
     ids = [f"order_{index}" for index in range(len(walked))]
     for own, order in zip(ids, walked, strict=True):
@@ -77,7 +77,7 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
     value = _value(condition, value_node, book)
     if value is None:
         return None
-    # The original kept the whole part of a number of parts, and took one below 1 for no condition at all.
+    # The original truncated a number of parts to a whole number, and ignored the condition if it was below 1.
     count = int(value) if value >= 1 else None
     return Order(
         order_id="",
@@ -102,7 +102,7 @@ def _parts(node: Node, book: PartBook) -> tuple[KitObject, ...]:
 
 
 def _condition(node: Node, book: PartBook) -> str:
-    """The word, with a warning for one that is never fulfilled."""
+    """Return the word of the condition, with a warning for one that is never fulfilled."""
     word = node.value if isinstance(node, Leaf) else None
     if isinstance(word, str) and word in CONDITIONS:
         return word
@@ -113,7 +113,7 @@ def _condition(node: Node, book: PartBook) -> str:
 
 
 def _value(condition: str, node: Node, book: PartBook) -> float | None:
-    """The condition's figure: seconds, or a number of parts, of which the original kept the whole part."""
+    """Return the figure of the condition: seconds, or a number of parts, which the original truncated."""
     reader = book.reader
     if condition not in CONDITIONS:
         value = node.value if isinstance(node, Leaf) else None

@@ -1,6 +1,6 @@
-"""Recognises files of the competition's other years, so that somebody who brings one is told so.
+"""Recognition of files of the competition's other years, so that errors can name the year.
 
-The years are those in which an entry first appeared; later formats kept many of them.
+The years are those in which an entry first appeared; later formats kept many entries.
 """
 
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from cellwright.config.parsing.tree import Items, Leaf, Node, Scalar, Table, chi
 from cellwright.util.errors import did_you_mean
 
 EARLY = 2016
-"""The formats before version 1.1 of the 2017 competition, some of which were in use until April 2017."""
+"""Formats before version 1.1 of the 2017 competition, some of which were in use until April 2017."""
 
 
 def _by_name(years: Mapping[int, tuple[str, ...]]) -> Mapping[Scalar, int]:
@@ -54,7 +54,7 @@ _NAMES_NOW: Mapping[Scalar, str] = {
 
 
 class OtherYear:
-    """The year whose format a configuration seems to be in, by everything in it."""
+    """The year of a configuration's probable format, by all its entries."""
 
     def __init__(self, root: Table) -> None:
         years = [year for name in root.entries if (year := _TOP_LEVEL.get(name))]
@@ -67,14 +67,14 @@ class OtherYear:
         self.year = max(years, default=None)
 
     def top_level(self, name: Scalar, valid: tuple[str, ...]) -> str:
-        """What to say of a top-level entry that the 2017 format does not have."""
+        """Return the message for a top-level entry that the 2017 format does not have."""
         counterpart = _NAMES_NOW.get(name)
         meant = f"; did you mean {counterpart}" if counterpart else did_you_mean(str(name), valid)
         known = "" if meant else f" (known: {', '.join(valid)})"
         return f"unknown top-level entry{self.belongs(_TOP_LEVEL.get(name))}{meant}{known}"
 
     def order(self, table: Table) -> str:
-        """A remark on an order in which something is missing: another year's entries that it has instead."""
+        """Return a hint for an incomplete order that has another year's entries instead."""
         for name in table.entries:
             if year := _ORDER.get(name):
                 counterpart = _NAMES_NOW.get(name)
@@ -83,7 +83,7 @@ class OtherYear:
         return ""
 
     def announcement_time(self, node: Node) -> str:
-        """What to write in place of the announcement of an order in an early file."""
+        """Return the replacement for the announcement of an order in an early file."""
         time = shortened(str(node.value)) if isinstance(node, Leaf) and node.value is not None else "0"
         return (
             f"this entry{self.belongs(EARLY)}: write announcement_condition: time and "
@@ -91,7 +91,7 @@ class OtherYear:
         )
 
     def belongs(self, year: int | None) -> str:
-        """A remark that an entry is of a year's format; empty where there is no year."""
+        """Return a hint that an entry is of a year's format; empty for no year."""
         if year is None:
             return ""
         if year == EARLY:

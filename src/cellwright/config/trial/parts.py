@@ -16,11 +16,11 @@ from cellwright.util.errors import did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
 DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
-"""Other names of part types, unless a file has its own."""
+"""Default aliases of part types, unless a file has its own."""
 
 
 def _switch(reader: Reader, node: Node) -> bool:
-    """A switch. Whatever is no truth value counts as Python counts it, as it did in the original."""
+    """Return a switch. A value that is no truth value counts as in Python, as in the original."""
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
     truth = bool(node.value if isinstance(node, Leaf) else children(node))
@@ -46,7 +46,7 @@ OPTIONS = Keys(
 
 
 def read_options(node: Node, reader: Reader) -> tuple[Options, Mapping[str, str]]:
-    """The section `options`, and other names of part types in it."""
+    """Return the section `options`, and the aliases of part types in it."""
     table = reader.table(node)
     if table is None:
         return Options(), DEFAULT_ALIASES
@@ -62,19 +62,18 @@ def read_options(node: Node, reader: Reader) -> tuple[Options, Mapping[str, str]
 
 
 MAX_PARTS = 2000
-"""Most parts in one cell, those on the belt's pool included."""
+"""Maximum number of parts in one cell, including those on the belt's pool."""
 
-_MANY = 100
-"""Above so many, names are no longer searched for similar ones: that takes long and helps nobody."""
+_MAX_SEARCHED = 100
+"""Number of names above which the search for similar ones stops: it takes long and is no help by then."""
 
 
 @dataclass(slots=True)
 class PartBook:
-    """Keeps count while parts are read: the numbers in their names, how many there are in all, and where.
+    """Count of the parts while they are read: the numbers in their names, their total, and their locations.
 
-    Numbers are counted per type as written: an alias counts apart from the type that it stands for; an alias of an
-    alias is not followed. `types` are the part types that there is a model for; `locations` the places where each type
-    can be found.
+    Numbers are counted per type as written: an alias counts apart from its type. An alias of an alias is not followed.
+    `types` are the part types that have a model; `locations` are the places of each type.
     """
 
     reader: Reader
@@ -86,12 +85,12 @@ class PartBook:
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
 
     def number(self, counted_as: str) -> int:
-        """The next number, from 1."""
+        """Return the next number, from 1."""
         self._numbers[counted_as] += 1
         return self._numbers[counted_as]
 
     def admit(self, where: Located, more: int) -> bool:
-        """Whether so many more parts still fit the bounds; reported when not."""
+        """Return whether `more` parts still fit the bounds; report them if not."""
         self.count += more
         if self.count <= MAX_PARTS:
             return True
@@ -100,10 +99,10 @@ class PartBook:
         return False
 
     def part_type(self, name: str, where: Located) -> str:
-        """The type that a name stands for, with a warning when no part of that type exists."""
+        """Return the type of a name, with a warning if no part of that type exists."""
         resolved = self.aliases.get(name, name)
         if resolved not in self.types:
-            aliases = self.aliases if len(self.aliases) <= _MANY else ()
+            aliases = self.aliases if len(self.aliases) <= _MAX_SEARCHED else ()
             hint = did_you_mean(name, [*self.types, *aliases]) or f" (known: {', '.join(sorted(self.types))})"
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
             self.reader.problems.warn(where, message)
@@ -114,8 +113,8 @@ PART = Keys({"type": Reader.name, "pose": Reader.placement})
 BIN = Keys({"models": None}, {"xyz": Reader.position})
 GRID = Keys(
     {
-        "xyz_start": partial(Reader.coordinates, least=3),
-        "xyz_end": partial(Reader.coordinates, least=2),
+        "xyz_start": partial(Reader.coordinates, minimum=3),
+        "xyz_end": partial(Reader.coordinates, minimum=2),
         "rpy": Reader.vector,
         "num_models_x": Reader.whole,
         "num_models_y": Reader.whole,
@@ -124,7 +123,7 @@ GRID = Keys(
 
 
 def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
-    """The section `models_over_bins`: grids of parts, numbered in the original's order."""
+    """Return the section `models_over_bins`: grids of parts, numbered in the original's order."""
     reader = book.reader
     found: dict[str, Part] = {}
     for _, name, table in reader.tables(node):
@@ -135,7 +134,7 @@ def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
         for model in reader.entries(models):
             parts = _grid(name, origin, model, book)
             lost = [part.name for part in parts if part.name in found]
-            if lost:  # one with the name of an earlier one replaces it, as in the original
+            if lost:  # as in the original, a part replaces an earlier one of the same name
                 first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
                 message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
                 reader.problems.warn(model, message)
@@ -144,7 +143,7 @@ def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
 
 
 def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
-    """The section `models_to_spawn`: single parts, each in the frame of a link."""
+    """Return the section `models_to_spawn`: single parts, each in the frame of a link."""
     reader = book.reader
     found: dict[str, Part] = {}
     for entry, frame, frame_table in reader.tables(node):
@@ -164,7 +163,7 @@ def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
 
 
 def read_part(table: Table, book: PartBook) -> tuple[str, Placement] | None:
-    """A single part, as extras and orders have it: its type and where it belongs."""
+    """Return type and placement of a single part of `models_to_spawn` or an order."""
     values = PART.read(table, book.reader)
     if not PART.complete(values):
         return None
@@ -172,7 +171,7 @@ def read_part(table: Table, book: PartBook) -> tuple[str, Placement] | None:
 
 
 def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
-    """Where the grids of a bin begin [m]: as written, else at the bin's corner."""
+    """Return the origin of a bin's grids [m]: as written, else the bin's corner."""
     values = BIN.read(table, reader)
     if "xyz" in table:
         return values.get("xyz")
@@ -185,7 +184,7 @@ def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
 
 
 def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[Part]:
-    """The grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
+    """Return the grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
     reader = book.reader
     written_type = reader.text_key(entry)
     table = reader.table(entry.value)
@@ -218,7 +217,7 @@ _NO_POSE = "; files without one are of the 2016 format"
 
 
 def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
-    """The parts in the order of their times, ties in the original's order."""
+    """Return the parts in the order of their times, ties in the original's order."""
     reader = book.reader
     found: dict[tuple[str, object], BeltPart] = {}
     for entry in reader.entries(node):
@@ -267,7 +266,7 @@ def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
 
 
 _MAX_SUGGESTED = 20
-"""After so many unknown names no similar ones are searched for: that takes long and helps nobody."""
+"""Number of unknown names after which the search for similar ones stops: it takes long and is no help by then."""
 
 
 def _destination(reader: Reader, node: Node) -> Placement | None:
@@ -280,7 +279,7 @@ DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination,
 
 
 def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
-    """The regions in the original's order."""
+    """Return the regions in the original's order."""
     reader = book.reader
     table = reader.table(node)
     if table is None:
@@ -311,7 +310,7 @@ def _region(entry: Entry, book: PartBook) -> DropRegion | None:
 
 
 def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
-    """The names in `faulty_parts`, in the original's order, and where each stands."""
+    """Return the names in `faulty_parts`, in the original's order, each with its node."""
     names: dict[str, Node] = {}
     match node:
         case Items():
@@ -337,7 +336,7 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
 
 
 def check_faulty(faulty: Mapping[str, Node], trial: Trial, reader: Reader) -> None:
-    """Warn of every name that no part of the cell will bear (of single letters it has been said why)."""
+    """Warn of each name that no part of the cell will have; single letters already have a warning."""
     names = {part.name.rpartition("|")[2] for part in (*trial.bin_parts, *trial.extra_parts)}
     names |= dict(trial.belt_clones()).keys() | dict(trial.demo_clones()).keys()
     known = sorted(names)

@@ -12,15 +12,15 @@ from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, Plug
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
 
-MOST_SENSORS = 500
-"""Most sensors in one cell."""
+MAX_SENSORS = 500
+"""Maximum number of sensors in one cell."""
 
 ARM_TYPES = ("ur10",)
 SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
 CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
 CAMERA_PREFIX = "logical_camera"
 
-TAKEN_NAMES = frozenset(
+RESERVED_NAMES = frozenset(
     {
         *(
             "agv1/state",
@@ -41,7 +41,7 @@ TAKEN_NAMES = frozenset(
         ),
     }
 )
-"""Topics of the cell, which no sensor can be named after."""
+"""Topics of the cell, which sensors must not be named after."""
 
 SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
 
@@ -49,7 +49,7 @@ _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 
 
 def read_arm(node: Node, reader: Reader) -> bool:
-    """The section `arm`: whether there is one."""
+    """Return whether the section `arm` specifies an arm."""
     table = reader.table(node)
     if table is None:
         return False
@@ -65,15 +65,15 @@ def read_arm(node: Node, reader: Reader) -> bool:
 
 
 def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
-    """The section `sensors`; sensors of unknown types are left out."""
+    """Return the section `sensors` without sensors of unknown types."""
     table = reader.table(node)
-    if table and len(table.entries) > MOST_SENSORS:
-        reader.problems.error(node, f"{len(table.entries)} sensors; at most {MOST_SENSORS} are read")
+    if table and len(table.entries) > MAX_SENSORS:
+        reader.problems.error(node, f"{len(table.entries)} sensors; at most {MAX_SENSORS} are read")
         return ()
-    brought = plugins.names("sensors") if table else []
-    sensors = [_sensor(entry, brought, reader) for entry in table.entries.values()] if table else []
+    from_plugins = plugins.names("sensors") if table else []
+    sensors = [_sensor(entry, from_plugins, reader) for entry in table.entries.values()] if table else []
     found = tuple(sensor for sensor in sensors if sensor is not None)
-    # A break beam speaks on a second topic, whose name no other sensor can have.
+    # A break beam publishes on a second topic, whose name no other sensor can have.
     changes = {f"{sensor.name}_change": sensor.name for sensor in found if sensor.type == "break_beam"}
     for sensor in found:
         if table and sensor.name in changes:
@@ -82,7 +82,7 @@ def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
     return found
 
 
-def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | None:
+def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -91,10 +91,10 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
     if name is None or not SENSOR.complete(values):
         return None
     sensor = Sensor(name, **values)
-    if sensor.type not in SENSOR_TYPES and sensor.type not in brought:
+    if sensor.type not in SENSOR_TYPES and sensor.type not in from_plugins:
         year = LATER_SENSORS.get(sensor.type)
         origin = f" of the {year} format" if year else ""
-        hint = suggestion(sensor.type, (*SENSOR_TYPES, *brought))
+        hint = suggestion(sensor.type, (*SENSOR_TYPES, *from_plugins))
         if sensor.type in CAMERA_TYPES:
             hint = "; cameras that take pictures stand under cellwright: sensors:"
         message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
@@ -105,10 +105,10 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
 
 
 def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
-    """A sensor's name becomes a topic and frames, and by its first letters the original told who sends the frame."""
+    """Check a name that becomes a topic and frames; its prefix named the publisher of the frame in the original."""
     if not _TOPIC.fullmatch(name):
         reader.problems.error(entry, "a sensor's name becomes a topic: only letters, digits, _ and / between them")
-    elif name in TAKEN_NAMES:
+    elif name in RESERVED_NAMES:
         reader.problems.error(entry, f"the cell itself has a topic {name!r}")
     elif name[0].isdigit():
         reader.problems.warn(entry, "begins with a digit, which ROS 2 has no topics for")
@@ -121,20 +121,20 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
         reader.problems.warn(entry, message)
 
 
-MOST_CAMERAS = 16
-"""Most cameras in one cell."""
+MAX_CAMERAS = 16
+"""Maximum number of cameras in one cell."""
 MIN_PICTURE_SIZE, MAX_PICTURE_SIZE = 8, (1920, 1080)
-"""Least width and height, and those of the largest pictures [pixels]."""
+"""Minimum width and height, and the maximum of each [pixels]."""
 MAX_DEPTH_PIXELS = 1_000_000
-"""Most pixels of a picture of depth: as a cloud of points it has to go into one message."""
+"""Maximum number of pixels of a depth picture, whose point cloud must fit one message."""
 MIN_PICTURE_RATE, MAX_PICTURE_RATE = 0.1, 100.0
-"""Pictures a second [Hz]."""
+"""Bounds of the rate of pictures [Hz]."""
 MIN_FOV, MAX_FOV = 0.01, 2.8
-"""How far a camera sees to the left and right together [rad]."""
+"""Bounds of the horizontal field of view of a camera [rad]."""
 MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH = 0.02, 100.0
 """Bounds of the depths that a camera measures [m]."""
 MAX_CAMERA_LATENCY = 10.0
-"""[s]"""
+"""Maximum delay of a picture [s]."""
 
 WORLD = "world"
 
@@ -150,7 +150,7 @@ def _camera_type(reader: Reader, node: Node) -> str | None:
 
 
 NOISE = Keys(optional=dict.fromkeys(("colour", "depth", "depth_growth"), number(0.0, 1.0)), strict="entry")
-"""The noise of a camera."""
+"""Keys of a camera's noise."""
 
 CAMERA = Keys(
     {"type": _camera_type, "pose": Reader.pose},
@@ -169,17 +169,17 @@ CAMERA = Keys(
     },
     "entry",
 )
-"""A camera under `sensors` in the section `cellwright`."""
+"""Keys of a camera under `sensors` in the section `cellwright`."""
 
 
 def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
-    """What the section `cellwright` has under `sensors`; a camera cannot have the name of another sensor."""
+    """Return the cameras under `sensors` in the section `cellwright`; names of other sensors are refused."""
     node = own.get("sensors") if isinstance(own, Table) else None
     table = reader.table(node) if node else None
     if table is None:
         return ()
-    if len(table.entries) > MOST_CAMERAS:
-        reader.problems.error(table, f"{len(table.entries)} cameras; at most {MOST_CAMERAS} are read")
+    if len(table.entries) > MAX_CAMERAS:
+        reader.problems.error(table, f"{len(table.entries)} cameras; at most {MAX_CAMERAS} are read")
         return ()
     taken = {sensor.name for sensor in sensors}
     cameras = [_camera(entry, taken, reader, has_arm=has_arm) for entry in table.entries.values()]
@@ -203,10 +203,10 @@ def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bo
 
 
 def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: Reader) -> bool:
-    """A camera's name becomes topics and frames, in ROS 1 and in ROS 2."""
+    """Check a name that becomes topics and frames, in ROS 1 and in ROS 2."""
     if not _CAMERA_NAME.fullmatch(name):
         reason = "a camera's name becomes a topic: only letters, digits and _, and a letter first"
-    elif name in TAKEN_NAMES or name in taken:
+    elif name in RESERVED_NAMES or name in taken:
         reason = "there is a sensor of this name" if name in taken else f"the cell itself has a topic {name!r}"
     elif name.startswith(CAMERA_PREFIX):
         reason = f"a name that begins with {CAMERA_PREFIX} is that of a logical camera"
@@ -217,7 +217,7 @@ def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: 
 
 
 def _check_together(entry: Entry, camera: Camera, reader: Reader) -> None:
-    """Figures that make sense alone, and not with one another."""
+    """Report figures that are valid alone but not together."""
     if camera.near >= camera.far:
         reader.problems.error(entry, f"near, {camera.near:g} m, must be less than far, {camera.far:g} m")
     if camera.has_depth and camera.width * camera.height > MAX_DEPTH_PIXELS:
@@ -229,7 +229,7 @@ def _check_together(entry: Entry, camera: Camera, reader: Reader) -> None:
 
 
 def read_plugin_devices(reader: Reader, node: Node) -> tuple[PluginDevice, ...]:
-    """Devices of other packages: `{name: {type, …}}`; what else is there is for the device."""
+    """Return the devices of plugins: `{name: {type, …}}`; all other entries are settings of the device."""
     table = reader.table(node)
     known = plugins.names("devices") if table else []
     found = []

@@ -1,4 +1,4 @@
-"""Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every slip is an error."""
+"""Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every mistake is an error."""
 
 import re
 from fractions import Fraction
@@ -13,15 +13,15 @@ from cellwright.config.trial.sensors import read_plugin_devices
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.util.errors import ExpressionError
 
-SHORTEST_STEP = Fraction(1, 100_000)
-LONGEST_STEP = Fraction(1, 50)
-LARGEST_SEED = 2**63 - 1
+MIN_TIMESTEP = Fraction(1, 100_000)
+MAX_TIMESTEP = Fraction(1, 50)
+MAX_SEED = 2**63 - 1
 
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 
 
 def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
-    """The timestep [s] as numerator and denominator in lowest terms."""
+    """Return the timestep [s] as numerator and denominator in lowest terms."""
     text = str(node.value) if isinstance(node, Leaf) and isinstance(node.value, str | int | float) else ""
     match = _STEP.fullmatch(text)
     try:
@@ -31,19 +31,19 @@ def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
     if step is None:
         reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500, not {described(node)}")
         return None
-    if not SHORTEST_STEP <= step <= LONGEST_STEP:
-        reader.problems.error(node, f"must be from {SHORTEST_STEP} to {LONGEST_STEP} s, not {shortened(text)}")
+    if not MIN_TIMESTEP <= step <= MAX_TIMESTEP:
+        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s, not {shortened(text)}")
         return None
     return step.numerator, step.denominator
 
 
 def _by_joint(read: Read) -> Keys:
-    """A mapping of joints to values, each of which `read` reads."""
+    """Return the keys of a mapping of joints to values, each of which `read` reads."""
     return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
 
 
 def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
-    """Fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
+    """Return fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
     table = reader.table(node)
     if table is None:
         return None
@@ -52,7 +52,7 @@ def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
 
 
 def _initial(reader: Reader, node: Node) -> dict[str, float]:
-    """Joint positions, which may be expressions; values that cannot be computed have been reported before."""
+    """Return joint positions, which may be expressions; values that cannot be evaluated have been reported before."""
     states: dict[str, float] = {}
     if isinstance(node, Table):
         reader.refuse_unknown(node, ARM_JOINTS, "joint")
@@ -88,11 +88,11 @@ OWN_ARM = Keys(
     },
     strict="entry",
 )
-"""What stands under `arm` in the section `cellwright`."""
+"""Keys under `arm` in the section `cellwright`."""
 
 OWN = Keys(
     optional={
-        "seed": whole(0, LARGEST_SEED),
+        "seed": whole(0, MAX_SEED),
         "timestep": _timestep,
         "arm": section(OWN_ARM, dict),
         "parts": read_part_models,
@@ -102,11 +102,11 @@ OWN = Keys(
     },
     strict="entry",
 )
-"""The section `cellwright`; `read_cameras` reads its `sensors`, which need to know those of the 2017 format."""
+"""Keys of the section `cellwright`; `read_cameras` reads its `sensors`, which depend on those of the 2017 format."""
 
 
 def read_settings(node: Node, reader: Reader) -> dict[str, Any]:
-    """The fields of a trial that the section `cellwright` sets, without its cameras."""
+    """Return the fields of a trial that the section `cellwright` sets, without its cameras."""
     table = reader.table(node)
     if table is None:
         return {}

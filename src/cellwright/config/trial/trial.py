@@ -1,7 +1,7 @@
-"""A trial: everything that was written about a cell, checked and resolved, with units.
+"""Trial: the whole description of a cell, checked and resolved, with units.
 
-`written` is a value as the file has it, for the loader's `resolved`; it takes no part in comparisons, and is None in a
-trial that no file describes.
+`written` is a value as the file has it, for the loader's `resolved`. It takes no part in comparisons, and is None in a
+trial without a file.
 """
 
 from collections import Counter
@@ -15,12 +15,15 @@ from cellwright.config.parsing.reader import Placement
 from cellwright.util.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
-"""The sensor types of the 2017 competition; other packages may bring more."""
+"""Sensor types of the 2017 competition; plugins may add more."""
 CameraType: TypeAlias = Literal["rgb_camera", "depth_camera", "rgbd_camera"]
-"""The types of cameras that take pictures, which the competitions of later years had."""
+"""Types of picture cameras, which the competitions of later years had."""
 WhenLate: TypeAlias = Literal["wait", "drop", "auto"]
-"""What happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are left out
-for it. `auto` waits, but where time goes by the wall clock."""
+"""Policy for a picture that is due but not drawn yet.
+
+`wait` stops simulation time for it. `drop` delivers it later, and drops others for it. `auto` waits, except where
+simulation time follows the wall clock.
+"""
 ServoProfile: TypeAlias = Literal["original", "precise"]
 
 NO_TIME_LIMIT = -1.0
@@ -28,7 +31,7 @@ NO_TIME_LIMIT = -1.0
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A sensor somebody put into the cell; `pose` is in the world frame, `type` a `SensorType` or that of a plugin."""
+    """Sensor of the cell; `pose` is in the world frame, `type` a `SensorType` or a plugin's."""
 
     name: str
     type: str
@@ -40,9 +43,9 @@ class PictureNoise:
     """Noise of a camera's pictures, as standard deviations.
 
     Attributes:
-        colour: of each colour of each pixel, as a share of full brightness.
-        depth: of each depth [m].
-        depth_growth: what comes to that with the square of the depth [1/m].
+        colour: noise of each colour of each pixel, as a share of full brightness.
+        depth: noise of each depth [m].
+        depth_growth: additional noise per square of the depth [1/m].
     """
 
     colour: float = 0.007
@@ -52,18 +55,18 @@ class PictureNoise:
 
 @dataclass(frozen=True, slots=True)
 class Camera(Sensor):
-    """A camera that takes pictures; `type` is a `CameraType`. It looks along the +x axis of its pose, z is up.
+    """Picture camera; `type` is a `CameraType`. It looks along the +x axis of its pose, z is up.
 
     Attributes:
-        frame: what it is fixed to, and `pose` is given in: `world`, or a link of the arm.
+        frame: frame that it is mounted on and `pose` is given in: `world`, or a link of the arm.
         width, height: size of its pictures [pixels].
-        fov: how far it sees to the left and right together [rad].
-        rate: pictures a second of simulation time [Hz].
-        near, far: nearest and farthest depth that it measures [m].
-        shadows: whether things throw shadows in its colour pictures, which take longer to draw then.
-        noise: of its pictures.
-        latency: from the moment that a picture shows to its delivery [s]; None for the time between two pictures.
-        when_late: what happens when a picture is due and not drawn yet.
+        fov: horizontal field of view [rad].
+        rate: rate of pictures in simulation time [Hz].
+        near, far: minimum and maximum depth that it measures [m].
+        shadows: True to draw shadows in its colour pictures, which is slower.
+        noise: noise of its pictures.
+        latency: delay from the moment that a picture shows to its delivery [s]; None for the time between two pictures.
+        when_late: policy for a picture that is due but not drawn yet.
     """
 
     frame: str = "world"
@@ -80,21 +83,21 @@ class Camera(Sensor):
 
     @property
     def has_colour(self) -> bool:
-        """Whether it takes colour pictures."""
+        """True if it takes colour pictures."""
         return self.type != "depth_camera"
 
     @property
     def has_depth(self) -> bool:
-        """Whether it measures depth."""
+        """True if it measures depth."""
         return self.type != "rgb_camera"
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part that stands in the cell when the trial begins.
+    """Part that is in the cell from the start.
 
-    `name` is the full model name (`bin7|piston_rod_part_3`), `pose` is in `frame` ("world", or the name of a link such
-    as `agv1::kit_tray_1::kit_tray_1::tray` as the file wrote it).
+    `name` is the full model name (`bin7|piston_rod_part_3`). `pose` is in `frame`: "world", or the name of a link such
+    as `agv1::kit_tray_1::kit_tray_1::tray`, as the file has it.
     """
 
     name: str
@@ -106,7 +109,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class BeltPart:
-    """A part that appears on the conveyor `time` [s] after the population starts; `pose` is in the spawn frame."""
+    """Part that appears on the conveyor `time` [s] after the population starts; `pose` is in the spawn frame."""
 
     time: float
     type: str
@@ -116,7 +119,7 @@ class BeltPart:
 
 @dataclass(frozen=True, slots=True)
 class KitObject:
-    """One part of a kit and where it belongs; `pose` is in the tray frame."""
+    """Part of a kit with its target pose; `pose` is in the tray frame."""
 
     type: str
     pose: Pose
@@ -125,7 +128,7 @@ class KitObject:
 
 @dataclass(frozen=True, slots=True)
 class Kit:
-    """A kit as an order asks for it; `kit_type` is its name, `order_0_kit_0`."""
+    """Kit of an order; `kit_type` is its name, `order_0_kit_0`."""
 
     kit_type: str
     objects: tuple[KitObject, ...]
@@ -133,11 +136,10 @@ class Kit:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """An order and when it is announced.
+    """Order with its announcement.
 
-    At most one of the conditions is set: `start_time` [s] after the start, or the number of parts on a tray that this
-    order wants or does not want. With none set the order is never announced. `written` is the condition: its word
-    and its value.
+    At most one condition is set: `start_time` [s] after the start, or the number of parts on a tray that this order
+    wants or does not want. Without one, the order is never announced. `written` is the condition's word and value.
     """
 
     order_id: str
@@ -151,7 +153,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class DropRegion:
-    """A box in the world frame in which the gripper loses a part of `type` once, to `destination` (world frame).
+    """Box in the world frame where the gripper loses a part of `type` once, which falls to `destination` (world frame).
 
     `lower` and `upper` are sorted per axis [m]; `written` are two corners and the destination.
     """
@@ -166,7 +168,7 @@ class DropRegion:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """The `options` of the 2017 format that mean something here, with their original defaults."""
+    """Supported `options` of the 2017 format, with their original defaults."""
 
     insert_agvs: bool = True
     insert_models_over_bins: bool = False
@@ -198,9 +200,10 @@ class JointTolerance:
 
 @dataclass(frozen=True, slots=True)
 class ArmSettings:
-    """How the arm is controlled, in the shape of the original's controller file. Gains not named keep the profile's.
+    """Control settings of the arm, in the form of the original's controller file.
 
-    `dry_friction` is in N for the rail and N m for the other joints; joints not named have none.
+    Gains not named keep the profile's. `dry_friction` is in N for the rail and N m for the other joints; joints not
+    named have none.
     """
 
     servo: ServoProfile = "original"
@@ -215,9 +218,9 @@ class ArmSettings:
 
 @dataclass(frozen=True, slots=True)
 class CellSettings:
-    """Cellwright's own additions to a file, under its top-level key `cellwright`.
+    """Settings that Cellwright adds to a file, under its top-level key `cellwright`.
 
-    `timestep` is in seconds, as a fraction "p/q" or a decimal in the file; here numerator and denominator.
+    `timestep` is in seconds: numerator and denominator here, a fraction "p/q" or a decimal in the file.
     """
 
     seed: int = 0
@@ -227,7 +230,7 @@ class CellSettings:
 
 @dataclass(frozen=True, slots=True)
 class PluginDevice:
-    """A device of another package that somebody put into the cell, and what was written for it."""
+    """Device of a plugin in the cell, with its settings as written."""
 
     name: str
     type: str
@@ -236,13 +239,13 @@ class PluginDevice:
 
 @dataclass(frozen=True, slots=True)
 class Circumstances:
-    """What no file says and what differs from one real cell to the next; the defaults are the cell as it is written.
+    """Properties that no file states and that differ between real cells; the defaults are the cell as written.
 
     Attributes:
-        friction: coefficient of dry friction between parts and what they lie on or against.
-        belt_delay: how much later [s, at full power] the belt's first round of parts begins.
-        gripper_phase: when in each 0.1 s the gripper looks for parts [s]; None: as soon as it is switched on.
-        seed: what they were drawn with; None when they were not drawn.
+        friction: coefficient of dry friction between parts and the surfaces that they touch.
+        belt_delay: delay of the belt's first round of parts [s, at full power].
+        gripper_phase: phase in each 0.1 s at which the gripper looks for parts [s]; None: as soon as it is switched on.
+        seed: seed that they were drawn with; None if they were not drawn.
     """
 
     friction: float = 1.0
@@ -253,9 +256,9 @@ class Circumstances:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A whole trial: the cell, its parts, its orders and its faults.
+    """Whole trial: the cell, its parts, its orders and its faults.
 
-    `part_models` are the part types of somebody's own by name, `furniture` what else stands in the cell.
+    `part_models` are user-defined part types by name; `furniture` are further static models in the cell.
     """
 
     name: str
@@ -278,15 +281,15 @@ class Trial:
     circumstances: Circumstances = field(default_factory=Circumstances)
 
     def belt_clones(self) -> tuple[tuple[str, str], ...]:
-        """Names, without origin, and types of the parts that the belt brings: `gear_part_clone_0`, type by type."""
+        """Names, without origin, and types of the belt's parts: `gear_part_clone_0`, type by type."""
         counts = Counter(part.type for part in self.belt_parts)
         cycles = self.options.belt_population_cycles
         return tuple((f"{kind}_clone_{k}", kind) for kind, count in counts.items() for k in range(cycles * count))
 
     def demo_clones(self) -> tuple[tuple[str, KitObject], ...]:
-        """Names, without origin, of the parts that fill the demo tray, and where each lies on it.
+        """Names, without origin, of the parts that fill the demo tray, and their poses on it.
 
-        They are the parts of the first order's first kit, without types that there is no model for.
+        They are the parts of the first order's first kit, without types that have no model.
         """
         if not (self.options.fill_demo_tray and self.options.insert_agvs and self.orders and self.orders[0].kits):
             return ()
