@@ -1,4 +1,4 @@
-"""Command `cellwright eval`: a program in many runs, its progress, and a table of the results."""
+"""Command `cellwright eval`: runs of a program in many trials, its progress, and a table of the results."""
 
 import json
 from collections import Counter
@@ -48,7 +48,7 @@ def show_summary(console: Console, results: Sequence[Result], threshold: summary
 
 
 def summary_table(results: Sequence[Result]) -> Table:
-    """A row for each trial."""
+    """Return a table with a row for each trial."""
     figures = dict.fromkeys(("runs", "mean", "min", "max", "reach", "share"), RIGHT)
     rows = []
     for each in summary.summarize(results):
@@ -62,7 +62,7 @@ _REFRESH = 4.0  # [1/s]
 
 
 class EvalProgress:
-    """Tells on a console how an evaluation goes."""
+    """Progress of an evaluation on a console."""
 
     def __init__(self, console: Console, jobs: Sequence[Job]) -> None:
         self._console = console
@@ -82,7 +82,7 @@ class EvalProgress:
             self._live.stop()
 
     def begin(self, known: Sequence[Result], folder: Path) -> None:
-        """Say what there is to do, and what of it is done."""
+        """Print the number of runs, and how many of them are done."""
         self._results = list(known)
         count = len(self._jobs)
         runs = "run" if count == 1 else "runs"
@@ -91,7 +91,7 @@ class EvalProgress:
             say(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before")
 
     def take(self, result: Result) -> None:
-        """A new result."""
+        """Add a new result, and print it."""
         self._results.append(result)
         done = f"[{len(self._results):>{len(str(len(self._jobs)))}}/{len(self._jobs)}]"
         outcome = result.outcome.replace("_", " ")
@@ -100,11 +100,11 @@ class EvalProgress:
         say(self._console, text + tail, None if result.is_done else "yellow")
 
     def show_running(self, running: Sequence[Running]) -> None:
-        """What is being worked at this moment."""
+        """Show the runs in progress."""
         self._running = running
 
     def _table(self) -> Group:
-        # what moves stands above: where there are more trials than lines, the end of the table is not seen
+        # the moving lines stand above: if there are more trials than lines, the end of the table is out of sight
         return Group(Text(), self._runs(), Text(), self._trials())
 
     def _trials(self) -> Table:
@@ -129,7 +129,7 @@ _MOST_SEEDS, _MOST_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 
 ARM_AND_SENSORS = bundled_sensors()[0]
-"""What a trial of the competition lacks, where each team brought its own."""
+"""Files with the arm and sensors that a trial of the competition lacks, where each team brought its own."""
 
 _LIMITS = "Limits of each run"
 
@@ -223,7 +223,7 @@ def evaluate(
 def _work(
     jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console, *, records: bool
 ) -> tuple[list[Result], list[str]]:
-    """The results of the jobs that have one, in the jobs' order; and why there were no more, if it could not go on."""
+    """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
             store,
@@ -249,14 +249,14 @@ def _work(
 
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
-    """The trials, read once: what is wrong with them is told before anything starts."""
+    """Read the trials once: their errors are printed before anything starts."""
     found = []
     for name in dict.fromkeys(names):
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
         trial = options.load(parts)
         if any(isinstance(each, Camera) for each in trial.sensors):
-            requested_backend()  # one that does not exist is told once, and not by every run
+            requested_backend()  # an unknown backend is reported once, and not by every run
         found.append((name, parts, trial, reach(trial)))
     how_often = Counter(trial.name for _, _, trial, _ in found)
     return [

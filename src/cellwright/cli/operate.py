@@ -1,4 +1,4 @@
-"""Commands of `cellwright operate`: a robot driven without a headset, by the topics that everybody uses."""
+"""Commands of `cellwright operate`: driving a robot without a headset, over the public topics."""
 
 import fnmatch
 import json
@@ -55,7 +55,7 @@ PARAMETER = "robot_description"
 
 
 def described_limits(environment: Mapping[str, str]) -> JointLimits:
-    """The limits of the robot at the master that an environment names; none if there is none that can be read."""
+    """Return the limits of the robot at the ROS master of an environment; none if there is no readable one."""
     try:
         text = Master(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
         if not isinstance(text, str):
@@ -64,13 +64,13 @@ def described_limits(environment: Mapping[str, str]) -> JointLimits:
             path = Path(folder) / f"{PARAMETER}.urdf"
             path.write_text(text, encoding="utf-8")
             robot = read_urdf(path, warn=lambda _line: None)
-    except CellwrightError:  # a robot can be driven without
+    except CellwrightError:  # driving a robot works without limits
         return JointLimits()
     return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
 
 
 WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
-"""Headings in the help, under which options are listed."""
+"""Headings for options in the help."""
 
 NODE = "/operator"
 
@@ -97,7 +97,7 @@ Robot = Annotated[
 
 
 class NodeConnection:
-    """A way to a node, checked; nothing is connected yet."""
+    """Address of a node, checked; it opens no connection yet."""
 
     def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE, robot: str | None = None) -> None:
         if ros1 and connect is not None:
@@ -108,7 +108,7 @@ class NodeConnection:
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> NodeClient:
-        """A connection of its own, with a suffix to its name: in ROS no two may be called the same."""
+        """Return a new connection, with a suffix to its name: names are unique in ROS."""
         name = self.node + suffix
         ros = self._ros1
         if ros is None:
@@ -123,7 +123,7 @@ class NodeConnection:
 
     @contextmanager
     def robot(self) -> Iterator[OperatedRobot]:
-        """The robot; the connection is closed in the end."""
+        """Return the robot; its connection is closed at the end."""
         session = self.session()
         try:
             try:
@@ -136,12 +136,12 @@ class NodeConnection:
 
     @staticmethod
     def name(robot: OperatedRobot) -> str:
-        """What the robot is called, as far as its node says; ROS has no place for that."""
+        """Return the robot's name as its node reports it; ROS has no place for that."""
         welcome = getattr(robot.session.transport, "welcome", {})
         return str(welcome.get("trial") or "robot")
 
     def limits(self, robot: OperatedRobot) -> JointLimits:
-        """The limits of the robot's joints, as far as anybody knows them."""
+        """Return the known limits of the robot's joints."""
         if self._limits is not None:
             missing = [name for name in self._limits.joints if name not in robot.joints]
             if missing:
@@ -160,7 +160,7 @@ class NodeConnection:
 
 
 def warn_of_unknown(limits: JointLimits) -> None:
-    """Say that nothing was checked against limits, where none are known."""
+    """Warn that nothing was checked against limits, if none are known."""
     if not limits.joints:
         output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
 
@@ -169,7 +169,7 @@ _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 
 
 def figures_table(exercises: Sequence[Exercise]) -> Table:
-    """The figures of all joints, a line each."""
+    """Return a table of the figures of all joints, a line each."""
     has_steps = any(each.tracking.step for each in exercises)
     headings = ["RMS", "greatest", "delay", *(["rise", "settled", "over", "rest"] if has_steps else [])]
     rows = []
@@ -182,7 +182,7 @@ def figures_table(exercises: Sequence[Exercise]) -> Table:
 
 
 def show_plot(console: Console, exercise: Exercise) -> None:
-    """Draw what a joint was told and what it did, in the characters of the terminal."""
+    """Draw a joint's targets and its motion in the characters of the terminal."""
     trace = exercise.trace
     curves = [
         Curve("target", trace.told_at, trace.told, "yellow"),
@@ -193,7 +193,7 @@ def show_plot(console: Console, exercise: Exercise) -> None:
 
 
 def figures_document(exercise: Exercise) -> dict[str, Any]:
-    """The figures of one joint as JSON values: rad or m, s, Hz."""
+    """Return the figures of one joint as JSON values: rad or m, s, Hz."""
     wave, figures, step = exercise.wave, exercise.tracking, exercise.tracking.step
     return {
         "joint": exercise.trace.joint,
@@ -215,7 +215,7 @@ def figures_document(exercise: Exercise) -> dict[str, Any]:
 
 
 def csv_text(exercises: Sequence[Exercise]) -> str:
-    """Every measured position with the target in force: joint, time [s], target, measured, error [rad; m]."""
+    """Return every measured position with its target: joint, time [s], target, measured, error [rad; m]."""
     lines = ["joint,time,target,measured,error\n"]
     for each in exercises:
         trace = each.trace
@@ -326,7 +326,7 @@ def signal(
 
 
 def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
-    """The joints that were named, each once."""
+    """Return the joints that match the patterns, each once."""
     found: list[str] = []
     for pattern in patterns:
         if not any(sign in pattern for sign in "*?["):
@@ -341,7 +341,7 @@ def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
 
 
 def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: Console) -> tuple[list[Exercise], str]:
-    """What came of each joint, and what went wrong if something did; joints after that are left alone."""
+    """Return the exercise of each joint, and the error if there was one; joints after that do not move."""
     found: list[Exercise] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
@@ -384,11 +384,11 @@ def _show(console: Console, found: Sequence[Exercise]) -> None:
             say(console, f"{each.trace.joint}: {each.note}", "yellow")
 
 
-_HEARD = 2.0  # [s] that a stop may take to be told of
+_HEARD = 2.0  # [s] that the report of a stop may take
 
 
 class Word(StrEnum):
-    """What can be said."""
+    """Word of the command line for a robot's node."""
 
     HOME = "home"
     ENABLE = "enable"
@@ -477,9 +477,9 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
-_LOOK = 0.1  # [s] between two looks at whether it is to end
-_SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of
-_MAX_SILENCE = 2.0  # [s]; a recording that grows no longer ends so much later than it should have
+_LOOK = 0.1  # [s] between two checks for a request to stop
+_SHORTEST = 0.001  # [s]: less than a step, and more than rounding can produce
+_MAX_SILENCE = 2.0  # [s]; the end of a recording without new lines may come this much too late
 
 APPLIED = "/io_teleop/applied_joint_cmd"
 
@@ -530,7 +530,7 @@ def record(
 
 
 class _StopRequestedError(Exception):
-    """Somebody wants it to end."""
+    """The user has requested the end."""
 
 
 def play(
@@ -614,7 +614,7 @@ def play(
 
 
 def _read_any_targets(file: Path, topic: str | None) -> Targets:
-    from cellwright.clients.operators.bags import is_bag, read_bag  # readers of bags take a while to load
+    from cellwright.clients.operators.bags import is_bag, read_bag  # slow to load
 
     if is_bag(file):
         return read_bag(file, topic)
@@ -626,7 +626,7 @@ def _read_any_targets(file: Path, topic: str | None) -> Targets:
 def _play_once(
     robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: StopCondition
 ) -> None:
-    """Play once."""
+    """Play the targets once."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("to the first targets", total=None)

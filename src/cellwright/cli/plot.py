@@ -41,7 +41,7 @@ def plot(
 
     names = PANELS if what is None else map(str.strip, what.split(","))
     wanted = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
-    path = Path(f"{file.stem}-plot.png") if out is None else out  # in the folder in which one works
+    path = Path(f"{file.stem}-plot.png") if out is None else out  # in the working folder
     suffix = path.suffix.lower()
     if suffix not in FIGURE_SUFFIXES:
         known = f"{', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"

@@ -24,11 +24,11 @@ from cellwright.config.robot.skeleton import skeleton
 from cellwright.util.errors import UnknownNameError
 
 _EXAMPLE = """give positions by joint, such as '{"elbow": 1.57}'"""
-_MAX_POSITION = 1e6  # [rad; m]; what lies beyond is a slip, and turns lose their meaning in rounding
+_MAX_POSITION = 1e6  # [rad; m]; a position beyond is a mistake, and rounding makes such turns meaningless
 
 
 def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
-    """The positions of joints by name [rad; m]."""
+    """Read the positions of joints by name [rad; m]."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -52,7 +52,7 @@ def _position(name: str, value: Any, robot: RobotModel) -> float:
 
 
 def write_skeleton(config: RobotConfig, file: Path) -> None:
-    """Write the beginning of a configuration for a robot, and say what is in it."""
+    """Write the first draft of a robot's configuration, and print its content."""
     if not file.parent.is_dir():
         refuse(f"--init {file}: there is no folder {file.parent}")
     text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve())
@@ -63,7 +63,7 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
         refuse(f"--init {file}: is there already; take another name, or remove it")
     except OSError as error:
         with suppress(OSError):
-            file.unlink()  # a half of it, for all that is known
+            file.unlink()  # it may be half written
         refuse(f"--init {file}: cannot be written: {error.strerror}")
     found = read_robot_config(file, lambda _line: None)
     groups = {"arm": len(found.arms), "gripper": len(found.grippers), "head": int(found.head is not None)}
@@ -72,11 +72,11 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
     typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
 
 
-_WIDEST = 1000  # of a table that goes into a file or through a pipe: nothing is folded there
+_WIDEST = 1000  # width of a table in a file or through a pipe: nothing is folded there
 
 
 def show_robot(config: RobotConfig) -> None:
-    """Print a robot's table, and below it what belongs to no single joint."""
+    """Print a robot's table, and below it the facts of no single joint."""
     console = _console()
     robot = config.robot
     counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
@@ -95,7 +95,7 @@ def show_robot(config: RobotConfig) -> None:
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
-    """A row for each joint, in the order of their indices; a narrow table leaves out what one asks for least."""
+    """Return a table with a row for each joint, in the order of indices; a narrow table leaves out effort and speed."""
     columns = {"#": RIGHT, "joint": FOLD, "type": WHOLE, "link": FOLD, "on": RIGHT, "lower": RIGHT, "upper": RIGHT}
     columns |= {} if is_narrow else {"effort": RIGHT, "speed": RIGHT}
     columns |= {"group": FOLD, "home": RIGHT}
@@ -104,7 +104,7 @@ def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
 
 
 def show_bundled(*, as_json: bool) -> None:
-    """Print the robots that come along."""
+    """Print the bundled robots."""
     found = {name: load_robot(name, lambda _line: None) for name in bundled()}
     if as_json:
         entries = [
@@ -144,7 +144,7 @@ def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) ->
 
 
 def _label(config: RobotConfig, key: str) -> str:
-    """What a group is called in a narrow column: R and L (right, left) where there are two."""
+    """Return a group's label in a narrow column: R and L (right, left) if there are two."""
     name, _, number = key.rstrip("]").partition("[")
     if not number:
         return {"dorsal": "lift"}.get(name, name)
@@ -194,7 +194,7 @@ def _print(console: Console, found: Table) -> None:
 
 
 def _figure(number: float) -> str:
-    """A number in few characters; a dash where there is no limit."""
+    """Return a number in few characters; a dash if there is no limit."""
     return f"{round(number, 3) + 0.0:.4g}" if math.isfinite(number) else "-"
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C, and a service's wish that a command end: taken note of, and followed between two steps."""
+"""Signals that end a command, from Ctrl-C or a service manager: noted at once, and obeyed between two steps."""
 
 import signal
 import sys
@@ -11,9 +11,9 @@ from typing import Any
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Let the first Ctrl-C, SIGTERM or SIGHUP call `stop`; the second does what it does everywhere.
+    """Let the first Ctrl-C, SIGTERM or SIGHUP call `stop`; the second has its usual effect.
 
-    SIGHUP comes when a terminal is closed; who has it ignored, as nohup does, wants to outlive that.
+    SIGHUP comes when a terminal is closed; a process that ignores it, as under nohup, is to outlive that.
     """
     with _followed(stop, _wishes()):
         yield
@@ -21,7 +21,7 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def ended_as_by_ctrl_c() -> Iterator[None]:
-    """Let the first SIGTERM or SIGHUP do what Ctrl-C does: what is at work ends, and tells what has come of it."""
+    """Let the first SIGTERM or SIGHUP act as Ctrl-C does: the work ends, and the results so far are printed."""
 
     def interrupt() -> None:
         raise KeyboardInterrupt
@@ -38,7 +38,7 @@ def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]
     def note(number: int, _frame: FrameType | None) -> None:
         nonlocal has_come
         restore()
-        if has_come:  # somebody has put this handler back since
+        if has_come:  # another handler has been set since
             signal.raise_signal(number)
             return
         has_come = True
@@ -58,7 +58,7 @@ def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]
 
 
 def _wishes() -> list[int]:
-    """The signals by which somebody wishes that this process end, and that it may follow."""
+    """Return the signals that request the end of this process, and that it may handle."""
     numbers: list[int] = [signal.SIGINT, signal.SIGTERM]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)

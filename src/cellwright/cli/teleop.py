@@ -1,4 +1,4 @@
-"""Command `cellwright teleop`: a robot's controller node, or checks of a robot's motion and of a driver."""
+"""Command `cellwright teleop`: a robot controller node, or checks of a robot's motion and of a driver."""
 
 import json
 import math
@@ -41,7 +41,7 @@ from cellwright.viewer.web.start import LOOPBACK
 
 
 def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
-    """Try a driver out, and print what was found, a line each; the exit status."""
+    """Check a driver, and print each finding in a line; return the exit status."""
     if driver is None:
         options.refuse("--check-driver: name the driver: --driver my_driver.py:MyDriver")
     make = find_driver(driver)
@@ -60,14 +60,14 @@ _PERCENT = (
 
 
 def refuse_what_runs(given: Mapping[str, bool]) -> None:
-    """Refuse options that are given, and meant for a node that goes on running."""
+    """Refuse options that are given, and that need a node that keeps running."""
     for name, is_given in given.items():
         if is_given:
             options.refuse(f"--check: leave out {name}, meant for a node that goes on running")
 
 
 def show_motion_report(console: Console, report: MotionReport) -> None:
-    """Print a row for each finding, and what they come to."""
+    """Print a row for each finding, and a summary."""
     recorded = f"against its recorded motion, {Path(report.reference).name}"
     against = recorded if report.reference else "joint by joint: it has no recorded motion"
     output.say(console, f"{report.robot} in its node, {against}")
@@ -86,7 +86,7 @@ def show_motion_report(console: Console, report: MotionReport) -> None:
 
 
 def findings_table(report: MotionReport) -> Table:
-    """A row for each finding."""
+    """Return a table with a row for each finding."""
     rows = []
     for finding in report.findings:
         verdict = Text("ok", style="green") if finding.passed else Text("FAILS", style="bold red")
@@ -96,7 +96,7 @@ def findings_table(report: MotionReport) -> Table:
 
 
 def motion_document(report: MotionReport) -> dict[str, Any]:
-    """The report as JSON values; a figure that does not exist is null."""
+    """Return the report as JSON values; a figure that does not exist is null."""
     findings = [asdict(finding) for finding in report.findings]
     for finding in findings:
         if not math.isfinite(finding["worst"]):
@@ -111,7 +111,7 @@ def _figure(finding: Finding) -> str:
 
 
 def robot_progress(console: Console, *, until: float | None) -> RunProgress:
-    """What tells on a console how a robot's node goes; `until` is when it is to stop [s], if ever."""
+    """Return the progress output of a robot controller node; `until` is the time at which it stops [s], if any."""
 
     def status(session: Session) -> str:
         node, loop = session.node, session.loop
@@ -123,7 +123,7 @@ def robot_progress(console: Console, *, until: float | None) -> RunProgress:
 
 
 def show_node_result(console: Console, node: RobotNode, ran: SessionResult, *, verbose: bool) -> None:
-    """Tell people what came of it."""
+    """Print the summary for people."""
     console.print()
     note = partial(output.note, console)
     note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
@@ -138,7 +138,7 @@ def show_node_result(console: Console, node: RobotNode, ran: SessionResult, *, v
 
 
 def node_document(node: RobotNode, ran: SessionResult, status: int) -> dict[str, Any]:
-    """The summary as JSON values; times in s."""
+    """Return the summary as JSON values; times in s."""
     return {
         "robot": node.name,
         "motion": node.made_with["motion"],
@@ -169,7 +169,7 @@ def robot_session(
     window: RobotWindow | None = None,
     **more: Any,
 ) -> Session:
-    """A session that runs a robot's node, and says on a console what happens; `more` as `Session` takes it."""
+    """Return a session of a robot controller node that prints its events on a console; `more` are its arguments."""
     return Session(
         target,
         rate=RateControl(speed),
@@ -188,7 +188,7 @@ def run_robot(
     as_json: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a robot's node until a signal ends it or its time is over, and print what came of it; the exit status."""
+    """Run a robot controller node until a signal or its time ends it, and print the result; return the exit status."""
     with stopped_by_signals(session.stop.request), session:
         ran = session.run()
     node, snapshot = session.node, None if window is None else window.snapshot
@@ -215,7 +215,7 @@ def run_robot(
 
 
 SAFETY = "Safety"
-"""Heading in the help, under which options are listed."""
+"""Heading for options in the help."""
 
 Robot = Annotated[
     str,

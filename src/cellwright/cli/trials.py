@@ -1,4 +1,4 @@
-"""`cellwright trials`: what comes along to be tried."""
+"""Command `cellwright trials`: the bundled trials."""
 
 import json
 import math
@@ -45,7 +45,7 @@ def trials(as_json: Annotated[bool, flag("--json", "Print the list as JSON.")] =
 
 
 def _brought() -> dict[str, Trial]:
-    """The trials that other packages bring along; of one that cannot be used its package is told, and no more."""
+    """Return the trials of other packages; of an invalid one only the package is reported."""
     found = {}
     for name in plugins.names("trials"):
         try:
@@ -58,7 +58,7 @@ def _brought() -> dict[str, Trial]:
 
 
 def _heading(name: str) -> str:
-    """What a trial is listed under."""
+    """Return the heading of a trial in the list."""
     return scenario(name) if name in bundled() else f"of the package {plugins.package('trials', name)}"
 
 
@@ -88,7 +88,7 @@ def _limit(trial: Trial) -> str:
 
 
 def _lines(trial: Trial) -> Iterable[str]:
-    """What a trial asks for, an order a line, and what is hard about it."""
+    """Return the lines of a trial: its orders, a line each, and its difficulties."""
     for order in trial.orders:
         parts = ", ".join(f"{count} {part_type}" for part_type, count in _parts(order).items())
         yield f"{len(order.kits)} x ({parts})" if len(order.kits) > 1 else parts
@@ -96,7 +96,7 @@ def _lines(trial: Trial) -> Iterable[str]:
 
 
 def _parts(order: Order) -> Counter[str]:
-    """How many parts of each type one kit of an order has."""
+    """Return the number of parts of each type in one kit of an order."""
     return Counter(each.type for each in order.kits[0].objects) if order.kits else Counter()
 
 

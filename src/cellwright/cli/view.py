@@ -1,4 +1,4 @@
-"""Command `cellwright view`: a trial, a robot, a recording or something that is served, on a page."""
+"""Command `cellwright view`: a trial, a robot, a recording or a running server, on a page."""
 
 import re
 import time
@@ -29,7 +29,7 @@ _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
 
 
 class TargetKind(Enum):
-    """Kinds of what can be seen."""
+    """Kind of a thing to view."""
 
     TRIAL = "a trial"
     ROBOT = "a robot"
@@ -38,7 +38,7 @@ class TargetKind(Enum):
 
 
 def kind_of(words: Sequence[str]) -> TargetKind:
-    """What these words of a command line stand for; what is none of the others is taken for a trial."""
+    """Return the kind of the words of a command line; words of no other kind are a trial."""
     kinds = [_kind_of_word(word) for word in words]
     if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
         other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
@@ -59,7 +59,7 @@ _NAP = 0.1  # [s]
 
 
 def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -> None:
-    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile."""
+    """Show the node of a server until a signal comes, also when the server has gone and come back meanwhile."""
     title = f"{served_name(address)} · Cellwright"
     stop = StopCondition()
     with stopped_by_signals(stop.request):
@@ -72,7 +72,7 @@ def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -
 
 
 def served_name(address: tuple[str, int]) -> str:
-    """The name of what is served at an address, and can be seen."""
+    """Return the name of the node of a server, if a page can show it."""
     link = Link(address, node=f"{PAGE}asks")
     try:
         return str(link.ask(PANEL)["name"])
@@ -118,7 +118,7 @@ def view(
         case TargetKind.ADDRESS:
             view_served(options.address("view", what[0]), page, console)
         case TargetKind.RECORDING:
-            # it takes a moment to load, which the other commands are spared
+            # slow to load, and the other commands do without it
             from cellwright.cli.replay.actions import play_recording
             from cellwright.recording.replay.playback import AtEnd
             from cellwright.running.run.playback import PlaybackTarget

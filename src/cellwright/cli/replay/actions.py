@@ -1,4 +1,4 @@
-"""What is done with a recording: it is told of, run again, played, and filmed."""
+"""Actions on a recording: list its content, verify it, play it, and film it."""
 
 import json
 import math
@@ -42,7 +42,7 @@ _MOST_FACTS = 200  # characters of a value of the header in the table
 
 
 def contents_document(recording: Recording) -> dict[str, Any]:
-    """What is in it, as JSON values; times in s, rates in Hz of simulation time."""
+    """Return its content as JSON values; times in s, rates in Hz of simulation time."""
     length = seconds(recording.end_time - recording.begin)
     counts = recording.counts
     return {
@@ -76,7 +76,7 @@ def contents_document(recording: Recording) -> dict[str, Any]:
 
 
 def show_contents(console: Console, told: dict[str, Any]) -> None:
-    """Print what `document` tells."""
+    """Print the content document."""
     say(console, f"{told['kind']} {told['name']}, recorded in {told['file']}")
     console.print()
     whole = _topics(told)
@@ -91,7 +91,7 @@ def show_contents(console: Console, told: dict[str, Any]) -> None:
 
 
 def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
-    """A row for each topic on which something was said; a narrow table leaves out the packages of types."""
+    """Return a table with a row for each topic with messages; a narrow table leaves out the packages of types."""
     rows: list[list[str | Text]] = []
     for topic in told["topics"]:
         if topic["own"] or not topic["messages"]:
@@ -143,7 +143,7 @@ _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_I
 
 
 def verify_recording(recording: Recording, console: Console, *, as_json: bool) -> int:
-    """Run it again, and print what came of it; the exit status."""
+    """Run it again, and print the verdict; return the exit status."""
     recording.check_bytes()
     with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as tell:
 
@@ -161,7 +161,7 @@ def verify_recording(recording: Recording, console: Console, *, as_json: bool) -
 
 
 def verdict_document(verdict: Verdict, others: list[str]) -> dict[str, Any]:
-    """The verdict as JSON values; times in s."""
+    """Return the verdict as JSON values; times in s."""
     return {
         "answer": verdict.answer.value,
         "state_hashes": verdict.hashes,
@@ -226,7 +226,7 @@ def play_recording(
     view: PageOptions | None = None,
     ros1: bool = False,
 ) -> None:
-    """Play a recording until it is over, or a signal comes."""
+    """Play a recording until it is over, or a signal stops it."""
 
     def status(session: Session) -> str:
         now, last = session.node.simulation.time, seconds(target.playing.last)
@@ -257,7 +257,7 @@ def film_recording(
     warn: Callable[[str], None],
     tell: Callable[[float], None] | None,
 ) -> Made:
-    """Make a video of a recording between two times [s]; `tell` is told how far it is, 0..1."""
+    """Make a video of a recording between two times [s]; `tell` receives the progress, 0..1."""
     begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
     end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
     scene = _scene(recording)
@@ -301,7 +301,7 @@ def _scene(recording: Recording) -> Scene:
 
 
 def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoOptions) -> Camera:
-    """The overview of a cell; for a robot a camera that has it whole."""
+    """Return the camera: the overview of a cell; for a robot a camera that shows the whole robot."""
     if recording.header.kind == "cell":
         return VIEWS["overview"]
     shown = EngineScene(scene)
@@ -310,7 +310,7 @@ def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoOptions
 
 
 def _caption(time: int, panel: dict[str, Any]) -> str:
-    """Time, and what the panel of a cell tells; it may come from anywhere."""
+    """Return the time, and a line of the cell's panel content, which may come from any file."""
     words = [f"{float(Fraction(time, NANOSECONDS)):.1f} s"]
     score, intention = panel.get("score"), panel.get("intention")
     points = score.get("total") if isinstance(score, dict) else None

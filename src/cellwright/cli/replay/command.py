@@ -1,4 +1,4 @@
-"""`cellwright replay`: a recording, looked at, played, or run again."""
+"""Command `cellwright replay`: a recording, listed, played, or run again."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def replay(
     Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, holds nothing to
     compare or to see, or the video cannot be written.
     """
-    # it takes a moment to load, which the other commands are spared
+    # slow to load, and the other commands do without it
     from cellwright.cli.replay import actions
     from cellwright.recording.format.bag import write_bag
     from cellwright.recording.format.reader import Recording
@@ -154,7 +154,7 @@ def replay(
                 PlaybackTarget(recording, first=part["start"], last=part["until"], at_end=at_end),
                 console,
                 rate=RateControl(rate),
-                serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds it wherever it is
+                serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds any port
                 view=page,
                 ros1=ros1,
             )
@@ -176,7 +176,7 @@ def replay(
 
 
 def _check_times(recording: Recording, start: float | None, until: float | None) -> None:
-    """Refuse a part that the recording does not have: it would be over before anybody has seen it."""
+    """Refuse a time range outside the recording: it would be over at once."""
     begin, end = seconds(recording.begin), seconds(recording.end_time)
     if start is not None and start > end:
         options.refuse(f"--start {start:g}: {recording.path} ends at {end:.3f} s")

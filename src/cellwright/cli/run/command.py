@@ -30,10 +30,10 @@ from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import UsageError
 
 AGENT_IN_OWN_PROCESS = "the agent is in a process of its own: end the run, and start it again"
-"""Why a run over a socket or ROS does not begin anew at a click."""
+"""Reason why a run over a socket or ROS cannot start again from the page."""
 
 SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
-"""Headings in the help, under which options are listed."""
+"""Headings for options in the help."""
 
 AgentName = Annotated[
     str,
@@ -239,7 +239,7 @@ def run(
     program = _program(agent, over, has_end=until is not None, is_verbose=verbose)
     with ExitStack() as leaving:
         out = sys.stdout
-        if as_json:  # what a file brings along or an agent prints is no JSON
+        if as_json:  # output of files and agents is no JSON
             leaving.enter_context(redirect_stdout(sys.stderr))
         if over:
             leaving.enter_context(stopped_by_signals(session.stop.request))
@@ -272,20 +272,20 @@ def run(
 
 
 def _begins_again(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
-    """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; whether the run is to begin again instead."""
+    """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; return whether to start the run again instead."""
     if session.begins_again:
         say("the run begins anew")
         return True
     if session.page is None or not keeps:
         return False
     with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
-        say("the page stays open; Ctrl-C ends")  # once signals are followed
+        say("the page stays open; Ctrl-C ends")  # once the handlers of signals are set
         return session.wait()
     return False
 
 
 def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
-    """Gives what works a run: an agent of its own for each, or the agent in a process of its own; None: nobody."""
+    """Return a factory for each run: an agent of its own, the agent in a process of its own, or None for no agent."""
     if agent == "none":
         if not has_end:
             options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
@@ -303,7 +303,7 @@ def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) ->
 
 
 def _refuse_what_is_settled(context: typer.Context) -> None:
-    """With --connect the cell is there already: refuse options that would make one, or look into it."""
+    """With --connect the cell runs already: refuse options that would make one, or read its state."""
     for parameter in context.command.params:
         name = parameter.name or ""
         source = context.get_parameter_source(name)
@@ -313,7 +313,7 @@ def _refuse_what_is_settled(context: typer.Context) -> None:
 
 
 def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
-    """The score of the trial; without one, such as after points in no time, the run still has its result."""
+    """Return the score of the trial in the finals; on an error the run still has its result."""
     try:
         return trial_score(trial.sensors, score.orders, spent)
     except UsageError as error:
@@ -322,7 +322,7 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
 
 
 def _miss_arm(trial: str, agent: str) -> None:
-    """Say what a trial without an arm lacks. Only somebody's own program may have a use for it."""
+    """Warn about a trial without an arm. Only a user's own program may have a use for it."""
     remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
     if agent in BUNDLED:
         options.refuse(f"{trial}: the trial has no arm for the agent {agent} to work with; {remedy}")

@@ -1,4 +1,4 @@
-"""Working many jobs at once: a process each, each within its limits, its result on disk as it comes."""
+"""Execution of many jobs in parallel: a process for each, within its limits, with its result on disk as it comes."""
 
 import time
 from collections import deque
@@ -25,17 +25,17 @@ from cellwright.util.errors import UsageError, showable
 LOGS, RECORDINGS = "logs", "recordings"
 """Folders beside the results."""
 
-_LOOK = 0.2  # [s] between two looks at the limits
-_START = 60.0  # [s] that a process may take until it begins with its job
-_GRACE = 5.0  # [s] after which a worker is ended that should have ended itself
-_HASTE = 0.5  # [s] by which a worker may begin to count before it is seen to
+_LOOK = 0.2  # [s] between two checks of the limits
+_START = 60.0  # [s] that a process may take before it starts on its job
+_GRACE = 5.0  # [s] after which a worker is ended that should have ended by then
+_HASTE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
 _LONGEST_REASON = 1000  # characters
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A job that is being worked: since when [s of wall time], how far [s of simulation time], with what points."""
+    """A job in progress: its start [s of wall time], its simulation time so far [s], and its points."""
 
     job: Job
     wall: float
@@ -44,12 +44,12 @@ class Running:
 
 
 class Evaluation:
-    """Works jobs in processes, as many at a time as `workers`.
+    """Runs jobs in worker processes, up to `workers` at a time.
 
     Args:
-        store: takes the results, and knows those from before.
-        on_result: called for each new result.
-        on_look: called now and then with what is being worked.
+        store: stores the results, and holds those of earlier evaluations.
+        on_result: called with each new result.
+        on_look: called periodically with the jobs in progress.
     """
 
     def __init__(
@@ -74,18 +74,18 @@ class Evaluation:
         self._wakes: SimpleQueue[Any] = SimpleQueue()
         self._stopped = False
         self.failure = ""
-        """Why it could not go on, in a line; empty when it could. What was found by then is among the results."""
+        """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
 
     def is_settled(self, job: Job) -> bool:
-        """Whether there is a result that holds: one that was lost holds for the limits only under which it was."""
+        """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
         result = self._store.results.get(job.key)
         return result is not None and (not result.is_lost or result.limits == asdict(self._limits))
 
     def check_agent(self, agent: str) -> str:
-        """Why an agent cannot be used; empty when it can. It is made in a process of its own, within the limits.
+        """Return why an agent cannot be used; empty if it can. A process of its own makes the agent, within the limits.
 
         Raises:
-            OSError: there can be no such process, or no log of it.
+            OSError: the process or its log cannot be created.
         """
         worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
         try:
@@ -100,13 +100,16 @@ class Evaluation:
         return ""
 
     def stop(self) -> None:
-        """Have `run` leave soon, with the results that there are; may be called by a signal's handler."""
+        """Make `run` return soon, with the results so far. A signal handler may call this."""
         self._stopped = True
 
     def run(self, jobs: Iterable[Job]) -> bool:
-        """Work all jobs that are not settled; False when it was stopped, or failed, before all were.
+        """Run all jobs that are not settled.
 
-        However it is left, no process of it goes on.
+        No worker process outlives this call, however it ends.
+
+        Returns:
+            False if it was stopped or failed before all jobs were done.
         """
         waiting = deque(job for job in jobs if not self.is_settled(job))
         looked = 0.0
@@ -158,7 +161,7 @@ class Evaluation:
         return Running(job, time.monotonic() - worker.started, told.get("time", 0.0), told.get("points", 0.0))
 
     def _finish(self, worker: WorkerProcess, broken: tuple[Lost, str] | None = None) -> None:
-        """Write down what came of a job whose worker is over, or has broken a limit."""
+        """Store the result of a job whose worker has ended or has exceeded a limit."""
         job = self._running.pop(worker)
         far = self._how_far(worker, job)
         ending = worker.stop()

@@ -75,7 +75,7 @@ svg text.points { font-weight: 600; fill: var(--ink); font-size: 11px; }
 @media (max-width: 760px) { summary { grid-template-columns: 1fr 1fr; } }
 @media print { body { background: none; } details { break-inside: avoid; } }
 """
-"""The style sheet. It names no font, picture or file that would have to be fetched."""
+"""Style sheet. It names no font, picture or file that a browser would have to fetch."""
 
 
 _WIDTH, _LEFT, _RIGHT, _ROW, _BAR = 960, 84, 20, 24, 14
@@ -84,7 +84,7 @@ _MOST_BINS = 13
 
 
 def histogram(values: Sequence[float], best: float) -> str:
-    """How often which score came, from 0 to the best [points]."""
+    """Return a histogram of the scores as SVG, from 0 to the best [points]."""
     width, height = 132, 34
     bins = min(int(best) + 1, _MOST_BINS) if best >= 1 else 1
     counts = [0] * bins
@@ -106,7 +106,7 @@ def histogram(values: Sequence[float], best: float) -> str:
 
 
 def timeline_picture(timeline: Mapping[str, Any]) -> str:
-    """What happened when in a run: orders, what the gripper held, AGVs and the kits that they took away."""
+    """Return the timeline of a run as SVG: orders, what the gripper held, AGVs and the kits that they took away."""
     end = max(float(timeline["end"]), 1e-3)
     rows = [*((each["order"], _order(each)) for each in timeline["orders"])]
     rows.append(("gripper", [(held["begin"], held["end"], "held", held["part"]) for held in timeline["held"]]))
@@ -182,7 +182,7 @@ def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
     return f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">{content}</svg>'
 
 
-_OPEN = 3  # runs that are shown at length from the start, if they lost points
+_OPEN = 3  # runs that the page shows opened, if they lost points
 _SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
 
 _LEGEND = (
@@ -195,7 +195,7 @@ _LEGEND = (
 
 
 def report(results: Sequence[Result], threshold: Threshold | None) -> str:
-    """The page."""
+    """Return the page."""
     agents = ", ".join(sorted({result.agent for result in results})) or "nobody"
     known = ", ".join(f"{name} {version}" for name, version in versions().items())
     body = [
@@ -251,7 +251,7 @@ def _trials(results: Sequence[Result]) -> str:
 
 
 def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
-    """A table; heads are texts and the kinds of their columns."""
+    """Return a table; heads are texts and the kinds of their columns."""
     head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 

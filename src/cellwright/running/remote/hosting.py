@@ -27,20 +27,20 @@ from cellwright.viewer.services import names
 _GUARD = Path(link.__file__).with_name("guard.py")
 
 _LEAVING = 2.0
-"""So long [s] a process that is over may take to end by itself, and again when it is told to."""
+"""Time [s] that a process may take to end without a signal, and again after it got one."""
 
 _LONGEST_REPORT = 1 << 20
-"""Bytes of a report that are read; the agent may have written it."""
+"""Size limit of a report [bytes]; the agent may have written it."""
 
 
 class AgentProcess(ChildProcess):
-    """Runs an agent in a process of its own, which ends when this one does, or its connection to the cell.
+    """Runs an agent in a process of its own, which ends with this process or with its connection to the cell.
 
     Args:
-        way: how it comes to the cell, `socket` or `ros1`.
-        level: what the agent logs from this level on is passed on.
-        say: takes each line that the process prints; called from another thread.
-        environment: what the process has in its environment besides that of this one.
+        way: its connection to the cell, `socket` or `ros1`.
+        level: log level from which on the agent's log lines are passed on.
+        say: receives each line that the process prints, in another thread.
+        environment: variables for the process, besides those of this one.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class AgentProcess(ChildProcess):
         self._said: AgentExit | str = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.running.remote.program"]
-        if sys.platform == "linux":  # elsewhere it ends with its connection
+        if sys.platform == "linux":  # elsewhere the process ends with its connection
             command = [sys.executable, "-I", "-S", str(_GUARD), self._folder.name, *command]
 
         def pass_on(output: IO[bytes]) -> None:
@@ -75,20 +75,20 @@ class AgentProcess(ChildProcess):
         )
 
     def end(self, patience: float = _LEAVING) -> None:
-        """Wait for the process, so long [s]; end it if need be."""
+        """Wait `patience` [s] for the process to end; then end it."""
         if not self._ends_within(patience):
             self._was_ended = True
             self._process.terminate()
             self._ends_within(_LEAVING)
-        super().end(_LEAVING)  # where there is a guard, it kills whatever the agent has started as well
+        super().end(_LEAVING)  # where there is a guard, it also kills what the agent has started
         self._said = read_report(self._report)
         self._folder.cleanup()
 
     def worked(self, *, was_there: bool) -> AgentExit:
-        """How the agent left its cell, when the process has ended.
+        """Return how the agent left its cell, after the process has ended.
 
         Args:
-            was_there: whether the agent has come to its cell: then it was made, whatever its process says.
+            was_there: whether the agent had connected to its cell: then it was made, whatever its process reports.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
@@ -97,13 +97,13 @@ class AgentProcess(ChildProcess):
             return self._said
         if self._said and not was_there:
             raise AgentError(self._said)
-        if self._was_ended:  # it did not take note that its run is over
+        if self._was_ended:  # it did not notice that its run is over
             return AgentExit(Parting.RUN_ENDED)
         return AgentExit(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
 
 
 def read_report(path: Path) -> AgentExit | str:
-    """How the agent left its cell, or why it could not be made; empty for nonsense, which it may have written."""
+    """Return how the agent left its cell, or why it could not be made; empty for an invalid report."""
     with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return ""
@@ -122,7 +122,7 @@ _NAP = 0.02  # [s]
 _HAS_ENDED = "the agent's process has ended"
 
 _PATIENCE = 60.0
-"""So long [s] of wall time an agent may go on when its run is over."""
+"""Wall time [s] that an agent may go on after its run is over."""
 
 
 class RemoteAgent(Program):
@@ -136,15 +136,15 @@ class RemoteAgent(Program):
 
     Args:
         agent: the agent's name, as `find_agent` takes it.
-        level: what the agent logs from this level on is passed on.
-        say: takes each line that the agent prints; called from another thread.
+        level: log level from which on the agent's log lines are passed on.
+        say: receives each line that the agent prints, in another thread.
     """
 
     def __init__(self, agent: str, *, level: int = logging.WARNING, say: Callable[[str], None] = print) -> None:
         self.agent, self.level, self.say = agent, level, say
 
     def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let the agent work until the run is over; it comes over ROS 1 where the session is a node there.
+        """Let the agent work until the run is over; it connects over ROS 1 if the session is a node there.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
@@ -170,7 +170,7 @@ class RemoteAgent(Program):
         session.on_poll.append(look_after)
         session.loop.patience = _PATIENCE
         try:
-            # over a socket no time passes before the agent is there
+            # over a socket no time passes before the agent has connected
             while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
                 server.wait(_NAP)
                 was_there = NODE in server.guests
@@ -190,7 +190,7 @@ class RemoteAgent(Program):
             if stop.reason != _HAS_ENDED:
                 return Outcome.INTERRUPTED, ""
             stop.withdraw()
-        has_begun = cell.competition.state is not CompetitionState.INIT  # over ROS 1 its name is not known here
+        has_begun = cell.competition.state is not CompetitionState.INIT  # the agent's name in ROS 1 is unknown here
         ended = child.worked(was_there=was_there or has_begun)
         if outcome == Outcome.UNSTABLE:
             return Outcome.UNSTABLE, error

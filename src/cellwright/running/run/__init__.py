@@ -1,4 +1,4 @@
-"""A session, from start to result."""
+"""Session of a cell, a robot or a recording, from start to result."""
 
 from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
 from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended, versions

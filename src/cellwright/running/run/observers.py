@@ -1,6 +1,6 @@
-"""Observers of a run: each is called with the session, and gives a context manager that is left when the run is over.
+"""Observers of a run: each is called with the session, and returns a context manager that is left when the run is over.
 
-What they need is loaded when they are asked for, so that a plain run loads none of it.
+They load their modules when they are called, so that a plain run loads none.
 """
 
 import os
@@ -24,7 +24,7 @@ from cellwright.util.errors import RenderingError, UsageError
 
 @contextmanager
 def keep_log(session: SessionState) -> Iterator[None]:
-    """Write what happens in a run of a cell to the session's log, as it happens."""
+    """Write the events of a run of a cell to the session's log as they happen."""
     from cellwright.recording.format.run_log import RunLog
 
     target, log = session.target, session.options.log
@@ -50,7 +50,7 @@ def keep_log(session: SessionState) -> Iterator[None]:
 
 @contextmanager
 def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
-    """Record a run until it is over, or broken off.
+    """Record a run until it is over or broken off.
 
     Raises:
         UsageError: a file cannot be opened.
@@ -90,10 +90,10 @@ def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
 
 @contextmanager
 def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
-    """Take a video of a run; time waits for it, unless it keeps to the wall clock.
+    """Take a video of a run; simulation time waits for it, unless it follows the wall clock.
 
     Raises:
-        RenderingError: it cannot be written.
+        RenderingError: the file cannot be written.
     """
     wanted = replace(options, file=session.numbered(options.file))
     waits = session.lockstep or session.rate.speed is None
@@ -109,20 +109,20 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
 
 
 class Quality(StrEnum):
-    """How pictures are drawn."""
+    """Quality of pictures."""
 
     FINE = "fine"
     """By rays, with soft shadows from many lamps: some seconds each."""
     FAST = "fast"
-    """As a video is, by OpenGL: a second each, most of it for its start."""
+    """By OpenGL, as videos are: a second each, most of it for its start."""
 
 
 class Pictures:
-    """Pictures of a cell: an observer that takes them at their times, and knows which were taken.
+    """Pictures of a cell: an observer that takes them at their times, and lists those it has taken.
 
     Args:
         wanted: simulation times [s] and files.
-        say: takes a line about a picture that could not be written or was never taken.
+        say: receives a line about each picture that could not be written or was never taken.
     """
 
     def __init__(
@@ -137,9 +137,9 @@ class Pictures:
         self._wanted = wanted
         self._say = say
         self.written: list[str] = []
-        """The files that were written, in order."""
+        """Files written, in order."""
         self.missed: list[str] = []
-        """The files that were asked for and not written."""
+        """Files requested but not written."""
 
     @contextmanager
     def __call__(self, session: SessionState) -> Iterator[None]:
@@ -164,7 +164,7 @@ class Pictures:
                 _save_opengl_picture(file, cell, self._camera)
             else:
                 save_png(file, render(*cell.seen, self._camera, progress=progress))
-        # the disk is full, the folder is gone: the run is worth more than its picture
+        # the disk is full or the folder is gone: the run is worth more than its picture
         except (UsageError, RenderingError) as error:
             self._miss(file, str(error))
         else:
@@ -176,7 +176,7 @@ class Pictures:
 
 
 def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
-    from cellwright.rendering.worker import RenderWorker  # it takes a moment to load
+    from cellwright.rendering.worker import RenderWorker  # slow to load
 
     cell.simulation.refresh()
     taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
@@ -187,7 +187,7 @@ def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
 
 
 def has_desktop() -> bool:
-    """Whether there is a desktop here, on which a browser can be opened."""
+    """Return whether this machine has a desktop on which a browser can be opened."""
     return (
         os.name == "nt"
         or os.uname().sysname == "Darwin"
