@@ -171,9 +171,9 @@ def video_options(file: Path | None, view: str | None, speed: float, size: str, 
     return VideoOptions(checked, camera, speed, width, height, fine)
 
 
-def video_sentence(told: Made) -> str:
+def video_sentence(video: Made) -> str:
     """Return the sentence about a video that was written."""
-    return f"{told['file']}, {told['length']:.1f} s"
+    return f"{video['file']}, {video['length']:.1f} s"
 
 
 def _video_size(text: str) -> tuple[int, int]:

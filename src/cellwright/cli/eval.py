@@ -30,7 +30,7 @@ from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, L
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
 
-_MOST_TOLD = 10
+_MAX_REASONS = 10
 
 
 def show_summary(console: Console, results: Sequence[Result], threshold: summary.Threshold | None) -> None:
@@ -39,10 +39,10 @@ def show_summary(console: Console, results: Sequence[Result], threshold: summary
     console.print(summary_table(results))
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
     short = [(result, why) for result, why in short if why]
-    for result, why in short[:_MOST_TOLD]:
+    for result, why in short[:_MAX_REASONS]:
         say(console, f"  {result.name}: {why}")
-    if len(short) > _MOST_TOLD:
-        console.print(f"  and {len(short) - _MOST_TOLD} more")
+    if len(short) > _MAX_REASONS:
+        console.print(f"  and {len(short) - _MAX_REASONS} more")
     note(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
     note(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
 
@@ -116,16 +116,16 @@ class EvalProgress:
         return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
 
     def _runs(self) -> Table:
-        found = Table(box=None, show_header=False, pad_edge=False)
+        grid = Table(box=None, show_header=False, pad_edge=False)
         for each in self._running:
             limit = each.job.trial.time_limit
             end = f" of {limit:g}" if limit > 0 else ""
             cells = (f"{each.simulated:.0f}{end} s", f"{each.points:g} points", f"{each.wall:.0f} s")
-            found.add_row(each.job.name, *cells, style="cyan")
-        return found
+            grid.add_row(each.job.name, *cells, style="cyan")
+        return grid
 
 
-_MOST_SEEDS, _MOST_JOBS = 100_000, 1024
+_MAX_SEEDS, _MAX_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 
 ARM_AND_SENSORS = bundled_sensors()[0]
@@ -183,15 +183,15 @@ def evaluate(
     Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
     """
     with options.errors_of("--min-score"):
-        least = None if min_score is None else summary.Threshold.read(min_score)
+        threshold = None if min_score is None else summary.Threshold.read(min_score)
     limits = Limits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
-    numbers = range(1, _within("--seeds", seeds, 1, _MOST_SEEDS) + 1)
-    workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MOST_JOBS)
+    numbers = range(1, _within("--seeds", seeds, 1, _MAX_SEEDS) + 1)
+    workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MAX_JOBS)
     try:
-        wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
+        planned = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
@@ -202,14 +202,14 @@ def evaluate(
     except OSError as error:
         options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
     with store:
-        results, failures = _work(wanted, store, limits, workers, console, records=record)
-    left = len(wanted) - len(results)
-    failures += write_result(out / "junit.xml", summary.junit(results, least))
-    failures += write_result(out / "report.html", report(results, least))
-    status = NOT_DONE if left or failures or any(summary.shortcoming(result, least) for result in results) else DONE
-    document = json.dumps(summary.summary_document(results, least, status), indent=2)
+        results, failures = _work(planned, store, limits, workers, console, records=record)
+    left = len(planned) - len(results)
+    failures += write_result(out / "junit.xml", summary.junit(results, threshold))
+    failures += write_result(out / "report.html", report(results, threshold))
+    status = NOT_DONE if left or failures or any(summary.shortcoming(result, threshold) for result in results) else DONE
+    document = json.dumps(summary.summary_document(results, threshold, status), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
-    show_summary(console, results, least)
+    show_summary(console, results, threshold)
     if left:
         console.print(f"interrupted: {left} runs are left; the same command goes on with them")
     note(console, "report", str(out / "report.html"))
@@ -250,15 +250,15 @@ def _work(
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
     """Read the trials once: their errors are printed before anything starts."""
-    found = []
+    entries = []
     for name in dict.fromkeys(names):
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
         trial = options.load(parts)
         if any(isinstance(each, Camera) for each in trial.sensors):
             requested_backend()  # an unknown backend is reported once, and not by every run
-        found.append((name, parts, trial, reach(trial)))
-    how_often = Counter(trial.name for _, _, trial, _ in found)
+        entries.append((name, parts, trial, reach(trial)))
+    how_often = Counter(trial.name for _, _, trial, _ in entries)
     return [
         EvaluatedTrial(
             trial.name if how_often[trial.name] == 1 else name,
@@ -269,9 +269,9 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
             models_digest(trial),
             tuple(parts),
         )
-        for name, parts, trial, could in found
+        for name, parts, trial, could in entries
     ]
 
 
-def _within(option: str, value: N, least: float, most: float) -> N:
-    return options.in_range(option, value, least, most, f"a number from {least:g} to {most:g}")
+def _within(option: str, value: N, low: float, high: float) -> N:
+    return options.in_range(option, value, low, high, f"a number from {low:g} to {high:g}")

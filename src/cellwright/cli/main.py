@@ -97,11 +97,11 @@ class CommandsOnDemand(TyperGroup):
 def _loaded(name: str) -> Any:
     module, _, attribute = COMMANDS[name].partition(":")
     with interrupts_end_the_process():
-        found = getattr(import_module(f"{_ROOM}.{module}"), attribute)
-    if isinstance(found, typer.Typer):
-        return typer.main.get_command(found)
+        loaded = getattr(import_module(f"{_ROOM}.{module}"), attribute)
+    if isinstance(loaded, typer.Typer):
+        return typer.main.get_command(loaded)
     alone = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
-    alone.command(name)(found)
+    alone.command(name)(loaded)
     return typer.main.get_command(alone)
 
 
@@ -136,8 +136,8 @@ app = typer.Typer(
 )
 
 
-def _version(wanted: bool) -> None:  # noqa: FBT001
-    if wanted:
+def _version(requested: bool) -> None:  # noqa: FBT001
+    if requested:
         typer.echo(f"cellwright {VERSION}")
         raise typer.Exit
 

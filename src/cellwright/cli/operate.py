@@ -295,7 +295,7 @@ def signal(
     Exit status: 0 done; 1 an error or a delay was larger than allowed, or the node has ended; 2 bad input, and nothing
     was moved.
     """
-    wanted = Wave.lasting(wave, amplitude, frequency, duration)
+    full_wave = Wave.lasting(wave, amplitude, frequency, duration)
     options.in_range("--max-error", max_error, 0.0, math.inf, "a number from 0 on")
     options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number from 0 on")
     options.output_file("--csv", csv, ".csv")
@@ -305,21 +305,21 @@ def signal(
     with link.robot() as there:
         chosen = _chosen(there, joints)
         limits = link.limits(there)
-        for warning in check_signal(there, chosen, wanted, limits):
+        for warning in check_signal(there, chosen, full_wave, limits):
             warn(warning)
         warn_of_unknown(limits)
-        found, failure = _exercise(there, chosen, wanted, console)
-    failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
+        exercises, failure = _exercise(there, chosen, full_wave, console)
+    failures = _failures(exercises, max_error, max_delay) + ([failure] if failure else [])
     if csv is not None:
-        failures += write_result(csv, csv_text(found))
-    if plot is not None and found:
-        failures += write_result(plot, tracking_svg(found))
+        failures += write_result(csv, csv_text(exercises))
+    if plot is not None and exercises:
+        failures += write_result(plot, tracking_svg(exercises))
     status = NOT_DONE if failures else DONE
     if as_json:
-        document: dict[str, Any] = {"joints": [figures_document(each) for each in found]}
+        document: dict[str, Any] = {"joints": [figures_document(each) for each in exercises]}
         typer.echo(json.dumps(document | {"failures": failures, "exit_status": status}, indent=2))
     else:
-        _show(console, found)
+        _show(console, exercises)
     for line in failures:
         typer.echo(line, err=True)
     raise typer.Exit(status)
@@ -327,22 +327,22 @@ def signal(
 
 def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
     """Return the joints that match the patterns, each once."""
-    found: list[str] = []
+    chosen: list[str] = []
     for pattern in patterns:
         if not any(sign in pattern for sign in "*?["):
             robot.check_names([pattern])
-            found.append(pattern)
+            chosen.append(pattern)
             continue
         matching = fnmatch.filter(reversed(robot.joints), pattern)
         if not matching:
             raise UnknownNameError("joint", pattern, robot.joints)
-        found += matching
-    return list(dict.fromkeys(found))
+        chosen += matching
+    return list(dict.fromkeys(chosen))
 
 
 def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: Console) -> tuple[list[Exercise], str]:
     """Return the exercise of each joint, and the error if there was one; joints after that do not move."""
-    found: list[Exercise] = []
+    exercises: list[Exercise] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("", total=1.0, at="")
@@ -353,15 +353,15 @@ def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: 
         for number, joint in enumerate(joints, start=1):
             progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
             try:
-                found.append(exercise(robot, joint, wave, on_beat=show))
+                exercises.append(exercise(robot, joint, wave, on_beat=show))
             except (CellwrightError, RunEndedError) as error:
-                return found, f"{joint}: {error}"
-    return found, ""
+                return exercises, f"{joint}: {error}"
+    return exercises, ""
 
 
-def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
+def _failures(exercises: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
     lines = []
-    for each in found:
+    for each in exercises:
         figures, joint = each.tracking, each.trace.joint
         if max_error is not None and figures.judged > max_error:
             lines.append(f"{joint}: an error of {figures.judged:.4g}, and {max_error:g} was allowed")
@@ -372,14 +372,14 @@ def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: flo
     return lines
 
 
-def _show(console: Console, found: Sequence[Exercise]) -> None:
-    for each in found:
+def _show(console: Console, exercises: Sequence[Exercise]) -> None:
+    for each in exercises:
         say(console, f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}")
         show_plot(console, each)
         console.print()
-    if found:
-        console.print(figures_table(found))
-    for each in found:
+    if exercises:
+        console.print(figures_table(exercises))
+    for each in exercises:
         if each.note:
             say(console, f"{each.trace.joint}: {each.note}", "yellow")
 
@@ -478,7 +478,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
 
 
 _LOOK = 0.1  # [s] between two checks for a request to stop
-_SHORTEST = 0.001  # [s]: less than a step, and more than rounding can produce
+_MIN_SLEEP = 0.001  # [s]: less than a step, and more than rounding can produce
 _MAX_SILENCE = 2.0  # [s]; the end of a recording without new lines may come this much too late
 
 APPLIED = "/io_teleop/applied_joint_cmd"
@@ -510,14 +510,14 @@ def record(
     link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
     failures: list[str] = []
     with link.robot() as robot:
-        session, wish = robot.session, StopCondition()
+        session, stop = robot.session, StopCondition()
         recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
-        wanted = float("inf") if duration is None else duration
-        end = session.time + wanted + _MAX_SILENCE
-        with stopped_by_signals(wish.request):
+        length = float("inf") if duration is None else duration
+        end = session.time + length + _MAX_SILENCE
+        with stopped_by_signals(stop.request):
             try:
-                while not wish.is_requested and recorder.is_writing and recorder.time < wanted and session.time < end:
-                    session.sleep(min(_LOOK, max(_SHORTEST, wanted - recorder.time)))
+                while not stop.is_requested and recorder.is_writing and recorder.time < length and session.time < end:
+                    session.sleep(min(_LOOK, max(_MIN_SLEEP, length - recorder.time)))
                 recorder.close()
             except RunEndedError as error:
                 failures.append(str(error))
@@ -581,18 +581,18 @@ def play(
         limits = link.limits(there)
         playback.check(there, targets, limits)
         warn_of_unknown(limits)
-        wish = StopCondition()
-        with stopped_by_signals(wish.request):
+        stop = StopCondition()
+        with stopped_by_signals(stop.request):
             try:
                 while loop or rounds == 0:
-                    _play_once(there, targets, speed, approach, console, wish)
+                    _play_once(there, targets, speed, approach, console, stop)
                     rounds += 1
             except (CellwrightError, RunEndedError) as error:
                 failure = str(error)
             except _StopRequestedError:
                 pass
     status = NOT_DONE if failure else DONE
-    outcome = "failed" if failure else "stopped" if wish.is_requested else "done"
+    outcome = "failed" if failure else "stopped" if stop.is_requested else "done"
     if failure:
         typer.echo(f"error: {failure}", err=True)
     if as_json:
@@ -624,7 +624,7 @@ def _read_any_targets(file: Path, topic: str | None) -> Targets:
 
 
 def _play_once(
-    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: StopCondition
+    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, stop: StopCondition
 ) -> None:
     """Play the targets once."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
@@ -632,7 +632,7 @@ def _play_once(
         task = progress.add_task("to the first targets", total=None)
 
         def beat(time: float) -> None:
-            if wish.is_requested:
+            if stop.is_requested:
                 raise _StopRequestedError
             progress.update(task, completed=time)
 

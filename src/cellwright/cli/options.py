@@ -31,10 +31,10 @@ from cellwright.util.errors import UnknownNameError, UsageError
 LATEST = 1e9
 """Latest time at which a run may stop [s]."""
 
-LEAST_RATE, MOST_RATE = 100, 10_000
+MIN_RATE, MAX_RATE = 100, 10_000
 """Bounds of the physics rate of a robot controller node [Hz]: it publishes joint states a hundred times a second."""
 
-LARGEST_SEED = 2**63 - 1
+MAX_SEED = 2**63 - 1
 """The same as in a trial's file."""
 
 ABOVE_0, FINITE = math.ulp(0.0), sys.float_info.max
@@ -201,8 +201,8 @@ def physics_rate(text: str) -> Fraction:
         value = Fraction(text)
     except (ValueError, ZeroDivisionError):
         value = Fraction(0)
-    remedy = f"a number of steps a second from {LEAST_RATE} to {MOST_RATE}, such as 240"
-    return in_range("--rate", value, LEAST_RATE, MOST_RATE, remedy, text)
+    remedy = f"a number of steps a second from {MIN_RATE} to {MAX_RATE}, such as 240"
+    return in_range("--rate", value, MIN_RATE, MAX_RATE, remedy, text)
 
 
 def joint_speed(text: str) -> tuple[str, float]:
@@ -214,7 +214,7 @@ def joint_speed(text: str) -> tuple[str, float]:
 
 def seed(value: int | None) -> int | None:
     """Return a valid seed."""
-    return in_range("--seed", value, 0, LARGEST_SEED, "a whole number from 0 to 2**63 - 1")
+    return in_range("--seed", value, 0, MAX_SEED, "a whole number from 0 to 2**63 - 1")
 
 
 def until(value: float | None) -> float | None:

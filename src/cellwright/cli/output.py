@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from cellwright.middleware.server import Server
     from cellwright.running.run import Session
 
-_LONGEST = 10_000  # characters of a line
+_MAX_LENGTH = 10_000  # characters of a line
 
 
-def warn(what: object) -> None:
+def warn(message: object) -> None:
     """Print a warning or an error on stderr."""
-    typer.echo(f"warning: {what}", err=True)
+    typer.echo(f"warning: {message}", err=True)
 
 
 def say(console: Console, text: str, style: str | None = None) -> None:
@@ -37,7 +37,7 @@ def say(console: Console, text: str, style: str | None = None) -> None:
 
 def note(console: Console, name: str, text: str) -> None:
     """Print a line of a summary; its text may come from a user's file."""
-    say(console, f"{name:<10}  {showable(text, _LONGEST)}")
+    say(console, f"{name:<10}  {showable(text, _MAX_LENGTH)}")
 
 
 def note_files(console: Console, name: str, files: Iterable[object]) -> None:
@@ -54,12 +54,12 @@ WHOLE: Mapping[str, Any] = {"no_wrap": True}
 
 def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[RenderableType]], **settings: Any) -> Table:
     """Return a table with a line below its headings; `settings` are those of the table, each column has its own."""
-    found = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
+    result = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
     for heading, column in columns.items():
-        found.add_column(heading, **column)
+        result.add_column(heading, **column)
     for row in rows:
-        found.add_row(*row)
-    return found
+        result.add_row(*row)
+    return result
 
 
 def write_result(file: Path, content: str | bytes) -> list[str]:
@@ -117,7 +117,7 @@ def progress_bar(console: Console, description: str, total: float | None) -> Ite
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(description, total=total, status="")
 
-        def tell(done: float | None, status: str = "") -> None:
+        def show(done: float | None, status: str = "") -> None:
             progress.update(task, completed=done, status=status)
 
-        yield tell
+        yield show

@@ -30,13 +30,13 @@ _MAX_POSITION = 1e6  # [rad; m]; a position beyond is a mistake, and rounding ma
 def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
     """Read the positions of joints by name [rad; m]."""
     try:
-        found = json.loads(text)
+        positions = json.loads(text)
     except (ValueError, RecursionError) as error:
         why = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
         refuse(f"--pose: no valid JSON ({why}); {_EXAMPLE}")
-    if not isinstance(found, dict):
+    if not isinstance(positions, dict):
         refuse(f"--pose: no posture; {_EXAMPLE}")
-    return {name: _position(name, value, robot) for name, value in found.items()}
+    return {name: _position(name, value, robot) for name, value in positions.items()}
 
 
 def _position(name: str, value: Any, robot: RobotModel) -> float:
@@ -65,14 +65,14 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
         with suppress(OSError):
             file.unlink()  # it may be half written
         refuse(f"--init {file}: cannot be written: {error.strerror}")
-    found = read_robot_config(file, lambda _line: None)
-    groups = {"arm": len(found.arms), "gripper": len(found.grippers), "head": int(found.head is not None)}
-    groups |= {"waist": int(found.waist is not None), "lift": int(found.dorsal is not None)}
+    draft = read_robot_config(file, lambda _line: None)
+    groups = {"arm": len(draft.arms), "gripper": len(draft.grippers), "head": int(draft.head is not None)}
+    groups |= {"waist": int(draft.waist is not None), "lift": int(draft.dorsal is not None)}
     listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in groups.items() if count)
     typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
 
 
-_WIDEST = 1000  # width of a table in a file or through a pipe: nothing is folded there
+_MAX_WIDTH = 1000  # width of a table in a file or through a pipe: nothing is folded there
 
 
 def show_robot(config: RobotConfig) -> None:
@@ -83,7 +83,7 @@ def show_robot(config: RobotConfig) -> None:
     output.say(console, f"{config.name}: {counts}; root link {robot.root} (-1)")
     console.print()
     whole = joint_table(config)
-    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
     is_narrow = needed > console.width
     _print(console, joint_table(config, is_narrow=True) if is_narrow else whole)
     console.print()
@@ -105,7 +105,7 @@ def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
 
 def show_bundled(*, as_json: bool) -> None:
     """Print the bundled robots."""
-    found = {name: load_robot(name, lambda _line: None) for name in bundled()}
+    configs = {name: load_robot(name, lambda _line: None) for name in bundled()}
     if as_json:
         entries = [
             {
@@ -117,12 +117,12 @@ def show_bundled(*, as_json: bool) -> None:
                 "arms": len(config.arms),
                 "grippers": len(config.grippers),
             }
-            for name, config in found.items()
+            for name, config in configs.items()
         ]
         typer.echo(json.dumps({"robots": entries}, indent=2))
         return
     rows: list[list[str | Text]] = []
-    for name, config in found.items():
+    for name, config in configs.items():
         counts = (len(config.robot.joints), len(config.robot.driven), len(config.arms), len(config.grippers))
         rows.append([Text(name), *map(str, counts)])
     columns = {"robot": WHOLE, **dict.fromkeys(("joints", "driven", "arms", "grippers"), RIGHT)}
@@ -182,13 +182,13 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
 
 
 def _console() -> Console:
-    return Console(highlight=False, width=None if sys.stdout.isatty() else _WIDEST)
+    return Console(highlight=False, width=None if sys.stdout.isatty() else _MAX_WIDTH)
 
 
-def _print(console: Console, found: Table) -> None:
+def _print(console: Console, content: Table) -> None:
     """Print a table without the blanks that fill up its lines."""
     with console.capture() as capture:
-        console.print(found)
+        console.print(content)
     for line in capture.get().splitlines():
         console.file.write(f"{line.rstrip()}\n")
 

@@ -40,10 +40,10 @@ def offer_result(session: Session) -> None:
         result = replace(cell_result(session.result_by_now()), evidence=known_evidence(cell))
         text = io.StringIO()
         summary.show_result(Console(file=text, width=_WIDTH, highlight=False), result)
-        told = summary.result_document(cell, "served", result, 0, [])
+        document = summary.result_document(cell, "served", result, 0, [])
         if hides_ground_truth(cell):
-            told |= {"seed": None, "circumstances": None}  # with them a client could predict noise and friction
-        return {"document": told, "text": text.getvalue()}
+            document |= {"seed": None, "circumstances": None}  # with them a client could predict noise and friction
+        return {"document": document, "text": text.getvalue()}
 
     server.offer(RESULT, answer)
 

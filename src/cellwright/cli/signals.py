@@ -15,7 +15,7 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
 
     SIGHUP comes when a terminal is closed; a process that ignores it, as under nohup, is to outlive that.
     """
-    with _followed(stop, _wishes()):
+    with _followed(stop, _end_signals()):
         yield
 
 
@@ -26,7 +26,7 @@ def ended_as_by_ctrl_c() -> Iterator[None]:
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    with _followed(interrupt, [number for number in _wishes() if number != signal.SIGINT]):
+    with _followed(interrupt, [number for number in _end_signals() if number != signal.SIGINT]):
         yield
 
 
@@ -57,7 +57,7 @@ def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]
         restore()
 
 
-def _wishes() -> list[int]:
+def _end_signals() -> list[int]:
     """Return the signals that request the end of this process, and that it may handle."""
     numbers: list[int] = [signal.SIGINT, signal.SIGTERM]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:

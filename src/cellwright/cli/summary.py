@@ -243,8 +243,8 @@ def show_files(
     if not status and (pictures.missed or cell.checkpoints.missed or not result.is_complete):
         status = NOT_DONE  # some requested files are missing
     if picture is not None:
-        with progress_bar(console, f"drawing {picture}", 1.0) as tell:
-            pictures.take(picture, cell, tell)
+        with progress_bar(console, f"drawing {picture}", 1.0) as show:
+            pictures.take(picture, cell, show)
     if out is not None:
         document = result_document(cell, agent, result, status, pictures.written, final)
         out.write(json.dumps({**document, **(more or {}), "videos": result.videos}, indent=2) + "\n")
@@ -256,27 +256,27 @@ def show_files(
 
 
 _MAX_COLLISIONS = 5
-_WIDEST = 10_000  # columns
+_MAX_WIDTH = 10_000  # columns
 _TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave the table 80 columns wide
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
     """Print the result of a run: the score, how it ended, and the facts that reproduce it."""
-    found, could = result.evidence, result.evidence.reach
-    for order in found.orders:
+    evidence, could = result.evidence, result.evidence.reach
+    for order in evidence.orders:
         for kit in order.kits:
             show_kit(console, order.score.order_id, kit)
     console.print()
     known = list(versions().items())
     lines = [
         ("outcome", str(result.outcome)),
-        ("score", f"{found.total:g} of {found.reach.maximum:g} points"),
+        ("score", f"{evidence.total:g} of {evidence.reach.maximum:g} points"),
         (
             "reachable",
             "" if could.total == could.maximum else f"{could.total:g} of {could.maximum:g}: see out of reach",
         ),
-        *_times(found),
-        ("sensors", f"cost {found.system_cost:g} $"),
+        *_times(evidence),
+        ("sensors", f"cost {evidence.system_cost:g} $"),
         *(("finals", line) for line in _final(final)),
         *(("collision", collision.sentence()) for collision in result.collisions[:_MAX_COLLISIONS]),
         ("", f"and {more} more collisions" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
@@ -304,16 +304,16 @@ def kit_table(kit: KitEvidence) -> Table:
 def show_kit_table(console: Console, kit: KitEvidence) -> None:
     """Print the table of a kit; it is wider than the console if a word of a name would have to be cut."""
     rows = kit_table(kit)
-    needed = Measurement.get(console, console.options.update(max_width=_WIDEST), rows).minimum
+    needed = Measurement.get(console, console.options.update(max_width=_MAX_WIDTH), rows).minimum
     options = console.options.update(width=max(console.width, needed))
     console.print(Segments(console.render(rows, options)), soft_wrap=True, end="")
 
 
 def loss_lines(kit: KitEvidence) -> Iterator[str]:
     """A sentence for each kind of loss in this kit."""
-    found = {part.cause for part in kit.parts}
+    causes = {part.cause for part in kit.parts}
     for cause in REASONS:
-        if cause in found:
+        if cause in causes:
             yield f"{cause}: {REASONS[cause]}"
             if cause == Verdict.MISSING:
                 known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
@@ -360,13 +360,13 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
         console.print(line, markup=False, soft_wrap=True)
 
 
-def _times(found: Evidence) -> Iterator[tuple[str, str]]:
-    for order in found.orders:
+def _times(evidence: Evidence) -> Iterator[tuple[str, str]]:
+    for order in evidence.orders:
         if order.is_announced:
             end = "" if order.score.is_complete else ", not complete"
             yield "time", f"{order.score.order_id} {seconds(order.score.time_taken):.1f} s{end}"
-    carried = f"parts carried for {seconds(found.part_travel_time):.1f} s"
-    yield "", f"game {seconds(found.process_time):.1f} s, {carried}"
+    carried = f"parts carried for {seconds(evidence.part_travel_time):.1f} s"
+    yield "", f"game {seconds(evidence.process_time):.1f} s, {carried}"
 
 
 def _final(score: TrialScore | None) -> Iterator[str]:

@@ -196,8 +196,8 @@ def run_robot(
         show_node_result(console, node, ran, verbose=verbose)
     if window is not None and snapshot is not None:
         try:
-            with progress_bar(console, f"drawing {snapshot}", 1.0) as tell:
-                window.save(node, tell)  # after the summary, since it takes a while
+            with progress_bar(console, f"drawing {snapshot}", 1.0) as show:
+                window.save(node, show)  # after the summary, since it takes a while
         except UsageError as error:
             ran.error = ran.error or str(error)
         else:

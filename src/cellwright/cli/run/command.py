@@ -185,12 +185,12 @@ def run(
     crashed, stopped, below --min-score), or a file that was asked for is not whole; 2 bad input, and nothing was
     started.
     """
-    least = options.min_score(min_score)
+    threshold = options.min_score(min_score)
     if connect is not None:
         _refuse_what_is_settled(context)
         from cellwright.cli.run.remote import run_connected
 
-        run_connected(agent, connect, as_json=as_json, min_score=least)
+        run_connected(agent, connect, as_json=as_json, min_score=threshold)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
     arguments.refuse_camera_name(files, view=view)
@@ -255,14 +255,14 @@ def run(
         while True:
             with nullcontext() if over else ended_as_by_ctrl_c():
                 result = cell_result(session.run(worker))
-            status = exit_status_of(result, has_agent=worker is not None, min_score=least)
+            status = exit_status_of(result, has_agent=worker is not None, min_score=threshold)
             if not session.begins_again:
                 sys.stderr.write(result.error)
                 final = None if spent is None else finals_score(cell.trial, result.score, spent)
                 if not as_json:
                     show_result(console, result, final)
-                    if least is not None and result.score.total < least:
-                        output.note(console, "not enough", f"{least:g} points were asked for")
+                    if threshold is not None and result.score.total < threshold:
+                        output.note(console, "not enough", f"{threshold:g} points were asked for")
                 end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
                 to = out if as_json else None
                 status = show_files(console, session, agent, status, pictures, end, final, out=to)
@@ -284,14 +284,14 @@ def _begins_again(session: Session, say: Callable[[str], None], *, keeps: bool) 
     return False
 
 
-def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
+def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
     """Return a factory for each run: an agent of its own, the agent in a process of its own, or None for no agent."""
     if agent == "none":
         if not has_end:
             options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
         return lambda: None
     make = find_agent(agent)
-    if way is None:
+    if over is None:
         return make
     from cellwright.running.remote.hosting import RemoteAgent
 

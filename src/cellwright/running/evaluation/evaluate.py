@@ -29,7 +29,7 @@ _LOOK = 0.2  # [s] between two checks of the limits
 _START = 60.0  # [s] that a process may take before it starts on its job
 _GRACE = 5.0  # [s] after which a worker is ended that should have ended by then
 _HASTE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
-_LONGEST_REASON = 1000  # characters
+_MAX_REASON = 1000  # characters
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
 
@@ -157,8 +157,8 @@ class Evaluation:
         return folder / name
 
     def _how_far(self, worker: WorkerProcess, job: Job) -> Running:
-        told = worker.progress
-        return Running(job, time.monotonic() - worker.started, told.get("time", 0.0), told.get("points", 0.0))
+        progress = worker.progress
+        return Running(job, time.monotonic() - worker.started, progress.get("time", 0.0), progress.get("points", 0.0))
 
     def _finish(self, worker: WorkerProcess, broken: tuple[Lost, str] | None = None) -> None:
         """Store the result of a job whose worker has ended or has exceeded a limit."""
@@ -166,7 +166,7 @@ class Evaluation:
         far = self._how_far(worker, job)
         ending = worker.stop()
         if worker.result is not None and broken is None:
-            result = self._told(job, worker.result)
+            result = self._reported(job, worker.result)
         else:
             since = time.monotonic() - (worker.begun or worker.started)
             if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _HASTE:
@@ -181,10 +181,10 @@ class Evaluation:
         finally:
             self._on_result(result)
 
-    def _told(self, job: Job, told: Mapping[str, Any]) -> Result:
-        content = dict(told)
+    def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
+        content = dict(report)
         error = content.pop("error").strip()
-        last = showable(error.splitlines()[-1], _LONGEST_REASON) if error else ""
+        last = showable(error.splitlines()[-1], _MAX_REASON) if error else ""
         result = Result.of(job, self._limits, reason=last, **content)
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
             return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")

@@ -15,7 +15,7 @@ from cellwright.clients.agents.agent import BUNDLED
 from cellwright.config.trial.trial import Trial
 from cellwright.running.run import versions
 
-_LONGEST = 60  # letters of a trial's name in a file name, which Windows wants to be short
+_MAX_NAME = 60  # letters of a trial's name in a file name, which Windows wants to be short
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Job:
     @property
     def log_name(self) -> str:
         """Name of the file for its output."""
-        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name[:_LONGEST])
+        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name[:_MAX_NAME])
         return f"{trial}-{self.seed}-{self.key[:8]}.log"
 
 

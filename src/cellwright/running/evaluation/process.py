@@ -45,12 +45,12 @@ MEMORY_IS_LIMITED = sys.platform == "linux"
 """True if this system can limit and report the memory of a process."""
 
 
-def limit_memory(most: int) -> None:
-    """Limit the memory of this process to `most` bytes: an allocation beyond that raises an error."""
+def limit_memory(max_bytes: int) -> None:
+    """Limit the memory of this process to `max_bytes`: an allocation beyond that raises an error."""
     if sys.platform == "linux":
         import resource  # not on Windows
 
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        resource.setrlimit(resource.RLIMIT_DATA, (max_bytes, max_bytes))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
@@ -119,9 +119,9 @@ class WorkerProcess(ChildProcess):
         with log.open("wb") as stderr:
             command = own_program("cellwright.running.evaluation.worker")
             # the same order of sets in every process, one thread each for arithmetic, a log that is read as UTF-8
-            given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
-            given |= dict.fromkeys(_ONE_THREAD, "1")
-            environment = {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}
+            variables = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
+            variables |= dict.fromkeys(_ONE_THREAD, "1")
+            environment = {**variables, **os.environ, "PYTHONIOENCODING": "utf-8"}
             super().__init__(command, environment=environment, stderr=stderr, read=self._listen)
         self.send(json.dumps(asdict(order)))
 
@@ -179,14 +179,14 @@ class WorkerProcess(ChildProcess):
     def _listen(self, output: IO[bytes]) -> None:
         for line in output:
             try:
-                told = json.loads(line)
+                report = json.loads(line)
             except ValueError:
                 break  # half a line: the process was killed while it wrote
-            if "begun" in told:
+            if "begun" in report:
                 self.begun = time.monotonic()
-            self.progress = told.get("progress", self.progress)
-            self.refused = told.get("refused", self.refused)
-            self.result = told.get("result", self.result)
+            self.progress = report.get("progress", self.progress)
+            self.refused = report.get("refused", self.refused)
+            self.result = report.get("result", self.result)
             self._wakes.put(self)
         self._wakes.put(self)
 

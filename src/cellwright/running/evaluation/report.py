@@ -80,13 +80,13 @@ svg text.points { font-weight: 600; fill: var(--ink); font-size: 11px; }
 
 _WIDTH, _LEFT, _RIGHT, _ROW, _BAR = 960, 84, 20, 24, 14
 _STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-_MOST_BINS = 13
+_MAX_BINS = 13
 
 
 def histogram(values: Sequence[float], best: float) -> str:
     """Return a histogram of the scores as SVG, from 0 to the best [points]."""
     width, height = 132, 34
-    bins = min(int(best) + 1, _MOST_BINS) if best >= 1 else 1
+    bins = min(int(best) + 1, _MAX_BINS) if best >= 1 else 1
     counts = [0] * bins
     for value in values:
         counts[min(bins - 1, max(0, round(value / best * (bins - 1)))) if best > 0 else 0] += 1

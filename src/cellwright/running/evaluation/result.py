@@ -89,10 +89,10 @@ def find_misfit(value: object, form: Any, key: str = "") -> str:
         case Mapping():
             if not isinstance(value, Mapping):
                 return f"{key} should be an object"
-            way = f"{key}." if key else ""
+            prefix = f"{key}." if key else ""
             if missing := [name for name in form if name not in value]:
-                return f"{way}{missing[0]} is missing"
-            return _first(find_misfit(value[name], inner, f"{way}{name}") for name, inner in form.items())
+                return f"{prefix}{missing[0]} is missing"
+            return _first(find_misfit(value[name], inner, f"{prefix}{name}") for name, inner in form.items())
         case _:
             return "" if _is_of(value, form) else f"{key} should be {_NAMES[form]}"
 

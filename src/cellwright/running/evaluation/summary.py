@@ -129,9 +129,9 @@ def summarize(results: Iterable[Result]) -> list[TrialSummary]:
 
 def real_time_factor(results: Iterable[Result]) -> float:
     """Return all simulated seconds over all wall seconds of the runs, without the lost ones."""
-    told = [result for result in results if not result.is_lost]
-    wall = sum(result.wall for result in told)
-    return sum(result.simulated for result in told) / wall if wall > 0 else 0.0
+    finished = [result for result in results if not result.is_lost]
+    wall = sum(result.wall for result in finished)
+    return sum(result.simulated for result in finished) / wall if wall > 0 else 0.0
 
 
 def worst_first(results: Iterable[Result]) -> list[Result]:

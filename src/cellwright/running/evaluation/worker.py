@@ -92,7 +92,7 @@ class Timeline:
 _TELL = 0.5  # [s] of wall time between two lines of progress
 
 
-def tell(channel: TextIO, kind: str, content: object) -> None:
+def send(channel: TextIO, kind: str, content: object) -> None:
     """Send the evaluation a line of JSON; `kind` is `begun`, `progress`, `result` or `refused`."""
     channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
     channel.flush()
@@ -112,7 +112,7 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
         now = time.monotonic()
         if now - shown >= _TELL:
             shown = now
-            tell(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+            send(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 
     log = make_log(order)
     result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
@@ -172,17 +172,17 @@ def main() -> NoReturn:
     faulthandler.enable()
     if order.memory:
         limit_memory(order.memory)
-    tell(channel, "begun", os.getpid())
+    send(channel, "begun", os.getpid())
     # C's own timer: it ends a program that hangs inside a library too, and the log shows where
     faulthandler.dump_traceback_later(order.wall, exit=True)
     try:
         if order.files:
-            tell(channel, "result", work(order, channel))
+            send(channel, "result", work(order, channel))
         else:
             find_agent(order.agent)()
-            tell(channel, "result", {})
+            send(channel, "result", {})
     except AgentError as error:
-        tell(channel, "refused", str(error))
+        send(channel, "refused", str(error))
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)  # does not wait for threads that the agent has left behind

@@ -29,7 +29,7 @@ _GUARD = Path(link.__file__).with_name("guard.py")
 _LEAVING = 2.0
 """Time [s] that a process may take to end without a signal, and again after it got one."""
 
-_LONGEST_REPORT = 1 << 20
+_MAX_REPORT = 1 << 20
 """Size limit of a report [bytes]; the agent may have written it."""
 
 
@@ -37,7 +37,7 @@ class AgentProcess(ChildProcess):
     """Runs an agent in a process of its own, which ends with this process or with its connection to the cell.
 
     Args:
-        way: its connection to the cell, `socket` or `ros1`.
+        over: its connection to the cell, `socket` or `ros1`.
         level: log level from which on the agent's log lines are passed on.
         say: receives each line that the process prints, in another thread.
         environment: variables for the process, besides those of this one.
@@ -49,7 +49,7 @@ class AgentProcess(ChildProcess):
         address: tuple[str, int],
         *,
         node: str,
-        way: str = "socket",
+        over: str = "socket",
         level: int,
         say: Callable[[str], None],
         environment: Mapping[str, str] | None = None,
@@ -68,7 +68,7 @@ class AgentProcess(ChildProcess):
                     say(line.rstrip("\n"))
 
         super().__init__(
-            [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
+            [*command, over, address[0], str(address[1]), node, agent, str(self._report), str(level)],
             environment={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
             stderr=subprocess.STDOUT,
             read=pass_on,
@@ -107,7 +107,7 @@ def read_report(path: Path) -> AgentExit | str:
     with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return ""
-        said = json.loads(file.read(_LONGEST_REPORT))
+        said = json.loads(file.read(_MAX_REPORT))
         if isinstance(said, dict) and isinstance(error := said.get("error"), str):
             if said.get("parting") == REFUSED:
                 return showable(error) or "the agent could not be made"
@@ -155,9 +155,9 @@ class RemoteAgent(Program):
             raise UsageError("an agent in a process of its own needs a session that serves clients: serve=True")
         if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
-        way, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
+        over, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
         child = AgentProcess(
-            self.agent, server.address, node=NODE, way=way, level=self.level, say=self.say, environment=more
+            self.agent, server.address, node=NODE, over=over, level=self.level, say=self.say, environment=more
         )
         was_there = False
 

@@ -1,4 +1,4 @@
-"""Process of an agent: `python -m cellwright.running.remote.program WAY HOST PORT NODE AGENT REPORT LEVEL`.
+"""Process of an agent: `python -m cellwright.running.remote.program OVER HOST PORT NODE AGENT REPORT LEVEL`.
 
 It connects over a socket to HOST and PORT, or to the cell in ROS 1, and lets the agent work. Then it writes to the file
 REPORT how that ended, as JSON. It prints what the agent logs at LEVEL or above, with the simulation time.
@@ -69,12 +69,12 @@ REFUSED = "refused"
 def main(arguments: Sequence[str]) -> None:
     """Run the agent of the command line."""
     before = threading.enumerate()
-    way, host, port, node, name, report, level = arguments
+    over, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()
-        if way == "ros1":
-            found = installation.find()
-            transport: SocketTransport = Ros1Transport(found.python, node=node, environment=found.environment)
+        if over == "ros1":
+            ros = installation.find()
+            transport: SocketTransport = Ros1Transport(ros.python, node=node, environment=ros.environment)
         else:
             transport = SocketTransport((host, int(port)), node=node)
     except RunEndedError:  # the run was a short one

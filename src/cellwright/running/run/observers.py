@@ -95,9 +95,9 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
     Raises:
         RenderingError: the file cannot be written.
     """
-    wanted = replace(options, file=session.numbered(options.file))
+    numbered = replace(options, file=session.numbered(options.file))
     waits = session.lockstep or session.rate.speed is None
-    film = session.target.film(wanted, waits=waits, report=session.report)
+    film = session.target.film(numbered, waits=waits, report=session.report)
     film.start()
     try:
         yield
@@ -121,21 +121,21 @@ class Pictures:
     """Pictures of a cell: an observer that takes them at their times, and lists those it has taken.
 
     Args:
-        wanted: simulation times [s] and files.
-        say: receives a line about each picture that could not be written or was never taken.
+        requests: simulation times [s] and files.
+        on_miss: receives a line about each picture that could not be written or was never taken.
     """
 
     def __init__(
         self,
         camera: Camera,
-        wanted: Sequence[tuple[Fraction, Path]],
-        say: Callable[[str], None],
+        requests: Sequence[tuple[Fraction, Path]],
+        on_miss: Callable[[str], None],
         quality: Quality = Quality.FINE,
     ) -> None:
         self._quality = quality
         self._camera = camera
-        self._wanted = wanted
-        self._say = say
+        self._requests = requests
+        self._on_miss = on_miss
         self.written: list[str] = []
         """Files written, in order."""
         self.missed: list[str] = []
@@ -147,13 +147,13 @@ class Pictures:
         cell = session.node
         self.written, self.missed = [], []
         with ExitStack() as run:
-            for when, file in self._wanted:
+            for when, file in self._requests:
                 at(cell, when, partial(self.take, file), run)
             yield
         if session.begins_again:
             return
         ended = f"the run ended at {cell.simulation.time:g} s"
-        for when, file in self._wanted:
+        for when, file in self._requests:
             if str(file) not in (*self.written, *self.missed):
                 self._miss(file, f"{file} was not taken: {ended}, before {float(when):g} s")
 
@@ -172,7 +172,7 @@ class Pictures:
 
     def _miss(self, file: Path, reason: str) -> None:
         self.missed.append(str(file))
-        self._say(reason)
+        self._on_miss(reason)
 
 
 def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:

@@ -64,8 +64,8 @@ class Collision:
             'forearm_link against camera frame 2, 12.3 to 15.4 s; the tool was held up 41 mm from its goal'
         """
         held_up = f"; the tool was held up {self.deviation * 1e3:.0f} mm from its goal"
-        what = f"{self.link} against {self.obstacle}, {self.begin:.1f} to {self.end:.1f} s"
-        return what + (held_up if self.deviation > MIN_DEVIATION else "")
+        text = f"{self.link} against {self.obstacle}, {self.begin:.1f} to {self.end:.1f} s"
+        return text + (held_up if self.deviation > MIN_DEVIATION else "")
 
 
 class CollisionWatch:
@@ -97,7 +97,7 @@ class CollisionWatch:
         return self.collisions
 
     def panel(self) -> dict[str, Any]:
-        """Return the content of a panel: the `count`, and the `latest` collisions as JSON values in the order of their ends.
+        """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` in the order of ends.
 
         Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
         """
@@ -146,8 +146,8 @@ class CollisionWatch:
         self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
         mujoco.mj_kinematics(cell.simulation.model, self._setpoint)
         cell.simulation.refresh()
-        found = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
-        return float(np.linalg.norm(found))
+        offset = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
+        return float(np.linalg.norm(offset))
 
 
 def _shown(body: str) -> str:

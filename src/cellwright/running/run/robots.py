@@ -101,9 +101,9 @@ class RobotTarget(Target):
             return {"speed": "messages carry the wall clock's time: --sim-time lets it go at another speed"}
         return {}
 
-    def panel(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def panel(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
-        return self._panel.tell(asked)
+        return self._panel.tell(request)
 
     def ros_parameters(self) -> dict[str, Any]:
         """Parameters for the parameter server of ROS 1."""

@@ -352,14 +352,14 @@ class Session(SessionState):
 
     def _files(self) -> list[Callable[[Session], AbstractContextManager[Any]]]:
         """Return the observers that write the requested files."""
-        found: list[Callable[[Session], AbstractContextManager[Any]]] = []
+        observers: list[Callable[[Session], AbstractContextManager[Any]]] = []
         if self.video is not None:
-            found.append(partial(take_video, options=self.video))
+            observers.append(partial(take_video, options=self.video))
         if self.log is not None or self.options.log is not None:
-            found.append(keep_log)
+            observers.append(keep_log)
         if self.record is not None:
-            found.append(partial(record_run, record=self.record))
-        return found
+            observers.append(partial(record_run, record=self.record))
+        return observers
 
     def _end(self, outcome: str, error: str) -> SessionResult:
         result = self.result = self.target.result(self, outcome, error)
@@ -584,7 +584,7 @@ def wait_for_kits(cell: Cell, client: Client) -> None:
     client.wait_until(lambda: competition.state == "done", 0.1)
 
 
-_LONGEST = 20_000  # characters of an error
+_MAX_ERROR = 20_000  # characters of an error
 
 
 def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:
@@ -621,8 +621,8 @@ def agent_traceback(error: BaseException, *files: str) -> str:
     """Return the error with the agent's traceback, without frames of this file and of `files`."""
     if isinstance(error, SystemExit):
         code = error.code if isinstance(error.code, int | str) else type(error.code)
-        return showable(f"the agent exited with {code!r}", _LONGEST) + "\n"
+        return showable(f"the agent exited with {code!r}", _MAX_ERROR) + "\n"
     inner = error.__traceback__
     while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
         inner = inner.tb_next
-    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _LONGEST)
+    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _MAX_ERROR)

@@ -228,7 +228,7 @@ class Target:
         """Refused actions on its time, with the reasons."""
         return {}
 
-    def panel(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def panel(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
         raise NotImplementedError
 
@@ -354,9 +354,9 @@ class CellTarget(Target):
             run.callback(self._collisions.end)
             subscribe(session.on_reset, self._collisions.reset, run)
 
-    def _keep_collision(self, found: Collision) -> None:
+    def _keep_collision(self, collision: Collision) -> None:
         for keep in self.on_collision:
-            keep(found)
+            keep(collision)
 
     def _watch_for_the_end(self, session: SessionState, run: ExitStack) -> None:
         cell = self.node
@@ -410,9 +410,9 @@ class CellTarget(Target):
             heard=dict(self._heard),
         )
 
-    def end(self, session: SessionState, found: SessionResult) -> None:
+    def end(self, session: SessionState, session_result: SessionResult) -> None:
         """End the run: no more collisions; panels show the result."""
-        result = cell_result(found)
+        result = cell_result(session_result)
         self.node.bus.refusals.flush()
         if self._collisions is not None:
             result.collisions = self._collisions.end()
@@ -466,7 +466,7 @@ class CellTarget(Target):
         with ExitStack() as leaving:
             begin()
             subscribe(cell.competition.on_effect, lambda effect: events.effect(effect, cell.simulation.now), leaving)
-            subscribe(self.on_collision, lambda found: events.collision(asdict(found)), leaving)
+            subscribe(self.on_collision, lambda collision: events.collision(asdict(collision)), leaving)
             yield begin
 
     def header(self, session: SessionState, record: RecordOptions) -> RecordingHeader:

@@ -251,51 +251,51 @@ _FAILED = 1
 
 def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) -> int:
     """Start the cell, and stay until it ends; return the exit status, 1 for any error."""
-    wanted = parse(arguments, variables)
+    options = parse(arguments, variables)
     try:
-        return _launch(wanted, variables)
+        return _launch(options, variables)
     except CellwrightError as error:
         for line in str(error).splitlines():
             sys.stderr.write(f"Error: {line}\n")
         return _FAILED
 
 
-def _launch(wanted: argparse.Namespace, variables: Mapping[str, str]) -> int:
+def _launch(options: argparse.Namespace, variables: Mapping[str, str]) -> int:
     speed = default_speed(variables)
-    text, loaded = _load(wanted)
+    text, loaded = _load(options)
     for warning in loaded.warnings:
         _warn(str(warning))
-    files = launch_files(loaded, text, competition=wanted.competition, verbose=wanted.verbose)
-    if wanted.dry_run:
+    files = launch_files(loaded, text, competition=options.competition, verbose=options.verbose)
+    if options.dry_run:
         for name, content in files.items():
             sys.stdout.write(f"# file: {name}\n{content.rstrip()}\n\n")
         return 0
     try:
-        write_launch_files(files, wanted.output)
+        write_launch_files(files, options.output)
     except UsageError as error:
         _warn(str(error))
-    if wanted.verbose:
+    if options.verbose:
         sys.stdout.write(files["gear.yaml"])
         sys.stdout.flush()
-    return _serve(loaded, wanted, variables, speed)
+    return _serve(loaded, options, variables, speed)
 
 
-def _load(wanted: argparse.Namespace) -> tuple[str, Loaded]:
+def _load(options: argparse.Namespace) -> tuple[str, Loaded]:
     """Return the configuration as given, and the cell it describes. An empty one is a cell without arm and sensors."""
-    if not wanted.file:
-        return wanted.config, load_trial(text=wanted.config)
-    paths = [Path(file) for file in wanted.file]
+    if not options.file:
+        return options.config, load_trial(text=options.config)
+    paths = [Path(file) for file in options.file]
     return read_texts(paths).content, load_trial(paths)
 
 
-def _serve(loaded: Loaded, wanted: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:
+def _serve(loaded: Loaded, given: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:
     log = PerformanceLog(log_path(Path.home()), _warn)
     console = Console(highlight=False)
     cell: list[Cell] = []
 
     def make() -> Cell:
         report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-        cell.append(Cell(loaded.trial, competition=wanted.competition, report=report))
+        cell.append(Cell(loaded.trial, competition=given.competition, report=report))
         competition, simulation = cell[0].competition, cell[0].simulation
         competition.on_effect.append(lambda effect: log.effect(effect, simulation.now))
         return cell[0]
@@ -310,7 +310,7 @@ def _serve(loaded: Loaded, wanted: argparse.Namespace, variables: Mapping[str, s
         options=RunOptions(ends_when_done=EXIT_ON_COMPLETION in variables),
     )
     try:
-        return run_served(session, console, verbose=wanted.verbose)
+        return run_served(session, console, verbose=given.verbose)
     finally:
         for each in cell:
             log.score(each.competition.score(), each.competition.process_time)
