@@ -1,4 +1,4 @@
-"""A served run that begins anew under way: time 0 again, with the same guests, its end where it was."""
+"""Tests of a served run that is restarted under way: time 0 again, with the same clients, its end where it was."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The environment is the one that was declared: every dependency capped, explained, and one engine only."""
+"""Tests of the environment: as declared, with every dependency capped and explained, and with one engine."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""The command line's way in."""
+"""Tests of the entry point of the command line."""
 
 import errno
 import io
@@ -35,8 +35,8 @@ def test_the_module_is_the_command_line() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 @pytest.mark.parametrize("modules", ["numpy", "mujoco", "typer"])
 def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Path) -> None:
-    """A module on the way stops to be interrupted there."""
-    # it sleeps for longer than the bound of the wait: it has ended in time only if the signal has ended it
+    """A module on the way stops there to be interrupted."""
+    # it sleeps for longer than the bound of the wait: only the signal can have ended it in time
     (tmp_path / f"{modules}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(100_000)\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     process = Process([sys.executable, "-m", "cellwright", "check", "lesson"], environment, tmp_path)

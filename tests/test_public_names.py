@@ -1,4 +1,4 @@
-"""`import cellwright` has what a newcomer needs, and costs nothing until it is used."""
+"""Tests of the root package: it has the names that a newcomer needs, and costs nothing until they are used."""
 
 import ast
 import importlib

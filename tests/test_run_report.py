@@ -1,4 +1,4 @@
-"""Report of a run: kinds of programs, and the lines about what is red."""
+"""Tests of the report of a run: kinds of programs, and the lines about failures."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Which worker gets what: files of ROS 1 whole, what takes long first, and who waits beside those who compute."""
+"""Tests of the distribution: ROS 1 files stay whole, slow tests first, waiting ones beside computing ones."""
 
 from itertools import chain
 from pathlib import Path
@@ -19,7 +19,7 @@ NAMES = ["tests/a.py::x", f"{LATER}::y", f"{LATER}::z", f"{CATKIN}::z", "tests/c
 
 
 class Worker:
-    """What a scheduler knows of a worker."""
+    """A worker as the scheduler sees it."""
 
     def __init__(self, number: int) -> None:
         self.gateway = SimpleNamespace(id=f"gw{number}")
@@ -40,7 +40,7 @@ def in_order(names: list[str]) -> list[str]:
 
 
 def run(names: list[str], count: int) -> list[list[str]]:
-    """What each worker ran, if every test takes as long as the others."""
+    """Return the tests that each worker ran, if every test takes as long as the others."""
     config: Any = SimpleNamespace(
         option=SimpleNamespace(), getvalue=lambda _: ["popen"] * count, getoption=lambda _: ["popen"] * count
     )

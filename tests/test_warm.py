@@ -1,4 +1,4 @@
-"""Programs from a warm start behave as those that the interpreter starts."""
+"""Tests of programs from a warm start: they behave as those that the interpreter starts."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Watching changes nothing: an agent gets the same messages at the same times, and leaves the same state."""
+"""Tests of watching: an agent gets the same messages at the same times, and leaves the same state."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LATE: list[Action] = [
     ("subscribe", "/ariac/logical_camera_2"),
     ("move", 2),
 ]
-"""Latched topics are asked for in mid-run, some of them again."""
+"""Subscriptions to latched topics in mid-run, some of them repeated."""
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_late_subscribers_get_the_newest_message_of_latched_topics() -> None:
     first: dict[str, int] = {}
     for time, topic, _ in heard:
         first.setdefault(topic, time)
-    begun, later = 222_000_000, 262_000_000  # the tick after subscribing: in one process messages come with a step
+    begun, later = 222_000_000, 262_000_000  # the step after subscribing: in one process messages come with a step
     assert first["/ariac/break_beam_1"] == begun
     assert {first[topic] for topic in ("/ariac/logical_camera_2", "/ariac/quality_control_sensor_1")} == {later}
     assert first["/ariac/arm/follow_joint_trajectory/status"] == later
@@ -70,7 +70,7 @@ def test_late_subscribers_get_the_newest_message_of_latched_topics() -> None:
 
 
 def agent_of(source: str, folder: Path) -> Agent:
-    """A new agent: a known one, or `PAGE CLASS` in a page's example."""
+    """Return a new agent: a known one, or `PAGE CLASS` in a page's example."""
     page, _, name = source.partition(" ")
     if not name:
         return find_agent(source)()

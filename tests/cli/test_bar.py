@@ -1,4 +1,4 @@
-"""A line that moves: where somebody sees it, and nowhere else."""
+"""Tests of the progress line: on a terminal, and nowhere else."""
 
 import io
 

@@ -1,4 +1,4 @@
-"""Every command is there, and is loaded from where the table says."""
+"""Tests of the command table: every command exists, and is loaded from its place in the table."""
 
 import pytest
 import typer

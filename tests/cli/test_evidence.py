@@ -1,4 +1,4 @@
-"""What `run` says about points: as text, as JSON, in a log, and as the finals would have scored it."""
+"""Tests of the points in the output of `run`: as text, as JSON, in a log, and as scored in the finals."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The command as a process of its own: what a shell sees."""
+"""Tests of the command as a process of its own, as a shell runs it."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ COMMAND = [sys.executable, "-m", "cellwright"]
 
 
 def run(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
-    """A command in an interpreter of its own."""
+    """Run a command in an interpreter of its own."""
     environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8", **more}
     return subprocess.run(
         [*COMMAND, *arguments],

@@ -1,4 +1,4 @@
-"""Progress: a line that moves on a terminal, plain lines elsewhere."""
+"""Tests of progress: a moving line on a terminal, plain lines elsewhere."""
 
 import io
 import logging
@@ -16,7 +16,7 @@ from cellwright.config.trial.gear2017 import load_trial
 
 
 class WallClock:
-    """Wall time that passes when it is told to."""
+    """Wall time that passes only when the test advances it."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -65,7 +65,7 @@ def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.Monk
             clock.now += 0.2
             progress.update(cell)
     assert "simulating" in text(console)
-    assert text(console).endswith("\x1b[2K")  # the line is wiped
+    assert text(console).endswith("\x1b[2K")  # the line is erased
 
 
 def logged(level: Callable[[str], None], *, verbose: bool) -> str:

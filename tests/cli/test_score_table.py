@@ -1,4 +1,4 @@
-"""The score table: it fits, and says which point was lost and why."""
+"""Tests of the score table: it fits, and shows each lost point with its reason."""
 
 import io
 

@@ -17,7 +17,7 @@ NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 @pytest.fixture(autouse=True)
 def heard() -> Iterator[list[int]]:
-    """The signals that came when nobody else took them."""
+    """Yield the signals that no other handler took."""
     found: list[int] = []
     before = {each: signal.signal(each, lambda number, _frame: found.append(number)) for each in NUMBERS}
     yield found

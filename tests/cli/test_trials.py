@@ -1,4 +1,4 @@
-"""The list of the trials that come along, and running them."""
+"""Tests of the list of bundled trials, and of running them."""
 
 import json
 from typing import Any

@@ -1,4 +1,4 @@
-"""A trial, a robot and a run in one line each."""
+"""Tests of a trial, a robot and a run in one line each."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The scripts that install ROS 1, a display and a browser for tests, with the system's programs played by others."""
+"""Tests of the scripts that install ROS 1, a display and a browser, with stand-ins for the system's programs."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian"
 
 
 class Machine:
-    """A folder of programs that the script finds in place of the system's, and what they were called with."""
+    """A folder of stand-in programs that the script finds, and the calls of each."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -45,7 +45,7 @@ class Machine:
         return done.returncode, done.stdout
 
     def called(self, *words: str) -> int:
-        """How many calls had all these words."""
+        """Return the number of calls with all these words."""
         return sum(set(words) <= set(line.split()) for line in self.calls.read_text().splitlines())
 
 

@@ -1,4 +1,4 @@
-"""`cellwright eval`, from its arguments to its files."""
+"""Tests of `cellwright eval`, from its arguments to its files."""
 
 from __future__ import annotations
 

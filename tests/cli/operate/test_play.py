@@ -1,4 +1,4 @@
-"""`cellwright operate play` and `record` at a node that is served."""
+"""Tests of `cellwright operate play` and `record` at a served node."""
 
 import json
 import signal
@@ -47,7 +47,7 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
 
 def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None:
     node = RobotNode(robot())
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # the shell may ignore it
 
     def interrupt() -> None:
         wait_until(lambda: node.commander.taken > 60, "third round", seen=lambda: node.commander.taken)

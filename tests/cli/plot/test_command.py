@@ -1,4 +1,4 @@
-"""`cellwright plot`: a figure of a recording, or one line that says why not."""
+"""Tests of `cellwright plot`: a figure of a recording, or one line with the reason against it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.cli.conftest import CommandLine
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cell that is started, and nothing more."""
+    """Return a recording of a cell that has only started."""
     path = tmp_path_factory.mktemp("recordings") / "run.mcap"
     cell = Cell(WHOLE)
     recorder = Recorder(cell, path, RecordingHeader("cell", "whole", {"seed": 3}))

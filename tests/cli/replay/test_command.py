@@ -1,4 +1,4 @@
-"""`cellwright replay`: what it tells of a recording, what it plays, and what it refuses."""
+"""Tests of `cellwright replay`: its listing, its playback, and its refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.processes import Process
 from tests.recording.replay.made import record, short_work
 from tests.warm import warm_start
 
-LENGTH = 3.0  # [s] of the recording, about
+LENGTH = 3.0  # [s], approximate, of the recording
 
 
 @pytest.fixture(scope="module")

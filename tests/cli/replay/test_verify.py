@@ -1,4 +1,4 @@
-"""`cellwright replay --verify`: the run comes out alike, from nothing but the recording."""
+"""Tests of `cellwright replay --verify`: the run repeats exactly, from the recording alone."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Works:
 
 @dataclass
 class Verified:
-    """What verifying said."""
+    """Output of a verification."""
 
     status: int
     told: dict[str, Any]
@@ -43,7 +43,7 @@ class Verified:
 
 @pytest.fixture
 def verified(cellwright: CommandLine, tmp_path: Path) -> Any:
-    """Run something with `--record`, take away all that it was read from, and verify."""
+    """Run something with `--record`, remove all files that it was read from, and verify."""
 
     def run(*arguments: str, trial: str = "lesson") -> Verified:
         folder = tmp_path / "taken away"
@@ -140,7 +140,7 @@ def test_one_of_which_a_byte_is_another_is_refused(short: Path, cellwright: Comm
 
 @pytest.fixture(scope="module")
 def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A tenth of a second of a cell."""
+    """Return a recording of a tenth of a second of a cell."""
     path = tmp_path_factory.mktemp("short") / "run.mcap"
     arguments = ["run", "lesson", "--agent", "none", "--until", "0.1", "--no-picture", "--record", str(path)]
     assert main(arguments) == 0
@@ -148,7 +148,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Changed:
-    """A recording with something else in its header."""
+    """A recording with a different header."""
 
     def __init__(self, recording: Recording, kind: str, **facts: Any) -> None:
         facts = {**recording.header.facts, **facts}

@@ -1,4 +1,4 @@
-"""The table of a robot, for people and for programs, and what is refused."""
+"""Tests of the table of a robot, for people and for programs, and of its refusals."""
 
 import json
 import math

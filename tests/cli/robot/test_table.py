@@ -1,4 +1,4 @@
-"""The table of a robot in terminals of any width: names stay whole, figures are left out before that."""
+"""Tests of a robot's table at any width: names stay whole, and figures are left out before that."""
 
 from dataclasses import replace
 from io import StringIO

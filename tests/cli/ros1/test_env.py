@@ -1,4 +1,4 @@
-"""`cellwright ros1-env`: lines for a shell, or one line on what is wrong."""
+"""Tests of `cellwright ros1-env`: lines for a shell, or one line with the error."""
 
 import subprocess
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`cellwright ros1-workspace`: what it lays out, and what it needs. That it builds: tests/ros1/test_catkin.py."""
+"""Tests of `cellwright ros1-workspace`: its files, and its requirements. tests/ros1/test_catkin.py builds it."""
 
 from pathlib import Path
 

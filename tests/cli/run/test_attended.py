@@ -1,4 +1,4 @@
-"""A run that people look on at: it is the same run, whatever they do to its time, and begins anew when they say so."""
+"""Tests of a run with viewers: pause, step and speed leave the run as it is, and a viewer can restart it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SLOW = 0.05
 
 
 class Sends:
-    """Sends the kit off that stands on tray 1; gives somebody time to look on before."""
+    """Sends off the kit that stands on tray 1, after a second in which a test can act."""
 
     runs = 0
 
@@ -76,14 +76,14 @@ def server_of(session: Session) -> Server:
 
 @contextmanager
 def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
-    """Somebody in another thread, who asks and acts while the run goes on, and behind it until all is done."""
+    """Act as a viewer in another thread while the run goes on; serve its requests until it is done."""
     wrong: list[BaseException] = []
     link = Link(server_of(crowd).address, key=server_of(crowd).key)
 
     def look() -> None:
         try:
             act(link)
-        except BaseException as error:  # for the thread that waits
+        except BaseException as error:  # for the waiting thread
             wrong.append(error)
         finally:
             link.close()

@@ -1,4 +1,4 @@
-"""`cellwright run`: outcomes, exit statuses, output, pictures."""
+"""Tests of `cellwright run`: outcomes, exit statuses, output, pictures."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Agent and cell in different processes, from the command line."""
+"""Tests of agent and cell in different processes, from the command line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.quick_children import QUICK_AGENTS
 from tests.running.test_serving import ended, serving
 
 HASH = "4f3967b7"
-"""How the state hash begins when kitter has worked the lesson's cell, in any process."""
+"""Start of the state hash after kitter has worked the lesson's cell, in any process."""
 
 
 @QUICK_AGENTS

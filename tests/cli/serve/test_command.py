@@ -1,4 +1,4 @@
-"""`cellwright serve`: what it says and refuses; that it ends well whenever it is told to."""
+"""Tests of `cellwright serve`: its output, its refusals, and its end at any moment."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
     ids=["at once", "while a guest waits", "while a guest listens"],
 )
 def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tmp_path: Path) -> None:
-    """While it serves; the score is printed, and the status is 0."""
+    """While it serves; it prints the score, and the status is 0."""
     with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as guest:
         if said:
             guest.settimeout(TIMEOUT)
@@ -107,7 +107,7 @@ def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tm
     ("event", "about"), [("import", "cellwright.running.run.session"), ("open", "lesson.yaml"), ("socket.bind", "")]
 )
 def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(event: str, about: str, tmp_path: Path) -> None:
-    """It stops at an event of its start, and is interrupted there."""
+    """It stops at an event of its start, where the signal interrupts it."""
     command = [sys.executable, "-c", STOPS_AT, event, about, "serve", "lesson", "--port", "0"]
     process = Process(command, os.environ, tmp_path)
     try:

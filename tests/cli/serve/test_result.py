@@ -1,4 +1,4 @@
-"""What a guest is told of a run that goes on: what a competition keeps secret stays so until it is over."""
+"""Tests of the result service during a run: the secrets of a competition stay secret until it is over."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_pa
 
 
 def told(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = True) -> dict[str, Any]:
-    """What a guest is told 0.2 s after the cell began, when these services had been called."""
+    """Return the service's answer 0.2 s after the cell began, with these services called."""
     cell = Cell(TRIAL, seed=7, competition=competition)
 
     def begin(_session: Session) -> None:

@@ -1,4 +1,4 @@
-"""The check of a motion as it is printed."""
+"""Tests of the printed motion check."""
 
 import io
 import json

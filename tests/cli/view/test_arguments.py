@@ -1,4 +1,4 @@
-"""What is asked for of a page, and what of it is refused."""
+"""Tests of the options of a page, and of their refusals."""
 
 from __future__ import annotations
 

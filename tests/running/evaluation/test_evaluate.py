@@ -1,4 +1,4 @@
-"""Jobs in real processes: the good ones, and those that each cost only themselves."""
+"""Tests of jobs in real processes: good ones, and bad ones, which affect no other job."""
 
 from __future__ import annotations
 

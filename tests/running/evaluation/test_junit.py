@@ -1,4 +1,4 @@
-"""The file for CI."""
+"""Tests of the JUnit file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report: whole, in one file, and with everything in its place."""
+"""Tests of the report: whole, in one file, and with everything in its place."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EMPTY = {"meta", "rect", "path", "line"}
 
 
 class Page(HTMLParser):
-    """Reads a page, and notes its text, its tags and whether they are closed in order."""
+    """HTML parser that collects the text and the tags of a page, and whether they are closed in order."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What a report reads of a result is checked when the result is read."""
+"""Tests of the form of a result: reading one checks every value that a report reads."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ WHOLE: dict[str, Any] = Result(
 
 
 def changed(way: str, value: object) -> dict[str, Any]:
-    """The result with one value of it replaced, or taken away where the value is ...; `way` is dotted."""
+    """Return the result with one value replaced, or removed if the value is ...; `way` is dotted."""
 
     def renew(node: Any, steps: list[str]) -> Any:
         if not steps:

@@ -1,4 +1,4 @@
-"""What results come to."""
+"""Tests of the summary of results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is gathered while a cell runs."""
+"""Tests of the timeline of a running cell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Agents in processes of their own."""
+"""Tests of agents in processes of their own."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def agents(tmp_path: Path) -> str:
 def hosted(
     agent: str, *, lockstep: bool = False, rate: float | None = None, until: float | None = None, **more: Any
 ) -> RunResult:
-    """What comes of a run whose agent works in a process of its own."""
+    """Return the result of a run whose agent works in a process of its own."""
     here = ServerOptions(port=0)
     with Session(Cell(KITTING), serve=here, lockstep=lockstep, rate=rate, until=until) as session:
         return cell_result(session.run(RemoteAgent(agent, **more)))
@@ -163,7 +163,7 @@ def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
 
 @pytest.mark.slow
 def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither the agent, which ignores signals, nor what it has started, nor its files."""
+    """Neither the agent, which ignores signals, nor its child processes, nor its files."""
     files = tmp_path / "files"
     files.mkdir()
     monkeypatch.setenv("TMPDIR", str(files))

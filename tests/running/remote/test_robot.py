@@ -1,4 +1,4 @@
-"""What the process of a robot makes of its order."""
+"""Tests of the order of a robot's process."""
 
 from pathlib import Path
 from typing import Any

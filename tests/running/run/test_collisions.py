@@ -1,4 +1,4 @@
-"""What the arm hits is told, and changes nothing."""
+"""Tests of the collision monitor: it reports contacts of the arm, and affects nothing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.cells import ARM_ONLY
 
 
 def positions(rail: float) -> list[float]:
-    """The arm reaches out over the bins, with the rail at this place [m]."""
+    """Return joint positions in which the arm reaches out over the bins, with the rail at this place [m]."""
     return [rail, *(ABOVE_BIN[name] for name in ARM_JOINTS[1:])]
 
 
@@ -86,7 +86,7 @@ def test_a_panel_shows_the_newest_collisions_and_counts_all() -> None:
 
 
 class Nowhere:
-    """Stands where it is."""
+    """Stays where it is."""
 
     def run(self, client: Client) -> None:
         client.start_competition()

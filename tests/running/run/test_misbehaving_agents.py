@@ -1,4 +1,4 @@
-"""Programs that fail in every way: the run ends with a result, and the process goes on as it was."""
+"""Tests of programs that fail in every way: the run has a result, and the process goes on unchanged."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tests.running.run.test_run import deliver, work
 
 
 class OwnError(BaseException):
-    """One that `except Exception` passes over."""
+    """An error that `except Exception` does not catch."""
 
 
 class UnsaidError(Exception):
-    """One that fails when it is asked what it is."""
+    """An error whose text cannot be read."""
 
     def __str__(self) -> str:
         raise RuntimeError

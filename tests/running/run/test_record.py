@@ -1,4 +1,4 @@
-"""A run that is recorded: what the recording says of it, and what it holds."""
+"""Tests of a recorded run: the header and the content of its recording."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.cells import KITTING
 
 
 class Delivers:
-    """Sends the kit off that is there."""
+    """Sends off the kit on the tray."""
 
     def run(self, client: Client) -> None:
         """Work."""

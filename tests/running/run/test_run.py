@@ -1,4 +1,4 @@
-"""Runs with an agent, from a cell to a result."""
+"""Tests of runs with an agent, from a cell to a result."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_an_agent_that_catches_every_exception_is_ended_too() -> None:
         while True:
             try:
                 client.sleep(0.1)
-            except Exception as error:  # the habit of many robot programs
+            except Exception as error:  # as many robot programs do
                 caught.append(error)
 
     assert work(stubborn).outcome is Outcome.DONE
@@ -281,7 +281,7 @@ def test_a_run_that_begins_when_all_is_done_ends(tmp_path: Path) -> None:
     rest = work(look_on, start=file, at=[(Fraction(2), lambda cell: looked.append(cell.simulation.time))])
     assert rest.outcome is Outcome.DONE
     assert rest.simulated == pytest.approx(GRACE)
-    assert looked == [3.0]  # a moment that has gone by is now
+    assert looked == [3.0]  # a time in the past is now
 
 
 def test_versions_are_told() -> None:

@@ -1,4 +1,4 @@
-"""One object that runs, serves, records and films; and how many calls lie between the command line and an agent."""
+"""Tests of the session: it runs, serves, records and films; and few calls lie before an agent's start."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.waiting import TIMEOUT
 
 HERE = ServerOptions(port=0)
 FRAMES = 7
-"""So many calls of ours are on the stack, at most, when an agent begins: main() and the agent itself included."""
+"""Maximum of our calls on the stack when an agent starts, including main() and the agent itself."""
 
 
 class Ends:

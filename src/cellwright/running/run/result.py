@@ -97,7 +97,7 @@ class CollisionWatch:
         return self.collisions
 
     def panel(self) -> dict[str, Any]:
-        """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` in the order of ends.
+        """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` by their ends.
 
         Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
         """

@@ -1,4 +1,4 @@
-"""The command line of 2017's launcher."""
+"""Tests of the command line of 2017's launcher."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The log that scripts of the time look through."""
+"""Tests of the log that scripts of 2017 search."""
 
 import os
 import re
@@ -92,7 +92,7 @@ def test_a_trial_in_lines(tmp_path: Path) -> None:
         "[5.000] Order complete: order_0: [5]",
         "[6.000] Trial over: ended by command",
     ]
-    log.score(GAME, 1)  # it is there already
+    log.score(GAME, 1)  # it is written already
     log.close()
     assert path.read_text() == text
     assert re.findall(r"<game_score>\nTotal game score: \[(.*)\]", text) == ["5"]

@@ -1,4 +1,4 @@
-"""Command lines of the vendor's scripts, and what becomes of them."""
+"""Tests of the translation of the vendor's command lines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cellwright.util.errors import UnknownNameError
 
 @pytest.fixture
 def scripts(tmp_path: Path) -> Path:
-    """The scripts of a package that has two robots."""
+    """Return the folder of a package's scripts, with two robots."""
     for name in ("OpenLoong", "Marvin"):
         folder = tmp_path / "pkg" / "io_teleop_robot_descriptions" / name
         folder.mkdir(parents=True)
@@ -21,7 +21,7 @@ def scripts(tmp_path: Path) -> Path:
 
 
 def of(script: Path, *arguments: str) -> list[str]:
-    """What becomes of a command line that nobody is warned about."""
+    """Return the translation of a command line that causes no warning."""
     warnings: list[str] = []
     found = command(str(script), arguments, warnings.append)
     assert warnings == []
