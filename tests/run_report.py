@@ -73,8 +73,8 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Gen
     """Print after the summary of pytest itself."""
     yield
     counts = config.stash[_COUNTS]
-    told = ", ".join(f"{counts[kind]} {kind}" for kind in _KINDS)
-    terminalreporter.write_line(f"starts by tests, without what those start in turn: {told}")
+    starts = ", ".join(f"{counts[kind]} {kind}" for kind in _KINDS)
+    terminalreporter.write_line(f"starts by tests, without what those start in turn: {starts}")
     red = [report for kind in ("failed", "error") for report in terminalreporter.stats.get(kind, [])]
     if red:
         terminalreporter.section(f"{len(red)} red, each with the command that runs it alone")

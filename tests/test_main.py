@@ -63,7 +63,7 @@ def test_ctrl_c_is_what_it_was_when_it_is_loaded(monkeypatch: pytest.MonkeyPatch
             signal.signal(signal.SIGINT, before)
 
 
-def test_ctrl_c_where_nobody_waits_for_one(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_between_two_lines_of_ours(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     from cellwright import __main__ as way_in
     from cellwright.cli import main as command_line
 
@@ -127,6 +127,6 @@ def test_too_few_descriptors_are_said_in_a_line(
         (RuntimeError("engine error: Could not allocate memory"), "memory"),
     ],
 )
-def test_a_shortage_is_told_from_other_errors(error: Exception, word: str) -> None:
+def test_a_shortage_is_distinguished_from_other_errors(error: Exception, word: str) -> None:
     assert word in _shortage(error)
     assert _shortage(OSError(errno.ENOENT, "no such file")) == _shortage(ImportError("no module")) == ""

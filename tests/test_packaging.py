@@ -176,7 +176,7 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["trials"], "qual1a"),
         (["run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture"], "stopped before"),
@@ -186,7 +186,7 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
 def test_what_the_readme_shows_works_there(
-    arguments: list[str], told: str, installed: WarmStart, scripts: Path, tmp_path: Path
+    arguments: list[str], expected: str, installed: WarmStart, scripts: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
     (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
@@ -194,7 +194,7 @@ def test_what_the_readme_shows_works_there(
     assert ran.returncode == (1 if arguments[0] == "run" else 0), ran.stdout + ran.stderr
     where, _, printed = ran.stdout.partition("\n")
     assert Path(where).is_relative_to(scripts.parent)
-    assert told in printed
+    assert expected in printed
 
 
 def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:

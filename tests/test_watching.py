@@ -16,7 +16,7 @@ from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.clients.client.in_process import InProcess
 from cellwright.running.run import RunOptions, run_cell
 from tests.clients.client.test_socket import connected, served
-from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, nobody, recording, work
+from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, recording, unwatched, work
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -49,7 +49,7 @@ LATE: list[Action] = [
 @example(actions=LATE, watch=WATCHERS[2])
 def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action], watch: Watcher) -> None:
     found = []
-    for look in (nobody, watch):
+    for look in (unwatched, watch):
         cell = Cell(TRIAL)
         look(cell, tmp_path)
         found.append((work(InProcess(cell), actions), cell.state_hash()))
@@ -98,7 +98,7 @@ def agent_of(source: str, folder: Path) -> Agent:
 def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) -> None:
     trial = load_trial("lesson")
     found = []
-    for watch in (nobody, all_topics, recording):
+    for watch in (unwatched, all_topics, recording):
         cell = Cell(trial)
         watch(cell, tmp_path)
         result = run_cell(cell, agent_of(source, tmp_path), RunOptions(until=8.0))
@@ -107,7 +107,7 @@ def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("watch", [nobody, *WATCHERS])
+@pytest.mark.parametrize("watch", [unwatched, *WATCHERS])
 def test_over_a_socket_it_is_the_same(tmp_path: Path, watch: Watcher) -> None:
     cell = Cell(TRIAL)
     expected = work(InProcess(cell), LATE)

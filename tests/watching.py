@@ -83,7 +83,7 @@ def work(transport: Transport, actions: list[Action]) -> list[tuple[int, str, by
     return heard
 
 
-def nobody(_cell: Cell, _folder: Path) -> None:
+def unwatched(_cell: Cell, _folder: Path) -> None:
     """Leave the agent alone."""
 
 

@@ -103,7 +103,7 @@ def test_files(command: str, name: str, said: str, cellwright: CommandLine, tmp_
         assert (ran.status, ran.out, ran.err) == (2, f"error: {said}\n1 error\n", "")
 
 
-def test_a_folder_does_not_hide_a_trial_that_comes_along(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_a_folder_does_not_hide_a_bundled_trial(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "lesson").mkdir()
     assert cellwright("check", "lesson").out == "ok\n"
 

@@ -98,7 +98,7 @@ def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) 
     assert json.loads(Path("evaluation/summary.json").read_text())["exit_status"] == 1
 
 
-def test_a_program_that_cannot_be_read_is_told_of(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_that_cannot_be_read_is_reported(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("tiny.yaml").write_text(TRIAL)
     Path("programs.py").write_text(PROGRAMS)
 

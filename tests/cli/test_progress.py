@@ -76,7 +76,7 @@ def logged(level: Callable[[str], None], *, verbose: bool) -> str:
     return text(console)
 
 
-def test_what_is_logged_is_told_with_its_time() -> None:
+def test_a_log_message_is_printed_with_its_time() -> None:
     log = logging.getLogger("an.agent")
     assert logged(log.info, verbose=True) == "    0.000 s  two\n    0.000 s  lines [bold]\n"
     assert logged(log.info, verbose=False) == ""
@@ -87,8 +87,8 @@ def test_sentences() -> None:
     assert effect_sentence(StateChanged(CompetitionState.GO)) == "competition: go"
     assert effect_sentence(ConveyorPower(100.0)) == ""
     refused = KitScore("kit", refusal=Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit", None, ("order_0_kit_0",)))
-    told = effect_sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
+    sentence = effect_sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
     assert (
-        told
+        sentence
         == "kit_tray_1 submitted as kit: scored 0: kit type 'kit' belongs to no order (asked for now: order_0_kit_0)"
     )

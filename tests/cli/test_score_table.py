@@ -107,8 +107,8 @@ def test_every_loss_has_a_reason() -> None:
     causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, NOT_ANNOUNCED, OFF_TRAY}
     assert set(REASONS) == causes - {Verdict.PLACED, BonusVerdict.EARNED}
     lost = kit(*(part(verdict) for verdict in Verdict))
-    told = [line.partition(": ")[0] for line in summary.loss_lines(lost)]
-    assert told == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
+    kinds = [line.partition(": ")[0] for line in summary.loss_lines(lost)]
+    assert kinds == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
     assert list(summary.loss_lines(kit(part(Verdict.PLACED)))) == []
 
 

@@ -26,7 +26,7 @@ def heard() -> Iterator[list[int]]:
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_the_first_is_a_wish_and_the_second_does_what_it_does_everywhere(number: int, heard: list[int]) -> None:
+def test_the_first_signal_is_a_request_and_the_second_has_its_usual_effect(number: int, heard: list[int]) -> None:
     stop = StopCondition()
     with stopped_by_signals(stop.request):
         signal.raise_signal(number)

@@ -58,7 +58,7 @@ def ended(process: WarmProcess, number: int = signal.SIGINT) -> tuple[int, str, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp_path: Path) -> None:
+def test_it_serves_until_a_signal_and_prints_the_score(number: int, tmp_path: Path) -> None:
     with (
         serving(tmp_path, "lesson", "-v") as (process, address),
         socket.create_connection(address, timeout=TIMEOUT) as connection,

@@ -119,14 +119,14 @@ def test_only_in_ci_the_disk_is_not_waited_for(machine: Machine, ci: bool) -> No
     assert machine.called("install", "--yes", "Dpkg::Options::=--force-unsafe-io") == ci
 
 
-def test_progress_is_told(machine: Machine) -> None:
+def test_progress_is_printed(machine: Machine) -> None:
     machine.program("apt-get", "i=0; while [ $i -lt 120 ]; do echo 'Setting up ros (1)'; i=$((i+1)); done")
     status, said = machine.run()
     assert status == 0
     assert [line for line in said.splitlines() if "ready" in line] == ["  50 packages ready", "  100 packages ready"]
 
 
-def test_old_lists_are_read_anew(machine: Machine) -> None:
+def test_old_lists_are_read_again(machine: Machine) -> None:
     machine.program(
         "apt-get", f'case "$*" in *update*) : >{machine.folder}/new;; *) [ -e {machine.folder}/new ] || exit 100;; esac'
     )

@@ -114,7 +114,7 @@ def test_bad_input_starts_nothing(arguments: list[str], said: str, tiny: Command
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_trials_of_one_name_are_told_apart(tiny: CommandLine) -> None:
+def test_trials_of_one_name_are_distinguished(tiny: CommandLine) -> None:
     for folder in ("a", "b"):
         Path(folder).mkdir()
         Path(folder, "tiny.yaml").write_text(f"time_limit: {ord(folder)}\n")

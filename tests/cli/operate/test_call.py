@@ -8,7 +8,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from tests.cli.conftest import CommandLine
 
 
-def test_each_word_is_carried_out_and_a_refusal_told(cellwright: CommandLine, address: str) -> None:
+def test_each_word_is_carried_out_and_a_refusal_printed(cellwright: CommandLine, address: str) -> None:
     def said(word: str) -> tuple[int, str, str]:
         ran = cellwright("operate", "call", word, "--connect", address)
         return ran.status, ran.out, ran.err

@@ -37,10 +37,10 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     last = json.loads((tmp_path / "did.jsonl").read_text().splitlines()[-1])["positions"]
     assert last["right_1"] == pytest.approx(0.2, abs=0.01)
     assert last["left_2"] == pytest.approx(0.5, abs=0.01)
-    ran = cellwright("operate", "record", "told.csv", "--targets", "--duration", "0.05", "--connect", address)
+    ran = cellwright("operate", "record", "targets.csv", "--targets", "--duration", "0.05", "--connect", address)
     assert ran.status == 0
-    assert (tmp_path / "told.csv").read_text().startswith("time,right_1,right_2,")
-    ran = cellwright("operate", "play", "told.csv", "--approach", "0.1", "--connect", address)
+    assert (tmp_path / "targets.csv").read_text().startswith("time,right_1,right_2,")
+    ran = cellwright("operate", "play", "targets.csv", "--approach", "0.1", "--connect", address)
     assert ran.out.startswith("done: ")
     assert ran.out.endswith(" messages sent\n")
 

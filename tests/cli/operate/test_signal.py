@@ -102,7 +102,7 @@ def test_where_no_node_is_it_says_how_to_start_one(cellwright: CommandLine) -> N
     assert "start one with: cellwright teleop ROBOT --port 1" in ran.err
 
 
-def test_a_node_that_ends_meanwhile_is_told_of(cellwright: CommandLine) -> None:
+def test_a_node_that_ends_meanwhile_is_reported(cellwright: CommandLine) -> None:
     with ExitStack() as stack:
         node = RobotNode(robot())
         host, port = stack.enter_context(served(node))

@@ -44,7 +44,9 @@ def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine
 
 
 @pytest.mark.slow
-def test_one_that_was_cut_is_drawn_and_told(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_a_recording_that_was_cut_is_drawn_and_reported(
+    recording: Path, cellwright: CommandLine, tmp_path: Path
+) -> None:
     cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
     data = recording.read_bytes()
     cut.write_bytes(data[:-2000])

@@ -136,7 +136,7 @@ def test_the_table_for_people(cellwright: CommandLine, small: str) -> None:
     assert max(map(len, lines[:18])) < 100
 
 
-def test_those_that_come_along(cellwright: CommandLine) -> None:
+def test_bundled_robots_are_listed(cellwright: CommandLine) -> None:
     ran = cellwright("robot")
     assert (ran.status, ran.err) == (0, "")
     assert all(name in ran.out for name in bundled())

@@ -125,13 +125,13 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
     crowd_cell = Cell(KITTING)
 
     def meddle(link: Link) -> None:
-        until(link, lambda told: told["clock"]["tick"] > 0)
+        until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
         before = panel(link)["clock"]["tick"]
         assert panel(link)["clock"]["tick"] == before
         control(link, action="speed", factor="max")
         control(link, action="step", ticks=25)
-        assert until(link, lambda told: not told["control"]["ticks_left"])["clock"]["tick"] == before + 25
+        assert until(link, lambda state: not state["control"]["ticks_left"])["clock"]["tick"] == before + 25
         assert panel(link)["intention"]["text"] == "looking around"
         control(link, action="resume")
 
@@ -141,14 +141,14 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
     assert result.state_hash == alone.state_hash
 
 
-def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
+def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
     cell = Cell(KITTING, competition=False)
 
     def begin_anew(link: Link) -> None:
-        until(link, lambda told: told["clock"]["tick"] > 10)
+        until(link, lambda state: state["clock"]["tick"] > 10)
         control(link, action="pause")
         control(link, action="reset")
-        assert until(link, lambda told: told["control"]["resets"] == 1)["control"]["paused"]
+        assert until(link, lambda state: state["control"]["resets"] == 1)["control"]["paused"]
         control(link, action="resume")
 
     with looked_at(cell, speed=SLOW) as crowd:
@@ -164,7 +164,7 @@ def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
     def pause_and_end(link: Link) -> None:
-        until(link, lambda told: told["clock"]["tick"] > 0)
+        until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
         os.kill(os.getpid(), signal.SIGINT)
 
@@ -177,7 +177,7 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
     ("cell", "apart", "reason"),
     [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS)],
 )
-def test_where_a_run_cannot_begin_anew_it_says_why(cell: Cell, apart: bool, reason: str) -> None:
+def test_a_run_that_cannot_restart_gives_the_reason(cell: Cell, apart: bool, reason: str) -> None:
     def ask(link: Link) -> None:
         with pytest.raises(CellwrightError, match=reason):
             control(link, action="reset")
@@ -193,13 +193,13 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
         crowd.run()
 
         def look(link: Link) -> None:
-            told = panel(link)
-            assert told["result"]["outcome"] == "until"
-            assert told["control"]["over"] == told["refused"]["belt"] == "the run is over"
+            state = panel(link)
+            assert state["result"]["outcome"] == "until"
+            assert state["control"]["over"] == state["refused"]["belt"] == "the run is over"
             for action in ("pause", "resume", "step", "speed"):
                 with pytest.raises(CellwrightError, match="the run is over"):
                     control(link, action=action)
-            assert "reset" not in told["control"]["refused"], "it may begin anew"
+            assert "reset" not in state["control"]["refused"], "it may begin anew"
             no_page.is_running = False
 
         with looking(crowd, look):
@@ -226,24 +226,24 @@ def test_what_the_arm_hits_is_on_the_panel_while_it_happens_and_at_the_end() -> 
     cell = Cell(ARM_ONLY)
 
     def look(link: Link) -> None:
-        seen = until(link, lambda told: told["collisions"]["count"] > 0)["collisions"]["latest"][-1]
+        seen = until(link, lambda state: state["collisions"]["count"] > 0)["collisions"]["latest"][-1]
         assert (seen["obstacle"], seen["end"]) == ("camera frame 2", None), "it lasts"
 
     with Session(cell, view=True, options=RunOptions(ends_when_done=False)) as crowd:
         with looking(crowd, look):
             result = cell_result(crowd.run(IntoThePost()))
-        told = crowd.target.panel({})["collisions"]
-    assert told["count"] == len(result.collisions) > 0
-    assert [each["end"] for each in told["latest"]] == [each.end for each in result.collisions]
+        state = crowd.target.panel({})["collisions"]
+    assert state["count"] == len(result.collisions) > 0
+    assert [each["end"] for each in state["latest"]] == [each.end for each in result.collisions]
 
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None:
+def test_viewers_stay_after_an_agent_in_a_process_of_its_own() -> None:
     cell = Cell(KITTING)
 
     def look(link: Link) -> None:
-        until(link, lambda told: told["state"] == "done")
+        until(link, lambda state: state["state"] == "done")
         assert panel(link)["score"]["total"] == 6.0
 
     with looked_at(cell, lockstep=True) as crowd:
@@ -269,7 +269,7 @@ def test_from_the_command_line_the_result_is_that_of_any_run(cellwright: Command
     assert json.loads(plain.out)["state_hash"] == json.loads(viewed.out)["state_hash"]
 
 
-def test_a_camera_behind_view_is_told_where_it_belongs_now(cellwright: CommandLine) -> None:
+def test_a_camera_behind_view_is_refused_with_its_new_place(cellwright: CommandLine) -> None:
     for command in ("run", "serve"):
         ran = cellwright(command, "lesson", "--view", "overview")
         assert (ran.status, ran.err.count("\n")) == (2, 1)

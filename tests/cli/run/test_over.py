@@ -35,7 +35,7 @@ def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str)
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_an_agent_that_crashes_is_told_of(cellwright: CommandLine, agents: str) -> None:
+def test_an_agent_that_crashes_is_reported(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Crashes", "--no-picture")
     assert ran.status == 1
     assert ran.err.endswith("ValueError: no idea\n")

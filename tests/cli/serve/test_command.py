@@ -71,7 +71,7 @@ def test_who_lets_in_the_network_is_warned(cellwright: CommandLine) -> None:
     assert ran.err == "warning: 0.0.0.0: anybody who reaches this machine can drive the cell\n"
 
 
-def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
+def test_pace_is_printed(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "4", "--until", "0.2", "--json")
     pace = json.loads(ran.out)["pace"]
     assert 0.0 < pace["factor"] <= 4.0 + 1e-9  # a slow machine falls behind, none runs ahead
@@ -91,11 +91,11 @@ def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
 )
 def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tmp_path: Path) -> None:
     """While it serves; it prints the score, and the status is 0."""
-    with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as guest:
+    with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as client:
         if said:
-            guest.settimeout(TIMEOUT)
-            guest.sendall(said)
-            assert hear(guest, Decoder())
+            client.settimeout(TIMEOUT)
+            client.sendall(said)
+            assert hear(client, Decoder())
         status, out, _ = ended(process)
     assert status == 0
     assert "outcome     stopped before the competition was done\n" in out

@@ -117,7 +117,7 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
 
 
 @pytest.mark.slow
-def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> None:
+def test_an_agent_of_a_cell_is_refused(cellwright: CommandLine) -> None:
     with running("--lockstep") as (_, connection, _):
         host, port = connection.getpeername()
         ran = cellwright("run", "--connect", f"{host}:{port}")

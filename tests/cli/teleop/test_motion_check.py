@@ -35,7 +35,7 @@ def test_a_row_for_each_finding_with_its_verdict() -> None:
 
 
 @pytest.mark.slow
-def test_the_robots_that_come_along_pass(cellwright: CommandLine) -> None:
+def test_bundled_robots_pass(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check")
     assert (ran.status, ran.err) == (0, "")
     assert ran.out.startswith("tandem in its node, joint by joint: it has no recorded motion\n")

@@ -19,7 +19,7 @@ def wished(host: str | None = None, port: int | None = None) -> PageOptions:
     return found
 
 
-def test_no_page_is_wanted_unless_somebody_says_so() -> None:
+def test_without_options_there_is_no_page() -> None:
     assert page_options(view=False, host=None, port=None, opens=False) is None
 
 

@@ -89,7 +89,7 @@ def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine
         (["lesson", "--view-host", "no such host"], "error: no page can be shown: no such host: cannot be listened at"),
     ],
 )
-def test_bad_input_is_told_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_bad_input_is_reported_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
     ran = cellwright("view", *words)
     assert (ran.status, ran.err.count("\n")) == (2, 1)
     assert ran.err.startswith(reason)

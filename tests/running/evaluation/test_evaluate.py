@@ -276,7 +276,7 @@ def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -
     assert "cannot be written" in blocked.read_text()
 
 
-def test_a_folder_of_logs_that_is_a_file_is_told_of(folder: Path) -> None:
+def test_a_folder_of_logs_that_is_a_file_is_reported(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "logs").write_text("")
     with ResultsFile(folder / "out") as store:

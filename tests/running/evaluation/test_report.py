@@ -86,6 +86,6 @@ def test_what_it_says() -> None:
     assert "2 trials" in Page(report([result(), result(trial="other")], None)).text
 
 
-def test_a_run_that_told_nothing_has_no_timeline() -> None:
+def test_a_run_without_a_report_has_no_timeline() -> None:
     assert '<svg class="timeline"' not in report([LOST], None)
     assert report([worked()], None).count('<svg class="timeline"') == 1

@@ -73,7 +73,7 @@ def test_a_whole_result_comes_back_and_makes_a_report() -> None:
         ("timeline.agvs.1", 3, "timeline.agvs.1 should be a list"),
     ],
 )
-def test_what_does_not_fit_is_told(way: str, value: object, what: str) -> None:
+def test_a_misfit_is_reported(way: str, value: object, what: str) -> None:
     with pytest.raises(ResultError, match=f"not a result of this version of Cellwright: .*{what}"):
         Result.from_json(changed(way, value))
 

@@ -127,7 +127,7 @@ def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
         ("Dies", "the agent's process ended with status 7\n"),
     ],
 )
-def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> None:
+def test_an_agent_that_fails_is_reported(agents: str, name: str, error: str) -> None:
     result = hosted(f"{agents}:{name}", lockstep=True)
     assert result.outcome is Outcome.CRASHED
     assert result.error.endswith(error)

@@ -112,7 +112,7 @@ def test_what_it_changes_of_the_process_is_put_back_and_changes_nothing(tmp_path
 
 
 def test_its_other_threads_cannot_touch_the_client() -> None:
-    told: list[BaseException] = []
+    errors: list[BaseException] = []
 
     def script(client: Client) -> None:
         def meddle() -> None:
@@ -126,7 +126,7 @@ def test_its_other_threads_cannot_touch_the_client() -> None:
                 try:
                     act()
                 except BaseException as error:
-                    told.append(error)
+                    errors.append(error)
 
         thread = threading.Thread(target=meddle)
         thread.start()
@@ -134,8 +134,8 @@ def test_its_other_threads_cannot_touch_the_client() -> None:
         deliver(client)
 
     assert work(script).state_hash == work(deliver).state_hash
-    assert len(told) == 5
-    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in told)
+    assert len(errors) == 5
+    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in errors)
 
 
 def test_a_client_kept_past_the_end_moves_nothing() -> None:

@@ -27,7 +27,7 @@ class Delivers:
         client.control_agv(1, "order_0_kit_0")
 
 
-def test_a_run_is_told_with_its_score(tmp_path: Path) -> None:
+def test_a_run_is_recorded_with_its_score(tmp_path: Path) -> None:
     options = RecordOptions([tmp_path / "a.mcap", tmp_path / "a.bag"], {"agent": "delivers"})
     cell = Cell(KITTING, seed=3)
     result = run_cell(cell, Delivers(), RunOptions(record=options))

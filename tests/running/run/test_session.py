@@ -136,7 +136,7 @@ def test_a_recording_is_neither_recorded_nor_filmed(option: str, tmp_path: Path)
     assert not file.exists()
 
 
-def test_a_name_that_nobody_has() -> None:
+def test_an_unknown_name_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="lesson"):
         Session("leson").run(until=0.1)
 

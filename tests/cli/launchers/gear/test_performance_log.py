@@ -107,7 +107,7 @@ def test_a_trial_that_was_broken_off_has_its_score(tmp_path: Path) -> None:
     assert (tmp_path / "log").read_text().startswith("<game_score>\nTotal game score: [5]\n")
 
 
-def test_the_log_begins_anew_and_not_where_a_link_of_old_leads(tmp_path: Path) -> None:
+def test_a_new_log_replaces_an_old_link(tmp_path: Path) -> None:
     path = log_path(tmp_path)
     path.parent.mkdir(parents=True)
     elsewhere = tmp_path / "default.log"
@@ -118,7 +118,7 @@ def test_the_log_begins_anew_and_not_where_a_link_of_old_leads(tmp_path: Path) -
     assert elsewhere.read_text() == "of somebody else\n"
 
 
-def test_a_place_that_cannot_be_written_is_told_once(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_reported_once(tmp_path: Path) -> None:
     (tmp_path / ".ariac").touch()
     said: list[str] = []
     log = PerformanceLog(log_path(tmp_path), said.append)
@@ -129,7 +129,7 @@ def test_a_place_that_cannot_be_written_is_told_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-def test_a_disk_that_is_full_is_told_once(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_once(tmp_path: Path) -> None:
     said: list[str] = []
     log = PerformanceLog(Path("/dev/full"), said.append)
     log.effect(StateChanged(CompetitionState.GO), 0)

@@ -42,7 +42,7 @@ def test_the_qinglong_s_own_node(scripts: Path) -> None:
     ]
 
 
-def test_the_general_node_puts_joints_where_they_are_told(scripts: Path) -> None:
+def test_the_general_node_sets_joints_to_their_targets(scripts: Path) -> None:
     found = of(scripts / "general_sim_robot_control_node.py", "--robot_name", "Marvin")
     assert found[1] == configuration(scripts, "Marvin")
     assert found[2:] == ["--ros1", "--node=sim_robot_controller_node", "--port=0", "--motion=teleport"]
@@ -62,7 +62,7 @@ def test_what_roslaunch_adds(scripts: Path) -> None:
     assert found[2:] == ["--ros1", "--node=robot", "--port=0"]
 
 
-def test_names_that_cannot_be_changed_are_told(scripts: Path) -> None:
+def test_names_that_cannot_be_changed_are_reported(scripts: Path) -> None:
     said: list[str] = []
     command(str(scripts / "openloong_controller_node.py"), ["/io_teleop/joint_cmd:=/mine"], said.append)
     assert said == ["/io_teleop/joint_cmd:=/mine is not followed: the names of topics and services are absolute"]
