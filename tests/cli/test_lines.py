@@ -28,7 +28,7 @@ def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
 
 
 @pytest.mark.parametrize(
-    ("speed", "lockstep", "told"),
+    ("speed", "lockstep", "expected"),
     [
         (1.0, False, "real time"),
         (2.5, False, "2.5 x real time"),
@@ -36,10 +36,10 @@ def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
         (None, True, "lockstep"),
     ],
 )
-def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, told: str) -> None:
+def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, expected: str) -> None:
     served = Served()
     served.lockstep = lockstep
-    assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
+    assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {expected}"  # type: ignore[arg-type]
 
 
 def test_a_default_port_in_use_is_reported() -> None:

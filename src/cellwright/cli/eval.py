@@ -38,9 +38,9 @@ def show_summary(console: Console, results: Sequence[Result], threshold: summary
     console.print()
     console.print(summary_table(results))
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
-    short = [(result, why) for result, why in short if why]
-    for result, why in short[:_MAX_REASONS]:
-        say(console, f"  {result.name}: {why}")
+    short = [(result, reason) for result, reason in short if reason]
+    for result, reason in short[:_MAX_REASONS]:
+        say(console, f"  {result.name}: {reason}")
     if len(short) > _MAX_REASONS:
         console.print(f"  and {len(short) - _MAX_REASONS} more")
     note(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
@@ -99,7 +99,7 @@ class EvalProgress:
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
         say(self._console, text + tail, None if result.is_done else "yellow")
 
-    def show_running(self, running: Sequence[Running]) -> None:
+    def show_jobs(self, running: Sequence[Running]) -> None:
         """Show the runs in progress."""
         self._running = running
 
@@ -226,12 +226,7 @@ def _work(
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
-            store,
-            limits=limits,
-            workers=workers,
-            records=records,
-            on_result=progress.take,
-            on_look=progress.show_running,
+            store, limits=limits, workers=workers, records=records, on_result=progress.take, on_look=progress.show_jobs
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
@@ -263,13 +258,13 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         EvaluatedTrial(
             trial.name if how_often[trial.name] == 1 else name,
             tuple(path.resolve() for path in options.paths(parts)),
-            could.total,
-            could.maximum,
+            attainable.total,
+            attainable.maximum,
             trial.time_limit,
             models_digest(trial),
             tuple(parts),
         )
-        for name, parts, trial, could in entries
+        for name, parts, trial, attainable in entries
     ]
 
 

@@ -74,7 +74,7 @@ WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
 
 NODE = "/operator"
 
-_WAIT = 5.0  # [s] for a node to appear in ROS
+_NODE_TIMEOUT = 5.0  # [s] for a node to appear in ROS
 
 Connect = Annotated[
     str | None, option("HOST:PORT", f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.", WHERE)
@@ -118,7 +118,9 @@ class NodeConnection:
             except UsageError as error:
                 more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
                 raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
-        transport = Ros1Transport(ros.python, node=name, environment=ros.environment, patience=_WAIT, sign=JOINT_STATES)
+        transport = Ros1Transport(
+            ros.python, node=name, environment=ros.environment, patience=_NODE_TIMEOUT, sign=JOINT_STATES
+        )
         return NodeClient(transport)
 
     @contextmanager
@@ -384,7 +386,7 @@ def _show(console: Console, exercises: Sequence[Exercise]) -> None:
             say(console, f"{each.trace.joint}: {each.note}", "yellow")
 
 
-_HEARD = 2.0  # [s] that the report of a stop may take
+_STOP_TIMEOUT = 2.0  # [s] that the report of a stop may take
 
 
 class Word(StrEnum):
@@ -418,7 +420,9 @@ def call(
         try:
             if word is Word.STOP:
                 robot.send(Now.STOP)
-                robot.session.wait_until(lambda: robot.status is not None and robot.status.emergency_stop, _HEARD)
+                robot.session.wait_until(
+                    lambda: robot.status is not None and robot.status.emergency_stop, _STOP_TIMEOUT
+                )
                 done = robot.status is None or bool(robot.status.emergency_stop)
                 said = "stopped" if done else "sent, and the node does not say that it has stopped"
             else:
@@ -477,7 +481,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
-_LOOK = 0.1  # [s] between two checks for a request to stop
+_CHECK_PERIOD = 0.1  # [s] between two checks for a request to stop
 _MIN_SLEEP = 0.001  # [s]: less than a step, and more than rounding can produce
 _MAX_SILENCE = 2.0  # [s]; the end of a recording without new lines may come this much too late
 
@@ -517,7 +521,7 @@ def record(
         with stopped_by_signals(stop.request):
             try:
                 while not stop.is_requested and recorder.is_writing and recorder.time < length and session.time < end:
-                    session.sleep(min(_LOOK, max(_MIN_SLEEP, length - recorder.time)))
+                    session.sleep(min(_CHECK_PERIOD, max(_MIN_SLEEP, length - recorder.time)))
                 recorder.close()
             except RunEndedError as error:
                 failures.append(str(error))
@@ -624,7 +628,7 @@ def _read_any_targets(file: Path, topic: str | None) -> Targets:
 
 
 def _play_once(
-    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, stop: StopCondition
+    robot: OperatedRobot, targets: Targets, speed: float, approach: float | None, console: Console, stop: StopCondition
 ) -> None:
     """Play the targets once."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
@@ -636,7 +640,7 @@ def _play_once(
                 raise _StopRequestedError
             progress.update(task, completed=time)
 
-        playback.approach(robot, targets.first, slowly, on_beat=beat)
+        playback.approach(robot, targets.first, approach, on_beat=beat)
         progress.update(task, description=str(targets.path), total=targets.duration)
         playback.play(robot, targets, speed=speed, on_beat=beat)
 

@@ -109,8 +109,8 @@ def load(files: Sequence[str]) -> Trial:
 
 def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
     """Read the trial in these files, varied by a seed if `is_varied`; warnings are printed on stderr."""
-    found, given = load(files), seed(root)
-    return vary(found, found.settings.seed if given is None else given) if is_varied else found
+    loaded, given = load(files), seed(root)
+    return vary(loaded, loaded.settings.seed if given is None else given) if is_varied else loaded
 
 
 def cell_of(
@@ -126,9 +126,9 @@ def cell_of(
     """Return the cell of the trial in these files, made when its session opens; its warnings go to a console."""
 
     def make() -> Cell:
-        found = trial(files, seed, is_varied=is_varied)  # an invalid seed is refused here
+        loaded = trial(files, seed, is_varied=is_varied)  # an invalid seed is refused here
         return Cell(
-            found,
+            loaded,
             seed=seed,
             servo=servo_profile(servo),
             competition=competition,

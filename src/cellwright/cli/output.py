@@ -81,7 +81,7 @@ def say_ready(session: Session) -> None:
     session.say(line + session.target.ready_note())
 
 
-def words_for(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
+def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
     """Return the outputs of a session on the command line, as arguments of `Session`."""
     return {"report": warn, "notice": notice, "say": partial(say, console)}
 

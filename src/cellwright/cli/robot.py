@@ -32,8 +32,8 @@ def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
     try:
         positions = json.loads(text)
     except (ValueError, RecursionError) as error:
-        why = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
-        refuse(f"--pose: no valid JSON ({why}); {_EXAMPLE}")
+        reason = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
+        refuse(f"--pose: no valid JSON ({reason}); {_EXAMPLE}")
     if not isinstance(positions, dict):
         refuse(f"--pose: no posture; {_EXAMPLE}")
     return {name: _position(name, value, robot) for name, value in positions.items()}

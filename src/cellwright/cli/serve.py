@@ -65,7 +65,7 @@ def served_session(
         about={"agent": "served"},
         observers=[progress, *more.pop("observers", ())],
         on_ready=output.say_ready,
-        **output.words_for(console, partial(progress.line, style="yellow")),
+        **output.session_outputs(console, partial(progress.line, style="yellow")),
         **more,
     )
 

@@ -15,7 +15,7 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
 
     SIGHUP comes when a terminal is closed; a process that ignores it, as under nohup, is to outlive that.
     """
-    with _followed(stop, _end_signals()):
+    with _handled(stop, _end_signals()):
         yield
 
 
@@ -26,12 +26,12 @@ def ended_as_by_ctrl_c() -> Iterator[None]:
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    with _followed(interrupt, [number for number in _end_signals() if number != signal.SIGINT]):
+    with _handled(interrupt, [number for number in _end_signals() if number != signal.SIGINT]):
         yield
 
 
 @contextmanager
-def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]:
+def _handled(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]:
     before: dict[int, Any] = {}
     has_come = False
 

@@ -94,7 +94,7 @@ class RunProgress:
                 yield
                 return
             run.enter_context(self.running(session.node))
-            subscribe(session.node.competition.on_effect, self._tell, run)
+            subscribe(session.node.competition.on_effect, self._print_effect, run)
             if not self._is_served:
                 watch = session.node.simulation.watch("console", Fraction(1, 10), lambda _: self.update(session.node))
                 run.callback(watch.cancel)
@@ -148,7 +148,7 @@ class RunProgress:
         time = "" if self._node is None else f"{self._node.simulation.time:9.3f} s  "
         self._console.print(f"{time}{text}", markup=False, soft_wrap=True, style=style)
 
-    def _tell(self, effect: effects.Effect) -> None:
+    def _print_effect(self, effect: effects.Effect) -> None:
         text = effect_sentence(effect)
         if text:
             self.line(text)
@@ -262,7 +262,7 @@ _TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave t
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
     """Print the result of a run: the score, how it ended, and the facts that reproduce it."""
-    evidence, could = result.evidence, result.evidence.reach
+    evidence, attainable = result.evidence, result.evidence.reach
     for order in evidence.orders:
         for kit in order.kits:
             show_kit(console, order.score.order_id, kit)
@@ -273,7 +273,9 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
         ("score", f"{evidence.total:g} of {evidence.reach.maximum:g} points"),
         (
             "reachable",
-            "" if could.total == could.maximum else f"{could.total:g} of {could.maximum:g}: see out of reach",
+            ""
+            if attainable.total == attainable.maximum
+            else f"{attainable.total:g} of {attainable.maximum:g}: see out of reach",
         ),
         *_times(evidence),
         ("sensors", f"cost {evidence.system_cost:g} $"),
@@ -350,8 +352,8 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
     """Print what a kit earned: its name, its table, and why points were lost."""
     title = Text(f"{order_id}, kit {kit.score.kit_type}: ")
     if not kit.score.is_submitted:
-        why = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
-        title += Text(f"{why}, no points", style="bold")
+        reason = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
+        title += Text(f"{reason}, no points", style="bold")
     else:
         title += Text(f"{kit.score.total:g} of {kit.reach.maximum:g} points", style="bold")
     console.print("\n", title, "\n", sep="", soft_wrap=True)

@@ -59,7 +59,7 @@ _PERCENT = (
 )
 
 
-def refuse_what_runs(given: Mapping[str, bool]) -> None:
+def refuse_node_options(given: Mapping[str, bool]) -> None:
     """Refuse options that are given, and that need a node that keeps running."""
     for name, is_given in given.items():
         if is_given:
@@ -122,40 +122,40 @@ def robot_progress(console: Console, *, until: float | None) -> RunProgress:
     return RunProgress(console, until=until, status=status)
 
 
-def show_node_result(console: Console, node: RobotNode, ran: SessionResult, *, verbose: bool) -> None:
+def show_node_result(console: Console, node: RobotNode, result: SessionResult, *, verbose: bool) -> None:
     """Print the summary for people."""
     console.print()
     note = partial(output.note, console)
     note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
-    note("ran" if node.made_with["driver"] else "simulated", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
-    if ran.pace is not None:
-        note("pace", output.pace_text(ran.pace))
+    note("ran" if node.made_with["driver"] else "simulated", f"{node.simulation.time:.1f} s in {result.wall:.1f} s")
+    if result.pace is not None:
+        note("pace", output.pace_text(result.pace))
     if verbose:
         note("state hash", node.simulation.state_hash())
         note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
 
 
-def node_document(node: RobotNode, ran: SessionResult, status: int) -> dict[str, Any]:
+def node_document(node: RobotNode, result: SessionResult, status: int) -> dict[str, Any]:
     """Return the summary as JSON values; times in s."""
     return {
         "robot": node.name,
         "motion": node.made_with["motion"],
         "timestep": float(node.simulation.clock.timestep),
-        "outcome": ran.outcome,
+        "outcome": result.outcome,
         "exit_status": status,
-        "error": ran.error,
+        "error": result.error,
         "simulated": node.simulation.time,
-        "wall": ran.wall,
+        "wall": result.wall,
         "steps": node.simulation.clock.tick,
         "state_hash": node.simulation.state_hash(),
         "commands": {"taken": node.commander.taken, "refused": node.refused, "ignored": node.commander.ignored},
         "refused": dict(node.bus.refusals.counts),
         "unknown_names": list(node.commander.notices.unknown),
-        "pace": None if ran.pace is None else asdict(ran.pace),
-        "recordings": [str(path) for path in ran.recordings],
-        "videos": ran.videos,
+        "pace": None if result.pace is None else asdict(result.pace),
+        "recordings": [str(path) for path in result.recordings],
+        "videos": result.videos,
         "versions": versions(),
     }
 
@@ -175,7 +175,7 @@ def robot_session(
         rate=RateControl(speed),
         observers=[progress] if window is None else [window, progress],
         on_ready=output.say_ready,
-        **output.words_for(console, progress.notice),
+        **output.session_outputs(console, progress.notice),
         **more,
     )
 
@@ -190,27 +190,27 @@ def run_robot(
 ) -> int:
     """Run a robot controller node until a signal or its time ends it, and print the result; return the exit status."""
     with stopped_by_signals(session.stop.request), session:
-        ran = session.run()
+        result = session.run()
     node, snapshot = session.node, None if window is None else window.snapshot
     if not as_json:
-        show_node_result(console, node, ran, verbose=verbose)
+        show_node_result(console, node, result, verbose=verbose)
     if window is not None and snapshot is not None:
         try:
             with progress_bar(console, f"drawing {snapshot}", 1.0) as show:
                 window.save(node, show)  # after the summary, since it takes a while
         except UsageError as error:
-            ran.error = ran.error or str(error)
+            result.error = result.error or str(error)
         else:
             if not as_json:
                 output.note(console, "picture", str(snapshot))
     if not as_json:
-        output.note_files(console, "video", map(arguments.video_sentence, ran.videos))
-        output.note_files(console, "recording", ran.recordings)
-    status = NOT_DONE if ran.error or not ran.is_complete else DONE
-    if ran.error:
-        typer.echo(f"error: {ran.error}", err=True)
+        output.note_files(console, "video", map(arguments.video_sentence, result.videos))
+        output.note_files(console, "recording", result.recordings)
+    status = NOT_DONE if result.error or not result.is_complete else DONE
+    if result.error:
+        typer.echo(f"error: {result.error}", err=True)
     if as_json:
-        typer.echo(json.dumps(node_document(node, ran, status), indent=2))
+        typer.echo(json.dumps(node_document(node, result, status), indent=2))
     return status
 
 
@@ -421,7 +421,7 @@ def teleop(
     kept = arguments.record_options(record)
     filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
     if check:
-        refuse_what_runs(
+        refuse_node_options(
             {
                 "--until": until is not None,
                 "--lockstep": lockstep,

@@ -55,7 +55,7 @@ def _kind_of_word(word: str) -> TargetKind:
     return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
 
 
-_NAP = 0.1  # [s]
+_POLL_PERIOD = 0.1  # [s]
 
 
 def view_served(address: tuple[str, int], page_settings: PageOptions, console: Console) -> None:
@@ -66,7 +66,7 @@ def view_served(address: tuple[str, int], page_settings: PageOptions, console: C
         page = sessions.open_page(address, page_settings, title, partial(output.say, console))
         try:
             while page.is_running and not stop.is_requested:
-                time.sleep(_NAP)
+                time.sleep(_POLL_PERIOD)
         finally:
             page.close()
 

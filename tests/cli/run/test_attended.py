@@ -95,7 +95,7 @@ def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
     finally:
         wait_until(
             lambda: not thread.is_alive(),
-            "end of the thread that looks on",
+            "end of the viewer's thread",
             between=lambda: server_of(crowd).wait(0.02, until_asked=False),
         )
         assert not wrong, wrong
@@ -144,7 +144,7 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
 def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
     cell = Cell(KITTING, competition=False)
 
-    def begin_anew(link: Link) -> None:
+    def restart(link: Link) -> None:
         until(link, lambda state: state["clock"]["tick"] > 10)
         control(link, action="pause")
         control(link, action="reset")
@@ -152,9 +152,9 @@ def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
         control(link, action="resume")
 
     with looked_at(cell, speed=SLOW) as crowd:
-        with looking(crowd, begin_anew):
+        with looking(crowd, restart):
             cell_result(crowd.run(Sends()))
-            assert crowd.wait(), "it begins anew at once, wherever standard input is"
+            assert crowd.wait(), "it starts again at once, wherever standard input is"
         crowd.rate.set_speed(None)
         result = cell_result(crowd.run(Sends()))
         assert result.outcome is Outcome.DONE
@@ -199,7 +199,7 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
             for action in ("pause", "resume", "step", "speed"):
                 with pytest.raises(CellwrightError, match="the run is over"):
                     control(link, action=action)
-            assert "reset" not in state["control"]["refused"], "it may begin anew"
+            assert "reset" not in state["control"]["refused"], "it may start again"
             no_page.is_running = False
 
         with looking(crowd, look):

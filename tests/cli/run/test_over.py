@@ -72,7 +72,7 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
         (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
         (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
         (["lesson", "--lockstep"], "say over what as well"),
-        (["lesson", "--over", "socket", "--agent", "nobody"], "unknown agent 'nobody'"),
+        (["lesson", "--over", "socket", "--agent", "missing"], "unknown agent 'missing'"),
         ([], "give a trial"),
     ],
 )

@@ -87,7 +87,7 @@ def test_pace_is_printed(cellwright: CommandLine) -> None:
         (["--lockstep"], hello("/me", "cdr").encode() + advance(1, 10**15, each_tick=False).encode()),
         (["--speed", "max"], hello("/me", "cdr").encode() + Frame(Kind.SUBSCRIBE, 5, "/clock").encode()),
     ],
-    ids=["at once", "while a guest waits", "while a guest listens"],
+    ids=["at once", "while a client waits", "while a client listens"],
 )
 def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tmp_path: Path) -> None:
     """While it serves; it prints the score, and the status is 0."""

@@ -204,7 +204,7 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
         ("programs.py:Delivers", "did you mean Deliver"),
         ("programs.py:CannotBeMade", "cannot be made: OSError: no map found"),
         ("programs.py:DiesWhenMade", "the process in which it was made did not live (exit status 9)"),
-        ("nobody", "unknown agent 'nobody'"),
+        ("missing", "unknown agent 'missing'"),
     ],
 )
 def test_an_agent_is_checked_before_anything_starts(folder: Path, program: str, problem: str) -> None:

@@ -243,7 +243,7 @@ def play_recording(
         ros1=ros1,
         observers=[RunProgress(console, status=status)],
         on_ready=output.say_ready,
-        **output.words_for(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
+        **output.session_outputs(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()

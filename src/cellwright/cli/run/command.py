@@ -187,7 +187,7 @@ def run(
     """
     threshold = options.min_score(min_score)
     if connect is not None:
-        _refuse_what_is_settled(context)
+        _refuse_cell_options(context)
         from cellwright.cli.run.remote import run_connected
 
         run_connected(agent, connect, as_json=as_json, min_score=threshold)
@@ -202,7 +202,7 @@ def run(
     if over not in (None, "socket", "ros1"):
         options.refuse(f"--over {over}: give socket or ros1")
     rate = options.speed(speed or ("max" if page is None and (over is None or lockstep) else "1"))
-    wanted = RunOptions(
+    run_options = RunOptions(
         listen=listen or (),
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
         start=resume,
@@ -232,8 +232,8 @@ def run(
         log=log_file,
         about={"agent": agent},
         observers=[pictures, progress],
-        options=wanted,
-        **output.words_for(console, partial(progress.line, style="yellow")),
+        options=run_options,
+        **output.session_outputs(console, partial(progress.line, style="yellow")),
     )
     session.hindrance = AGENT_IN_OWN_PROCESS if over else ""
     program = _program(agent, over, has_end=until is not None, is_verbose=verbose)
@@ -245,18 +245,18 @@ def run(
             leaving.enter_context(stopped_by_signals(session.stop.request))
         leaving.enter_context(session)
         cell: Cell = session.node
-        options.topics(wanted.listen, cell)
+        options.topics(run_options.listen, cell)
         spent = options.averages(averages, cell.trial)
         worker = program()
         if worker is not None and not cell.trial.has_arm:
-            _miss_arm(cell.trial.name, agent)
+            _warn_of_missing_arm(cell.trial.name, agent)
         varied = ", varied" if vary else ""
         say(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False)
         while True:
             with nullcontext() if over else ended_as_by_ctrl_c():
                 result = cell_result(session.run(worker))
             status = exit_status_of(result, has_agent=worker is not None, min_score=threshold)
-            if not session.begins_again:
+            if not session.restart_requested:
                 sys.stderr.write(result.error)
                 final = None if spent is None else finals_score(cell.trial, result.score, spent)
                 if not as_json:
@@ -266,14 +266,14 @@ def run(
                 end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
                 to = out if as_json else None
                 status = show_files(console, session, agent, status, pictures, end, final, out=to)
-            if result.outcome is Outcome.INTERRUPTED or not _begins_again(session, say, keeps=not as_json):
+            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, say, keeps=not as_json):
                 raise typer.Exit(status)
             worker = program()
 
 
-def _begins_again(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
+def _wait_for_restart(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
     """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; return whether to start the run again instead."""
-    if session.begins_again:
+    if session.restart_requested:
         say("the run begins anew")
         return True
     if session.page is None or not keeps:
@@ -302,7 +302,7 @@ def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -
     return lambda: remote
 
 
-def _refuse_what_is_settled(context: typer.Context) -> None:
+def _refuse_cell_options(context: typer.Context) -> None:
     """With --connect the cell runs already: refuse options that would make one, or read its state."""
     for parameter in context.command.params:
         name = parameter.name or ""
@@ -321,7 +321,7 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
         return None
 
 
-def _miss_arm(trial: str, agent: str) -> None:
+def _warn_of_missing_arm(trial: str, agent: str) -> None:
     """Warn about a trial without an arm. Only a user's own program may have a use for it."""
     remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
     if agent in BUNDLED:

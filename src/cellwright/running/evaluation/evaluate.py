@@ -25,10 +25,10 @@ from cellwright.util.errors import UsageError, showable
 LOGS, RECORDINGS = "logs", "recordings"
 """Folders beside the results."""
 
-_LOOK = 0.2  # [s] between two checks of the limits
-_START = 60.0  # [s] that a process may take before it starts on its job
-_GRACE = 5.0  # [s] after which a worker is ended that should have ended by then
-_HASTE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
+_CHECK_PERIOD = 0.2  # [s] between two checks of the limits
+_START_TIMEOUT = 60.0  # [s] that a process may take before it starts on its job
+_END_TIMEOUT = 5.0  # [s] after which a worker is ended that should have ended by then
+_CLOCK_TOLERANCE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
 _MAX_REASON = 1000  # characters
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
@@ -89,7 +89,7 @@ class Evaluation:
         """
         worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
         try:
-            worker.wait(_START + self._limits.wall)
+            worker.wait(_START_TIMEOUT + self._limits.wall)
         finally:
             ending = worker.stop()
         if worker.refused:
@@ -119,13 +119,13 @@ class Evaluation:
                     self._begin(waiting[0])
                     waiting.popleft()
                 with suppress(Empty):
-                    self._wakes.get(timeout=_LOOK)
+                    self._wakes.get(timeout=_CHECK_PERIOD)
                 for worker in [each for each in self._running if each.is_over]:
                     self._finish(worker)
-                if time.monotonic() - looked >= _LOOK:
+                if time.monotonic() - looked >= _CHECK_PERIOD:
                     looked = time.monotonic()
                     self._enforce_limits()
-                    self._on_look([self._how_far(worker, job) for worker, job in self._running.items()])
+                    self._on_look([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
             self.failure = f"{error.filename or self._store.path}: {error.strerror or error}"
         finally:
@@ -156,24 +156,24 @@ class Evaluation:
         folder.mkdir(exist_ok=True)
         return folder / name
 
-    def _how_far(self, worker: WorkerProcess, job: Job) -> Running:
+    def _progress_of(self, worker: WorkerProcess, job: Job) -> Running:
         progress = worker.progress
         return Running(job, time.monotonic() - worker.started, progress.get("time", 0.0), progress.get("points", 0.0))
 
     def _finish(self, worker: WorkerProcess, broken: tuple[Lost, str] | None = None) -> None:
         """Store the result of a job whose worker has ended or has exceeded a limit."""
         job = self._running.pop(worker)
-        far = self._how_far(worker, job)
+        far = self._progress_of(worker, job)
         ending = worker.stop()
         if worker.result is not None and broken is None:
             result = self._reported(job, worker.result)
         else:
             since = time.monotonic() - (worker.begun or worker.started)
-            if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _HASTE:
+            if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
                 broken = Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"
-            kind, why = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
+            kind, reason = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
             figures = {"points": 0.0, "wall": far.wall, "simulated": far.simulated}
-            result = Result.of(job, self._limits, outcome=kind.value, reason=why, **figures)
+            result = Result.of(job, self._limits, outcome=kind.value, reason=reason, **figures)
         if not result.is_done:
             result = replace(result, log=worker.last_lines())
         try:
@@ -196,7 +196,7 @@ class Evaluation:
         memory = memory_of_sessions()
         now = time.monotonic()
         for worker in list(self._running):
-            begun = worker.started + _START if worker.begun is None else worker.begun + _GRACE
+            begun = worker.started + _START_TIMEOUT if worker.begun is None else worker.begun + _END_TIMEOUT
             if memory[worker.number] > self._limits.memory:
                 self._finish(worker, (Lost.MEMORY_LIMIT, self._memory_words()))
             elif worker.log_size() > self._limits.log:

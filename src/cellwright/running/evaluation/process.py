@@ -74,9 +74,9 @@ def memory_of_sessions() -> Counter[int]:
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that limit numerical libraries to one thread each: workers share the processor among them."""
 
-_TAIL = 30  # lines of a log that a result holds
+_TAIL_LINES = 30  # lines of a log that a result holds
 _TAIL_BYTES = 16384
-_KILLED = 5.0  # [s] that a killed process may take to end
+_KILL_TIMEOUT = 5.0  # [s] that a killed process may take to end
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ class WorkerProcess(ChildProcess):
         """End the process and all that it has started; return how it had ended in words, if it had ended before."""
         status = self._process.poll()
         self._kill()
-        self.end(_KILLED)
+        self.end(_KILL_TIMEOUT)
         return "" if status is None else _ending(status)
 
     def log_size(self) -> int:
@@ -164,7 +164,7 @@ class WorkerProcess(ChildProcess):
                 text = file.read().decode("utf-8", errors="replace")
         except OSError:
             return ()
-        return tuple(text.splitlines()[-_TAIL:])
+        return tuple(text.splitlines()[-_TAIL_LINES:])
 
     def _kill(self) -> None:
         if sys.platform == "win32":

@@ -139,7 +139,7 @@ def _x(time: float, end: float) -> float:
 
 def _row(y: int, name: str, spans: Sequence[tuple[float, float | None, str, str]], end: float) -> str:
     middle = y + _ROW / 2
-    found = [
+    parts = [
         f'<text class="name" x="{_LEFT - 10}" y="{middle + 4}" text-anchor="end">{escape(name)}</text>',
         f'<rect class="lane" x="{_LEFT}" y="{middle - _BAR / 2}" width="{_WIDTH - _LEFT - _RIGHT}" height="{_BAR}"/>',
     ]
@@ -147,11 +147,11 @@ def _row(y: int, name: str, spans: Sequence[tuple[float, float | None, str, str]
         last = end if stop is None else stop
         width = max(1.5, _x(last, end) - _x(begin, end))
         title = f"{escape(words)}, {begin:.1f} s to {last:.1f} s"
-        found.append(
+        parts.append(
             f'<rect class="{kind}" x="{_x(begin, end):.1f}" y="{middle - _BAR / 2}" width="{width:.1f}" '
             f'height="{_BAR}" rx="2"><title>{title}</title></rect>'
         )
-    return "".join(found)
+    return "".join(parts)
 
 
 def _kit_mark(kit: Mapping[str, Any], y: float, end: float) -> str:
@@ -220,8 +220,8 @@ def report(results: Sequence[Result], threshold: Threshold | None) -> str:
 def _subtitle(results: Sequence[Result], threshold: Threshold | None) -> str:
     trials, seeds = len({each.trial for each in results}), len({each.seed for each in results})
     varied = ", varied" if any(each.vary for each in results) else ""
-    asked = "" if threshold is None else f"; every run was to reach {threshold}"
-    return f"{_count(trials, 'trial')}, {_count(seeds, 'seed')}{varied}{asked}"
+    requirement = "" if threshold is None else f"; every run was to reach {threshold}"
+    return f"{_count(trials, 'trial')}, {_count(seeds, 'seed')}{varied}{requirement}"
 
 
 def _count(number: int, thing: str) -> str:
@@ -296,21 +296,21 @@ def _head(result: Result, threshold: Threshold | None) -> str:
 
 
 def _inside(result: Result, threshold: Threshold | None) -> str:
-    found = []
-    why = shortcoming(result, threshold)
-    if why:
-        found.append(f'<p class="bad">{escape(why)}</p>')
+    parts = []
+    reason = shortcoming(result, threshold)
+    if reason:
+        parts.append(f'<p class="bad">{escape(reason)}</p>')
     if result.timeline:
-        found.append(f'<div class="scroll">{timeline_picture(result.timeline)}</div>')
-    found += [_kit(order, kit) for order in result.score.get("orders", ()) for kit in order["kits"]]
+        parts.append(f'<div class="scroll">{timeline_picture(result.timeline)}</div>')
+    parts += [_kit(order, kit) for order in result.score.get("orders", ()) for kit in order["kits"]]
     if result.log:
-        found.append(f"<h3>Last lines of its log</h3><pre>{escape(chr(10).join(result.log))}</pre>")
-    told = f"{result.ending}; {result.simulated:.1f} s simulated in {result.wall:.1f} s"
+        parts.append(f"<h3>Last lines of its log</h3><pre>{escape(chr(10).join(result.log))}</pre>")
+    ending = f"{result.ending}; {result.simulated:.1f} s simulated in {result.wall:.1f} s"
     state = f"; state <code>{escape(result.state_hash)}</code>" if result.state_hash else ""
-    found.append(f'<p class="soft">{escape(told)}{state}</p>')
+    parts.append(f'<p class="soft">{escape(ending)}{state}</p>')
     if result.command:
-        found.append(f'<p class="soft">again: <code>{escape(result.command)}</code></p>')
-    return f'<div class="inside">{"".join(found)}</div>'
+        parts.append(f'<p class="soft">again: <code>{escape(result.command)}</code></p>')
+    return f'<div class="inside">{"".join(parts)}</div>'
 
 
 def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
@@ -322,8 +322,8 @@ def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
 
 
 def _part(part: Mapping[str, Any]) -> str:
-    earned, could = part["presence"] + part["pose"], part["reachable_presence"] + part["reachable_pose"]
-    kind = "good" if earned >= could else "fair" if earned else "bad"
+    earned, attainable = part["presence"] + part["pose"], part["reachable_presence"] + part["reachable_pose"]
+    kind = "good" if earned >= attainable else "fair" if earned else "bad"
     cells = [(part["type"], ""), (f"{part['presence']:g}", "n"), (f"{part['pose']:g}", "n"), (part["sentence"], kind)]
     row = "".join(f'<td class="tight {kind}">{escape(text)}</td>' for text, kind in cells)
     return f"<tr>{row}</tr>"

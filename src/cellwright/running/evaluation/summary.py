@@ -168,20 +168,20 @@ def junit(results: Sequence[Result], threshold: Threshold | None) -> bytes:
     times = {"time": f"{sum(result.wall for result in results):.3f}"}
     suites = ElementTree.Element("testsuites", counts | times)
     suite = ElementTree.SubElement(suites, "testsuite", {"name": "cellwright eval", **counts, **times})
-    for result, why in zip(results, short, strict=True):
-        _add_case(suite, result, why)
+    for result, reason in zip(results, short, strict=True):
+        _add_case(suite, result, reason)
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, encoding="utf-8", xml_declaration=True))
 
 
-def _add_case(suite: ElementTree.Element, result: Result, why: str) -> None:
+def _add_case(suite: ElementTree.Element, result: Result, reason: str) -> None:
     name = f"seed {result.seed}{' varied' if result.vary else ''}"
     case = ElementTree.SubElement(
         suite, "testcase", {"classname": _clean(result.trial), "name": name, "time": f"{result.wall:.3f}"}
     )
     evidence = "\n".join(evidence_lines(result))
-    if why:
-        failure = ElementTree.SubElement(case, "failure", {"message": _clean(why), "type": result.outcome})
+    if reason:
+        failure = ElementTree.SubElement(case, "failure", {"message": _clean(reason), "type": result.outcome})
         failure.text = _clean(evidence)
     ElementTree.SubElement(case, "system-out").text = _clean(evidence)
     if result.log:

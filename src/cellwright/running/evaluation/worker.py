@@ -89,7 +89,7 @@ class Timeline:
             self._held.append({"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)})
 
 
-_TELL = 0.5  # [s] of wall time between two lines of progress
+_PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
 
 
 def send(channel: TextIO, kind: str, content: object) -> None:
@@ -110,7 +110,7 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
         nonlocal shown
         timeline.look()
         now = time.monotonic()
-        if now - shown >= _TELL:
+        if now - shown >= _PROGRESS_PERIOD:
             shown = now
             send(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 

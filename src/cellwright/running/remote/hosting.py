@@ -18,7 +18,7 @@ from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.client import Client
 from cellwright.middleware import wire as link
 from cellwright.running.remote.program import REFUSED, AgentExit, Parting
-from cellwright.running.run import Outcome, Program, Session, how_it_ended, wait_for_kits
+from cellwright.running.run import Outcome, Program, Session, final_outcome, wait_for_kits
 from cellwright.util.errors import RunEndedError, UsageError, showable
 from cellwright.util.files import open_to_read
 from cellwright.util.process import ChildProcess
@@ -26,7 +26,7 @@ from cellwright.viewer.services import names
 
 _GUARD = Path(link.__file__).with_name("guard.py")
 
-_LEAVING = 2.0
+_LEAVE_TIMEOUT = 2.0
 """Time [s] that a process may take to end without a signal, and again after it got one."""
 
 _MAX_REPORT = 1 << 20
@@ -74,13 +74,13 @@ class AgentProcess(ChildProcess):
             read=pass_on,
         )
 
-    def end(self, patience: float = _LEAVING) -> None:
+    def end(self, patience: float = _LEAVE_TIMEOUT) -> None:
         """Wait `patience` [s] for the process to end; then end it."""
         if not self._ends_within(patience):
             self._was_ended = True
             self._process.terminate()
-            self._ends_within(_LEAVING)
-        super().end(_LEAVING)  # where there is a guard, it also kills what the agent has started
+            self._ends_within(_LEAVE_TIMEOUT)
+        super().end(_LEAVE_TIMEOUT)  # where there is a guard, it also kills what the agent has started
         self._said = read_report(self._report)
         self._folder.cleanup()
 
@@ -117,11 +117,11 @@ def read_report(path: Path) -> AgentExit | str:
 
 NODE = "/agent"
 
-_NAP = 0.02  # [s]
+_POLL_PERIOD = 0.02  # [s]
 
 _HAS_ENDED = "the agent's process has ended"
 
-_PATIENCE = 60.0
+_EXIT_TIMEOUT = 60.0
 """Wall time [s] that an agent may go on after its run is over."""
 
 
@@ -168,11 +168,11 @@ class RemoteAgent(Program):
                 session.stop.request(_HAS_ENDED)
 
         session.on_poll.append(look_after)
-        session.loop.patience = _PATIENCE
+        session.loop.patience = _EXIT_TIMEOUT
         try:
             # over a socket no time passes before the agent has connected
             while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
-                server.wait(_NAP)
+                server.wait(_POLL_PERIOD)
                 was_there = NODE in server.guests
             session.loop.pacer.begin()
             outcome, error = session.target.loop(session)
@@ -201,4 +201,4 @@ class RemoteAgent(Program):
             with contextlib.suppress(RunEndedError), contextlib.closing(client):
                 wait_for_kits(cell, client)
         is_stopped = cell.simulation.now >= stop.deadline
-        return how_it_ended(cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""
+        return final_outcome(cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""

@@ -27,7 +27,7 @@ from cellwright.robot.services import RobotServices
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.window import Window, WindowError
 
-_PATIENCE = 30.0  # [s] of wall time within which the program must connect
+_CONNECT_TIMEOUT = 30.0  # [s] of wall time within which the program must connect
 
 
 def main() -> int:
@@ -60,7 +60,7 @@ def _run(node: RobotNode, server: Server, parent: int) -> None:
         nonlocal has_come
         is_here = OWNER in server.guests
         has_come = has_come or is_here
-        is_late = not has_come and time.monotonic() - begun > _PATIENCE
+        is_late = not has_come and time.monotonic() - begun > _CONNECT_TIMEOUT
         is_orphan = os.name == "posix" and os.getppid() != parent
         if (has_come and not is_here) or is_late or is_orphan:
             loop.stop.request()

@@ -33,7 +33,7 @@ def keep_log(session: SessionState) -> Iterator[None]:
     cell = target.node
     if log is None:
         assert session.log is not None
-        log = RunLog(session.numbered(session.log), about=session.about, report=session.report)
+        log = RunLog(session.numbered_file(session.log), about=session.about, report=session.report)
     session.on_reset.append(log.reset)
     try:
         with target.events(log, {"time": cell.simulation.time}):
@@ -60,7 +60,7 @@ def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
     from cellwright.recording.format.recorder import Recorder
 
     target = session.target
-    files = RecordingFiles([session.numbered(path) for path in record.paths], report=record.report)
+    files = RecordingFiles([session.numbered_file(path) for path in record.paths], report=record.report)
     sources = {} if record.sources is None else record.sources.files()
     attachments = {f"{SOURCES}{name}": content for name, content in sources.items()}
     if session.options.start is not None:
@@ -95,7 +95,7 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
     Raises:
         RenderingError: the file cannot be written.
     """
-    numbered = replace(options, file=session.numbered(options.file))
+    numbered = replace(options, file=session.numbered_file(options.file))
     waits = session.lockstep or session.rate.speed is None
     film = session.target.film(numbered, waits=waits, report=session.report)
     film.start()
@@ -150,7 +150,7 @@ class Pictures:
             for when, file in self._requests:
                 at(cell, when, partial(self.take, file), run)
             yield
-        if session.begins_again:
+        if session.restart_requested:
             return
         ended = f"the run ended at {cell.simulation.time:g} s"
         for when, file in self._requests:

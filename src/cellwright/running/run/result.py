@@ -225,7 +225,7 @@ class RunResult(SessionResult):
     collisions: list[Collision] = field(default_factory=list)
 
 
-def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
+def final_outcome(cell: Cell, *, otherwise: Outcome) -> Outcome:
     """Return the outcome of a run that came to its end: that of the competition, or `otherwise`."""
     if cell.competition.state != "done":
         return otherwise

@@ -38,7 +38,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, final_outcome
 from cellwright.running.run.targets import (
     CellTarget,
     SessionState,
@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from cellwright.viewer.web.start import WebPage
 
 
-_NAP = 0.1  # [s]
-_LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
+_POLL_PERIOD = 0.1  # [s]
+_LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
 
 
 def _warn(line: str) -> None:
@@ -294,8 +294,13 @@ class Session(SessionState):
             else:
                 outcome, error = work_in_process(program, self.node, self.transport("/agent"))
             result = self._end(outcome, error)
-        if self.page is not None and self.server is not None and self.target.runs_from_start and not self.begins_again:
-            self.server.wait(_LAST_LOOK, until_asked=False)
+        if (
+            self.page is not None
+            and self.server is not None
+            and self.target.runs_from_start
+            and not self.restart_requested
+        ):
+            self.server.wait(_LAST_POLL, until_asked=False)
         return result
 
     def client(self, node: str = "/client") -> NodeClient:
@@ -316,12 +321,12 @@ class Session(SessionState):
         return transport
 
     def _begin(self, run: ExitStack, until: float | None, *, has_agent: bool) -> None:
-        if self.begins_again:
+        if self.restart_requested:
             self.stop.withdraw()
         self.stop.reset()
         if until is not None:
             self.stop.limit(nanoseconds(until))
-        self.begins_again, self._is_over = False, False
+        self.restart_requested, self._is_over = False, False
         self.number += 1
         self.loop = Loop(
             self.node.simulation,
@@ -374,7 +379,7 @@ class Session(SessionState):
     def reset(self) -> None:
         """Restart the run while clients stay connected; an agent in this process is run again."""
         if self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent):
-            self.begins_again = True
+            self.restart_requested = True
             self.stop.request("the run begins again")
             return
         simulation = self.node.simulation
@@ -389,12 +394,16 @@ class Session(SessionState):
     def wait(self) -> bool:
         """Keep the page until it is closed, on request or until Ctrl-C; return whether to start the run again."""
         try:
-            while self.page is not None and self.page.is_running and not (self.begins_again or self.stop.is_requested):
+            while (
+                self.page is not None
+                and self.page.is_running
+                and not (self.restart_requested or self.stop.is_requested)
+            ):
                 assert self.server is not None
-                self.server.wait(_NAP, until_asked=False)
+                self.server.wait(_POLL_PERIOD, until_asked=False)
         except KeyboardInterrupt:
             return False
-        return self.begins_again
+        return self.restart_requested
 
 
 def open_page(
@@ -605,7 +614,7 @@ def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Out
     finally:
         client.close()
     stopped = cell.simulation.now >= transport.stop.deadline
-    return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+    return final_outcome(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 
 def call_agent(agent: Agent, client: Client) -> None:

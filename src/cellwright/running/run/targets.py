@@ -36,7 +36,7 @@ from cellwright.running.run.result import (
     Outcome,
     RunResult,
     SessionResult,
-    how_it_ended,
+    final_outcome,
     versions,
 )
 from cellwright.util.errors import SimulationError
@@ -117,7 +117,7 @@ class SessionState:
     number = 0
     hindrance = ""
     """Reason why a run may not start again, besides those of its target."""
-    begins_again = False
+    restart_requested = False
     """True if a restart was requested, so that the run is run once more."""
     _first_tick = 0
     _begun = 0.0  # [s] of `time.perf_counter`
@@ -137,7 +137,7 @@ class SessionState:
             "pace": self.loop.pace,
         }
 
-    def numbered(self, file: Path) -> Path:
+    def numbered_file(self, file: Path) -> Path:
         """Return the file of this name for the newest run: run.mp4, run_2.mp4."""
         return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
 
@@ -395,7 +395,7 @@ class CellTarget(Target):
 
     def outcome_by_now(self) -> Outcome:
         """Return the outcome of a run that is stopped now."""
-        return how_it_ended(self.node, otherwise=Outcome.UNTIL)
+        return final_outcome(self.node, otherwise=Outcome.UNTIL)
 
     def result(self, session: SessionState, outcome: str, error: str = "") -> RunResult:
         """Return the result of the run so far."""
@@ -416,10 +416,10 @@ class CellTarget(Target):
         self.node.bus.refusals.flush()
         if self._collisions is not None:
             result.collisions = self._collisions.end()
-        if not session.begins_again:
+        if not session.restart_requested:
             facts = {"outcome": outcome_word(result), "error": result.error, "state_hash": result.state_hash}
             self.cell_panel.end(facts | {"simulated": result.simulated, "wall": result.wall})
-        if self.control is not None and not session.begins_again:
+        if self.control is not None and not session.restart_requested:
             self.control.over = OVER
 
     @cached_property

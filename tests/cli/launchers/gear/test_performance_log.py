@@ -111,11 +111,11 @@ def test_a_new_log_replaces_an_old_link(tmp_path: Path) -> None:
     path = log_path(tmp_path)
     path.parent.mkdir(parents=True)
     elsewhere = tmp_path / "default.log"
-    elsewhere.write_text("of somebody else\n")
+    elsewhere.write_text("of another user\n")
     path.symlink_to(elsewhere)
     PerformanceLog(path, refuse_to_report).close()
     assert path.read_text() == ""
-    assert elsewhere.read_text() == "of somebody else\n"
+    assert elsewhere.read_text() == "of another user\n"
 
 
 def test_a_place_that_cannot_be_written_is_reported_once(tmp_path: Path) -> None:
