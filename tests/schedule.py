@@ -1,8 +1,8 @@
 """Distribution of tests to workers: long ones before short ones, and waiting ones beside computing ones.
 
 A test against ROS 1 mostly waits: for processes to start, for messages, for a cell that runs in real time. So the last
-    of three workers or more starts with those, while the others compute. A worker that has run out of its own kind
-    takes tests of the other.
+of three workers or more starts with those, while the others compute. A worker that has run out of its own kind takes
+tests of the other.
 
 Files whose tests share a cell, or something else that is slow to make, stay whole; those of the page share one browser.
 """

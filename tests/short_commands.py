@@ -1,8 +1,8 @@
 """Command `cellwright` for shells of tests, without the start of an interpreter for short commands.
 
 A page gives dozens of short commands, and the start of each costs a second of processor time. Here a script passes them
-    to the process of the tests, which runs each in a fork of a warm process. All other commands start an interpreter,
-    as they do for users: Ctrl-C reaches those alone.
+to the process of the tests, which runs each in a fork of a warm process. All other commands start an interpreter, as
+they do for users: Ctrl-C reaches those alone.
 """
 
 from __future__ import annotations

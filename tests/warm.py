@@ -1,7 +1,7 @@
 """Commands and programs without the start of an interpreter: forks of a process that has loaded the modules.
 
 The start takes more than a second of processor time, which is all that many commands need. A test about the start runs
-    an interpreter of its own. So does a test about loaded modules: here nearly everything is loaded.
+an interpreter of its own. So does a test about loaded modules: here nearly everything is loaded.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Cellwright: industrial robot cells, simulated in Python.
 
 The names that most programs need are imported from here: `cellwright.Cell`, `cellwright.run_trial`, …. A name is loaded
-    at its first use. So `import cellwright` costs next to nothing, and works under the Python of ROS 1 too.
+at its first use. So `import cellwright` costs next to nothing, and works under the Python of ROS 1 too.
 """
 
 from __future__ import annotations

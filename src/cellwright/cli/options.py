@@ -123,7 +123,7 @@ def cell_of(
     competition: bool = True,
     **about: str,
 ) -> CellTarget:
-    """Return the cell of the trial in these files, made when its session opens; its warnings go to a console."""
+    """Return the cell of the trial in these files, made when its session opens; its refusals go to a console."""
 
     def make() -> Cell:
         loaded = trial(files, seed, is_varied=is_varied)  # an invalid seed is refused here

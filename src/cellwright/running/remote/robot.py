@@ -1,8 +1,8 @@
 """Process of an assembled robot: its controller node, for the program that started it and for other clients.
 
-It reads its order from stdin, a JSON object: `urdf`, a path; `configs`, the robot configuration; `window` and
-    `sliders`; `parent`, the id of the process that started it. It prints one line of JSON: `host` and `port`, or
-    `error`.
+It reads its order from stdin, a JSON object: `urdf` is a path, `configs` the robot configuration, `parent` the id of
+the process that started it. `window` and `sliders` are true or false. It prints one line of JSON: `host` and `port`, or
+`error`.
 """
 
 import json
