@@ -27,7 +27,7 @@ def test_every_dependency_is_capped_installed_and_explained(requirement: Require
 
 
 @pytest.mark.parametrize("requirement", WINDOW, ids=lambda each: each.name)
-def test_what_a_window_needs_is_capped_and_explained(requirement: Requirement) -> None:
+def test_requirements_of_a_window_are_capped_and_explained(requirement: Requirement) -> None:
     assert {">=", "<"} <= {each.operator for each in requirement.specifier}
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 

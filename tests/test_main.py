@@ -76,7 +76,7 @@ def test_ctrl_c_between_two_lines_of_ours(monkeypatch: pytest.MonkeyPatch, capsy
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
-def test_what_a_pipe_has_no_letter_for_is_written_as_a_number(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_letter_that_a_pipe_lacks_is_written_as_a_number(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from cellwright import __main__ as way_in
 
     written = io.BytesIO()

@@ -185,7 +185,7 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
-def test_what_the_readme_shows_works_there(
+def test_commands_of_the_readme_work_there(
     arguments: list[str], expected: str, installed: WarmStart, scripts: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")

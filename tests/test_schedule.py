@@ -94,7 +94,7 @@ def test_those_of_the_workspace_go_to_one_worker() -> None:
 
 
 @pytest.mark.parametrize("name", FIRST)
-def test_what_is_named_is_there(name: str) -> None:
+def test_named_files_exist(name: str) -> None:
     assert (ROOT / name).exists()
 
 
@@ -114,7 +114,7 @@ def test_the_last_of_three_waits_while_the_others_compute() -> None:
     assert sorted(chain(*others, last)) == sorted(names)
 
 
-def test_who_has_run_out_of_computing_helps_those_that_wait() -> None:
+def test_a_worker_without_computing_tests_takes_waiting_ones() -> None:
     names = in_order([f"{LESSON}::{number}" for number in range(30)])
     shares = run(names, 3)
     assert sorted(chain(*shares)) == sorted(names)

@@ -77,7 +77,7 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
     ],
 )
 @pytest.mark.usefixtures("agents")
-def test_what_cannot_be_written_or_scored_is_refused(
+def test_a_log_or_averages_that_are_not_valid_are_refused(
     option: str, value: str, said: str, cellwright: CommandLine
 ) -> None:
     ran = cellwright(*GIVES_UP, option, value)

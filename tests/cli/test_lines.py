@@ -36,7 +36,7 @@ def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
         (None, True, "lockstep"),
     ],
 )
-def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, expected: str) -> None:
+def test_the_ready_line_shows_address_and_rate(speed: float | None, lockstep: bool, expected: str) -> None:
     served = Served()
     served.lockstep = lockstep
     assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {expected}"  # type: ignore[arg-type]

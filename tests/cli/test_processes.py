@@ -108,7 +108,7 @@ def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
+def test_a_process_that_ignores_a_closed_terminal_goes_on(tmp_path: Path) -> None:
     ran = subprocess.run(
         [
             *("sh", "-c", 'trap "" HUP; "$@" & kill -HUP $!; wait $!', "sh", *COMMAND),

@@ -75,7 +75,7 @@ def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_served_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_a_served_cell_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright(
         "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.2", "--video", "a.mp4", *SMALL, "--json"
     )

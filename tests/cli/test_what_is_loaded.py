@@ -46,7 +46,7 @@ def test_a_run_loads_nothing_of_looking_on(options: tuple[str, ...], loaded: lis
     assert _ended(asked, run, tmp_path) == [0, loaded]
 
 
-def test_what_other_commands_need_is_not_loaded(tmp_path: Path) -> None:
+def test_modules_of_other_commands_are_not_loaded(tmp_path: Path) -> None:
     assert _ended(json.dumps(["mujoco", "numpy"]), ["--version"], tmp_path) == [0, []]
 
 

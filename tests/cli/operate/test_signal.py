@@ -96,7 +96,7 @@ def test_bad_input_is_one_line_and_moves_nothing(
     assert ran.err.count("\n") == 1
 
 
-def test_where_no_node_is_it_says_how_to_start_one(cellwright: CommandLine) -> None:
+def test_without_a_node_the_error_says_how_to_start_one(cellwright: CommandLine) -> None:
     ran = cellwright("operate", "signal", "right_1", "--connect", "127.0.0.1:1")
     assert ran.status == 2
     assert "start one with: cellwright teleop ROBOT --port 1" in ran.err

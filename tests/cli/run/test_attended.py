@@ -222,7 +222,7 @@ def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPa
 
 
 @pytest.mark.slow
-def test_what_the_arm_hits_is_on_the_panel_while_it_happens_and_at_the_end() -> None:
+def test_collisions_are_on_the_panel_during_the_run_and_at_its_end() -> None:
     cell = Cell(ARM_ONLY)
 
     def look(link: Link) -> None:
@@ -276,7 +276,7 @@ def test_a_camera_behind_view_is_refused_with_its_new_place(cellwright: CommandL
         assert "--camera overview" in ran.err
 
 
-def test_what_is_said_of_a_page_needs_one(cellwright: CommandLine) -> None:
+def test_options_of_a_page_need_one(cellwright: CommandLine) -> None:
     for more in (["--view-port", "8080"], ["--view-host", "127.0.0.1"], ["--open"]):
         ran = cellwright("run", "lesson", *more)
         assert (ran.status, ran.err) == (2, f"error: {more[0]}: there is no page; say --view as well\n")

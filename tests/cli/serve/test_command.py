@@ -65,7 +65,7 @@ def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) 
     assert seen["overview"] != seen["agv1"]
 
 
-def test_who_lets_in_the_network_is_warned(cellwright: CommandLine) -> None:
+def test_an_open_address_gives_a_warning(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.1", "--host", "0.0.0.0")
     assert ran.status == 0
     assert ran.err == "warning: 0.0.0.0: anybody who reaches this machine can drive the cell\n"

@@ -73,7 +73,7 @@ def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.Mon
         (["--watchdog", "0.5"], "the options of safety"),
     ],
 )
-def test_what_is_meant_for_a_running_node_is_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
+def test_options_of_a_running_node_are_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check", *arguments)
     assert (ran.status, ran.out) == (2, "")
     assert f"--check: leave out {name}, meant for a node that goes on running" in ran.err

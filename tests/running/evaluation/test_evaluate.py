@@ -130,7 +130,7 @@ def test_a_program_that_eats_memory(judge: Judge) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 @LINUX
-def test_what_its_children_have_counts_too(judge: Judge) -> None:
+def test_memory_of_child_processes_counts(judge: Judge) -> None:
     (result,) = judge("EatInChildren", memory=500 << 20)
     assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 500 MiB of memory")
     assert result.simulated == 0.0
@@ -146,7 +146,7 @@ def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
 
 @pytest.mark.slow
 @LINUX
-def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
+def test_leftover_processes_of_a_program_are_ended(judge: Judge) -> None:
     (result,) = judge("LeaveBehind")
     assert result.outcome == "done"
     left = [int(number) for number in Path("left.txt").read_text().split()]

@@ -12,7 +12,7 @@ def test_as_many_as_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.parametrize(("cpu_count", "expected"), [(4, 4), (None, 1)])
-def test_where_the_system_tells_only_how_many_there_are(
+def test_without_affinity_the_count_of_the_system_holds(
     cpu_count: int | None, expected: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)

@@ -45,7 +45,7 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
-def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
+def test_a_file_that_is_not_regular_is_not_read(tmp_path: Path, device: str) -> None:
     (tmp_path / RESULTS_NAME).symlink_to(device)
     with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
         ResultsFile(tmp_path)

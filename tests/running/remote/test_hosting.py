@@ -242,9 +242,7 @@ def hostile(agents: str) -> str:
 @pytest.mark.parametrize(
     "deed", ["forged", "cut", "of_another_kind", "nested", "a_pipe", "a_folder", "a_link", "missing"]
 )
-def test_whatever_an_agent_makes_of_its_report_the_run_has_its_score(
-    hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str
-) -> None:
+def test_a_run_with_a_forged_report_has_its_score(hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str) -> None:
     monkeypatch.setenv("DEED", deed)
     result = hosted(f"{hostile}:Lies", lockstep=True)
     assert result.score.total > 0.0

@@ -54,7 +54,7 @@ def at_once(error: BaseException) -> Callable[[Client], object]:
 @pytest.mark.parametrize(
     "error", [OwnError, GeneratorExit, asyncio.CancelledError, MemoryError, RecursionError, StopIteration]
 )
-def test_whatever_it_raises_is_a_crash_and_the_score_stands(
+def test_any_error_is_a_crash_and_the_score_stands(
     error: type[BaseException], how: Callable[[BaseException], Callable[[Client], object]]
 ) -> None:
     result = work(how(error("mine")))
@@ -63,7 +63,7 @@ def test_whatever_it_raises_is_a_crash_and_the_score_stands(
     assert "working.py" not in result.error
 
 
-def test_what_it_says_can_be_shown_and_kept() -> None:
+def test_its_error_text_can_be_printed_and_stored() -> None:
     said = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
     assert len(said) < 30_000
     assert all(sign.isprintable() or sign == "\n" for sign in said)
@@ -98,7 +98,7 @@ def test_an_error_in_a_callback_that_it_catches_is_its_own_affair() -> None:
     assert work(script).outcome is Outcome.DONE
 
 
-def test_what_it_changes_of_the_process_is_put_back_and_changes_nothing(tmp_path: Path) -> None:
+def test_its_changes_of_the_process_are_restored(tmp_path: Path) -> None:
     folder, numbers = Path.cwd(), np.geterr()
 
     def script(client: Client) -> None:

@@ -56,7 +56,7 @@ def test_a_run_is_recorded_with_its_score(tmp_path: Path) -> None:
         assert recording.start is None
 
 
-def test_what_a_run_began_from_and_read_is_in_it(tmp_path: Path) -> None:
+def test_a_recording_holds_the_start_and_the_sources_of_its_run(tmp_path: Path) -> None:
     with sources_collected() as sources:
         trial = load_trial("lesson")
     cell, start = Cell(trial), tmp_path / "start.npz"

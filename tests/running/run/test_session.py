@@ -96,7 +96,7 @@ def test_a_slow_observer_is_not_made_good_by_a_rush() -> None:
     assert result.real_time_factor < 2.1  # a slow machine falls behind, none runs ahead
 
 
-def test_what_is_served_can_be_worked_from_elsewhere() -> None:
+def test_a_served_session_can_be_worked_by_a_client() -> None:
     with Session(cellwright.Cell(KITTING), serve=HERE, lockstep=True) as session:
 
         def work() -> None:

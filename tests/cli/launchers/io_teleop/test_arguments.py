@@ -57,7 +57,7 @@ def test_other_options_come_last_so_that_they_count(scripts: Path) -> None:
     assert of(script, "--motion", "servo", "--init_debug")[-3:] == ["--init-debug", "--motion", "servo"]
 
 
-def test_what_roslaunch_adds(scripts: Path) -> None:
+def test_arguments_of_roslaunch_are_dropped(scripts: Path) -> None:
     found = of(scripts / "openloong_controller_node.py", "__name:=robot", "__log:=/tmp/x.log", "_rate:=3")
     assert found[2:] == ["--ros1", "--node=robot", "--port=0"]
 
