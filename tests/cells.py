@@ -1,4 +1,4 @@
-"""Small whole cells for tests, and ears to listen to them with."""
+"""Small whole cells for tests, and listeners for them."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ JOINTS = (
     "wrist_2_joint",
     "wrist_3_joint",
 )
-"""In the order of the controller."""
+"""Names in the order of the controller."""
 
 INITIAL = (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0)
-"""Where the arm begins [m, rad], in the order of the controller (ARIAC 2017)."""
+"""Start posture of the arm [m, rad], in the order of the controller (ARIAC 2017)."""
 
 ON_THE_ROD = dict(zip(JOINTS, (0.25, 3.2, -0.47, 2.09, 3.1, -1.51, 0.0), strict=True))
 """The lesson's first picking posture: the cup stands on the rod of `ROD_IN_REACH`."""
@@ -62,13 +62,13 @@ GEARS = (KitObject("gear_part", Pose((0.1, 0.1, 0.0))), KitObject("gear_part", P
 
 
 def order(number: int = 0, objects: tuple[KitObject, ...] = GEARS, **condition: Any) -> Order:
-    """An order of one kit; announced at the start if no other condition is given."""
+    """Return an order of one kit; announced at the start if no other condition is given."""
     name = f"order_{number}"
     return Order(name, (Kit(f"{name}_kit_0", objects),), **(condition or {"start_time": 0.0}))
 
 
 def on_tray(*objects: KitObject, number: int = 1, first: int = 1, height: float = 0.006) -> tuple[Part, ...]:
-    """Parts that stand on the tray of an AGV where a kit wants them."""
+    """Return parts at their places in a kit on the tray of an AGV."""
     return tuple(
         Part(f"tray{number}|{each.type}_{index}", each.type, _raised(each.pose, height), (TRAY_1, TRAY_2)[number - 1])
         for index, each in enumerate(objects, start=first)
@@ -90,10 +90,10 @@ SENSORS = (
 )
 
 BARE = Trial("bare", options=Options(insert_agvs=False))
-"""Nothing that can be left out."""
+"""A cell without anything optional."""
 
 KITTING = Trial("kitting", orders=(order(),), extra_parts=on_tray(*GEARS), time_limit=-1.0)
-"""No arm; the kit that is ordered stands on the tray of AGV 1 from the start."""
+"""No arm; the ordered kit stands on the tray of AGV 1 from the start."""
 
 WHOLE = Trial(
     "whole",
@@ -109,44 +109,44 @@ WHOLE = Trial(
     initial_joint_states=ON_THE_ROD,
     time_limit=-1.0,
 )
-"""Something of everything; the cup begins on a rod."""
+"""Something of everything; the cup starts on a rod."""
 
 ARM_ONLY = Trial("arm", has_arm=True, options=Options(insert_agvs=False))
 
 
 def with_timestep(trial: Trial, timestep: Fraction) -> Trial:
-    """The trial with another timestep [s]."""
+    """Return the trial with another time step [s]."""
     settings = replace(trial.settings, timestep=(timestep.numerator, timestep.denominator))
     return replace(trial, settings=settings)
 
 
 def with_seed(trial: Trial, seed: int) -> Trial:
-    """The trial with another root of chance."""
+    """Return the trial with another seed."""
     return replace(trial, settings=CellSettings(seed=seed))
 
 
 def region(lower: tuple[float, float, float], upper: tuple[float, float, float], at: Pose) -> DropRegion:
-    """Where rods are dropped."""
+    """Return a drop region for rods."""
     return DropRegion("region", "piston_rod_part", lower, upper, at)
 
 
 def run(cell: Cell, seconds: float) -> None:
-    """Let time pass [s]."""
+    """Step the cell for a time [s]."""
     cell.simulation.step_until(cell.simulation.now + nanoseconds(seconds))
 
 
 def run_to(cell: Cell, seconds: float) -> None:
-    """Let time pass up to a moment [s]."""
+    """Step the cell up to a time [s]."""
     cell.simulation.step_until(nanoseconds(seconds))
 
 
 class Ear:
-    """What is heard on a topic, with the times [s] at which it came.
+    """Listener that stores the messages of topics, with the times [s] at which they came.
 
     Args:
-        cell: where to listen.
-        topics: names; what lies under /ariac may be named without it.
-        node: who listens.
+        cell: the cell to listen to.
+        topics: names; those under /ariac may leave that out.
+        node: name of the listening node.
     """
 
     def __init__(self, cell: Cell, *topics: str, node: str = "/ear") -> None:
@@ -159,7 +159,7 @@ class Ear:
         return len(self.messages)
 
     def cancel(self) -> None:
-        """Listen no longer."""
+        """Stop listening."""
         for subscription in self._subscriptions:
             subscription.cancel()
 
@@ -169,7 +169,7 @@ class Ear:
 
 
 def full(name: str) -> str:
-    """An absolute name."""
+    """Return an absolute name."""
     return name if name.startswith("/") else f"/ariac/{name}"
 
 
@@ -179,19 +179,19 @@ def call(cell: Cell, service: str, request: Any = None, node: str = "/client") -
 
 
 def publish(cell: Cell, topic: str, message: Any, node: str = "/client") -> None:
-    """Send a message to the cell."""
+    """Publish a message to the cell."""
     cell.bus.publish(full(topic), message, node=node)
 
 
 def start(cell: Cell) -> None:
-    """Start the competition and let it go."""
+    """Start the competition and advance one step."""
     assert call(cell, "start_competition").success
     cell.step()
     assert cell.competition.state is CompetitionState.GO
 
 
 def way(*waypoints: tuple[float, ...], each: float = 1.0, names: tuple[str, ...] = JOINTS) -> JointTrajectory:
-    """A trajectory message along joint positions, so many seconds each."""
+    """Return a trajectory message along joint positions, with `each` [s] between them."""
     points = [
         trajectory_point(positions, time_from_start=round((number + 1) * each * NANOSECONDS))
         for number, positions in enumerate(waypoints)
@@ -200,27 +200,27 @@ def way(*waypoints: tuple[float, ...], each: float = 1.0, names: tuple[str, ...]
 
 
 def wanted(cell: Cell) -> list[float]:
-    """Where the controller wants the joints to be now, in its order."""
+    """Return the controller's present setpoints of the joints, in its order."""
     assert cell.arm is not None
     return list(cell.arm.controller.positions(cell.simulation.now))
 
 
 def is_sound(cell: Cell) -> bool:
-    """Whether the engine has nothing to complain of."""
+    """Return whether the engine has raised no warning."""
     data = cell.simulation.data
     return bool(np.isfinite(data.qpos).all()) and not any(warning.number for warning in data.warning)
 
 
 def stamp_of(message: Any) -> int:
-    """The stamp in a message's header [ns]."""
+    """Return the stamp in a message's header [ns]."""
     return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
 
 
 def wait_until(cell: Cell, condition: Callable[[], bool], seconds: float) -> float:
-    """Let time pass until something is so; the time it took [s].
+    """Step the cell until a condition holds; return the time it took [s].
 
     Raises:
-        AssertionError: it did not come to be in that time.
+        AssertionError: the condition did not hold in that time.
     """
     begin = cell.simulation.now
     while not condition():

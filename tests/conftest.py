@@ -1,4 +1,4 @@
-"""Test data of the project, and cases that people bring along in $CELLWRIGHT_EXTRA_CASES."""
+"""Test data of the project, and additional cases of users in $CELLWRIGHT_EXTRA_CASES."""
 
 import gc
 import json
@@ -8,10 +8,10 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 
-# Where glfw is installed the engine loads it, which starts another Python; windows of ours load it themselves.
+# Where glfw is installed the engine loads it, which starts another Python; our own windows load it themselves.
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-# A slow machine is no failure; and what CI judges is the commit, not the day's luck.
+# A slow machine is no failure; and CI judges the commit, independent of random examples.
 settings.register_profile(
     "cellwright", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
 )
@@ -26,7 +26,7 @@ pytest_plugins = [
     "tests.schedule",
 ]
 
-# Collection makes a million objects that stay until the end; a look for garbage among them would find none.
+# Collection creates a million objects that stay until the end; garbage collection among them would find none.
 gc.disable()
 
 
@@ -39,7 +39,7 @@ DATA = Path(__file__).parent / "data"
 
 
 def load_cases(name: str) -> list[dict[str, Any]]:
-    """The cases of tests/data/<name> and of every file of that name in $CELLWRIGHT_EXTRA_CASES."""
+    """Return the cases of tests/data/<name> and of every file of that name in $CELLWRIGHT_EXTRA_CASES."""
     folders = [DATA]
     if extra := os.environ.get("CELLWRIGHT_EXTRA_CASES"):
         folders.append(Path(extra))

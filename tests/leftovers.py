@@ -1,7 +1,7 @@
-"""Cleanup of a run: the processes of a test carry its mark and end with it, and nothing of a run outlives the run.
+"""Cleanup of a run: the processes of a test carry its mark and end with it, and nothing outlives the run.
 
-A test that passed must have ended its processes; after one that failed they are killed. The controller of a run looks
-once more when all tests are over, removes the run's temporary files, and kills what earlier runs left when they died.
+A test that passed must have ended its processes; those of a failed test are killed. After all tests the controller of a
+run checks again, removes the run's temporary files, and kills processes that earlier runs left when they died.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _STARTS = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn")
 
 
 class Starts:
-    """Counter of the processes that this one starts: a test that starts none needs no look at the system's table."""
+    """Counter of the processes that this one starts: a test that starts none needs no check of the process table."""
 
     total = 0
     checked = 0
@@ -40,13 +40,13 @@ class Starts:
 
 
 def marked(run: str, owner: str | None = None) -> list[int]:
-    """Processes with the mark of a run; with `owner` those that this test or fixture started."""
+    """Return the processes with the mark of a run; with `owner` those that this test or fixture started."""
     marks = {pid: mark.partition(" ")[::2] for pid, mark in with_variable(MARK).items()}
     return [pid for pid, mark in marks.items() if mark[0] == run and owner in (None, mark[1])]
 
 
 def identity(pid: int | str) -> str:
-    """A name of a process that no later one gets: its number and its start; empty when it is gone."""
+    """Return a unique name of a process, from its id and its start; empty if the process is gone."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
     except OSError:
@@ -55,7 +55,7 @@ def identity(pid: int | str) -> str:
 
 
 def end_orphans() -> list[str]:
-    """Kill the processes of runs whose controller is gone; their command lines."""
+    """Kill the processes of runs whose controller is gone; return their command lines."""
     runs = {pid: mark.partition(" ")[0] for pid, mark in with_variable(MARK).items()}
     orphans = [pid for pid, run in runs.items() if identity(run.partition("@")[0]) != run]
     names = [name_of(pid) for pid in orphans]
@@ -69,7 +69,7 @@ def end_processes(run: str, owner: str, *, failed: bool) -> None:
     Args:
         run: identity of the run.
         owner: the test.
-        failed: kill them at once; otherwise each has to end without help.
+        failed: kill them at once; otherwise each must end without help.
 
     Raises:
         AssertionError: the test passed, and a process of it did not end.
@@ -86,20 +86,20 @@ def end_processes(run: str, owner: str, *, failed: bool) -> None:
 
 
 class Controller:
-    """The process that runs all tests, or the workers that do."""
+    """Cleanup in the process that runs all tests, or that controls the workers."""
 
     def __init__(self) -> None:
         self.folder = tempfile.mkdtemp(prefix="cellwright-tests-")
-        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # kept, for whoever looks into a failure
+        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # kept for the inspection of a failure
         os.environ["TMPDIR"] = tempfile.tempdir = self.folder
         self.run = os.environ[_RUN] = identity(os.getpid())
-        os.environ.pop(MARK, None)  # of the test that started this run
+        os.environ.pop(MARK, None)  # set by the test that started this run
         self.orphans = end_orphans()
         self.left: list[str] = []
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Workers have ended. What has a mark now is a fault of a shared fixture, and fails the run."""
+        """Check for processes after the workers have ended, and fail the run if a shared fixture has left any."""
         left = marked(self.run)
         self.left = [name_of(pid) for pid in left]
         kill(left)
@@ -132,7 +132,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: pytest.FixtureDef[Any]) -> Generator[None, Any, Any]:
-    """What a shared fixture starts outlives the test that needed it first."""
+    """Mark the processes of a shared fixture as its own: they outlive the test that needed it first."""
     mark = os.environ[MARK]
     if fixturedef.scope != "function":
         os.environ[MARK] = f"{os.environ[_RUN]} fixture {fixturedef.argname}"

@@ -1,9 +1,9 @@
-"""Part types of somebody's own, for tests: a mesh with its flat top off the centre, and a trial that orders them."""
+"""A user's own part types, for tests: a mesh with its flat top off the centre, and a trial that orders them."""
 
 from pathlib import Path
 
 STEP_HEIGHT = 30.0
-"""Of the mesh [mm]; its base is x -50 to 50, y -25 to 25, its flat top x 0 to 50."""
+"""Height of the mesh [mm]; its base is x -50 to 50, y -25 to 25, its flat top x 0 to 50."""
 
 _STEP = """\
 v -50 -25 0
@@ -29,7 +29,7 @@ PARTS = {
     "my_ball": "{mass: 0.3, shapes: [{sphere: {radius: 0.03}}]}",
     "my_anvil": "{mass: 25, shapes: [{box: [0.08, 0.08, 0.05]}]}",
 }
-"""What stands in a trial's file of each type."""
+"""Text of each type in a trial's file."""
 
 _PLACES = ("0.1, 0.15, 0", "-0.1, 0.15, 0", "0.1, -0.15, 0", "-0.1, -0.15, 0")
 
@@ -44,9 +44,9 @@ def write_trial(folder: Path, *types: str, roll: str = "0") -> Path:
     """Write a trial with four parts of each type in a bin of its own, and an order for one of each.
 
     Args:
-        folder: where to.
+        folder: folder of the trial.
         types: names of `PARTS`.
-        roll: about which the parts are turned, in their bins and as ordered [rad].
+        roll: roll angle of the parts, in their bins and as ordered [rad].
     """
     write_step(folder / "step.obj")
     lines = ["options: {insert_models_over_bins: true}", "cellwright:", "  parts:"]

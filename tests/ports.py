@@ -1,16 +1,16 @@
-"""Ports that no other test has, in this or in another worker."""
+"""Unique ports for tests, across all workers."""
 
 import os
 import random
 import socket
 
-# Below the range from which a kernel gives out ports for connections, so that none of those gets in between.
+# Below the range from which a kernel assigns ports to connections, so that none of those takes one.
 _LOWEST, _HIGHEST = 20000, 29999
 _chance = random.Random(f"{os.getpid()} {os.environ.get('PYTEST_XDIST_WORKER')}")
 
 
 def free_port() -> int:
-    """A port of the loopback that nobody listens at now."""
+    """Return a free port of the loopback."""
     while True:
         port = _chance.randint(_LOWEST, _HIGHEST)
         with socket.socket() as probe:

@@ -1,4 +1,4 @@
-"""Processes that a test starts: what they print, how they end, and what they leave behind."""
+"""Processes that a test starts: their output, their end, and the processes that they leave behind."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from tests.warm import WarmProcess, WarmStart
 
 FAMILY = "CELLWRIGHT_TEST_FAMILY"
-"""A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
+"""Environment variable that a process passes to all its descendants, which identifies them even after its end."""
 
 
 def restore_signals_in_children() -> None:
-    """Give children the default answer to Ctrl-C and hang-up where the shell of the run ignores both.
+    """Give children the default handling of Ctrl-C and hang-up if the shell of the run ignores both.
 
     A child inherits that a signal is ignored. It does not inherit a handler, so this process handles both from now on,
-    and does nothing about them.
+    and does nothing.
     """
     for name in ("SIGINT", "SIGHUP"):
         number = getattr(signal, name, None)  # Windows has no SIGHUP
@@ -46,7 +46,7 @@ class Process:
         Args:
             command: program and arguments.
             environment: all of its environment.
-            folder: where it runs.
+            folder: its working folder.
             warm: forks the program, a Python command; None to start the interpreter.
         """
         self.command = list(command)
@@ -74,19 +74,19 @@ class Process:
 
     @property
     def out(self) -> str:
-        """What it has printed so far."""
+        """Its standard output so far."""
         with self._changed:
             return "".join(self._out)
 
     @property
     def err(self) -> str:
-        """What it has printed on standard error so far."""
+        """Its standard error so far."""
         with self._changed:
             return "".join(self._err)
 
     @property
     def said(self) -> str:
-        """What it has printed so far on both, in the order in which it came."""
+        """Its output on both streams so far, in the order in which it came."""
         with self._changed:
             return "".join(self._both)
 
@@ -95,12 +95,12 @@ class Process:
         return self._process.poll() is None
 
     def wait_for(self, pattern: str, timeout: float = TIMEOUT, *, after: int = 0) -> re.Match[str]:
-        """Wait for a pattern in what it prints, on either stream.
+        """Wait for a pattern in its output, on either stream.
 
         Args:
             pattern: a regular expression, `^` and `$` stand for ends of lines.
             timeout: bound [s].
-            after: how many times it has been seen already.
+            after: number of earlier matches to skip.
         """
         search = re.compile(pattern, re.MULTILINE)
         end = time.monotonic() + timeout
@@ -137,18 +137,18 @@ class Process:
         return status
 
     def interrupt(self, timeout: float = TIMEOUT) -> int:
-        """End it as Ctrl-C does; its exit status."""
+        """End it as Ctrl-C does; return its exit status."""
         if self.running:
             self.signal(signal.SIGINT)
         return self.finish(timeout)
 
     def kill(self) -> None:
-        """End it at once, and all that it has started."""
+        """Kill it, and all that it has started."""
         kill([self.pid] * self.running + self.relatives())
         self._process.wait()
 
     def relatives(self) -> list[int]:
-        """The processes that it has started, and those have started, which are still there; itself left out."""
+        """Return its living descendants, without itself."""
         return [pid for pid in members(self.family) if pid != self.pid]
 
     def _read(self, stream: IO[str], lines: list[str]) -> None:
@@ -181,7 +181,7 @@ def _started(command: list[str], environment: Mapping[str, str], folder: Path) -
 
 
 def name_of(pid: int) -> str:
-    """How a process was called; empty when it is gone."""
+    """Return the command line of a process; empty if the process is gone."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
     except OSError:
@@ -189,7 +189,7 @@ def name_of(pid: int) -> str:
 
 
 def is_running(pid: int) -> bool:
-    """Whether a process is there, and not only waiting for its parent to take its status."""
+    """Return whether a process runs; a zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()[0] != b"Z"
     except OSError:
@@ -197,12 +197,12 @@ def is_running(pid: int) -> bool:
 
 
 def members(family: str) -> list[int]:
-    """The processes that are there and have the variable `FAMILY` with this value."""
+    """Return the processes whose variable `FAMILY` has this value."""
     return [pid for pid, value in with_variable(FAMILY).items() if value == family]
 
 
 def with_variable(name: str) -> dict[int, str]:
-    """The running processes that were started with an environment variable, and its value in each."""
+    """Return the running processes that were started with an environment variable, and its value in each."""
     start = f"{name}=".encode()
     found = {}
     for folder in Path("/proc").glob("[0-9]*"):
@@ -216,7 +216,7 @@ def with_variable(name: str) -> dict[int, str]:
 
 
 def kill(pids: Iterable[int]) -> None:
-    """Send SIGKILL to processes; those that have ended already are passed over."""
+    """Send SIGKILL to processes; those that have ended already are skipped."""
     for pid in pids:
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)

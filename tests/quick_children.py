@@ -1,8 +1,8 @@
-"""Processes that Cellwright itself starts, forked from one that has loaded their modules.
+"""Child processes of Cellwright, forked from a process that has loaded their modules.
 
-The start of an interpreter takes most of the processor time of such a process in a test. Each fixture replaces it in
-one place of Cellwright, for what is started from the process of the tests. Tests of the start itself, of what a
-process loads, and of its end with its parent do not use them.
+In a test, the start of the interpreter takes most of the processor time of such a process. Each fixture replaces it in
+one place of Cellwright, for processes that the process of the tests starts. Tests of the start itself, of loaded
+modules, and of the end with the parent do not use them.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _PAGE = (
     "cellwright.viewer.web.overlays",
     "cellwright.viewer.web.views",
 )
-"""Modules of a page's process; they bring the others. The program itself is run, and is not among them."""
+"""Modules of a page's process; they import the others. The program itself is run, and is not among them."""
 
 
 class Subprocess:
-    """The module `subprocess` as one module of Cellwright uses it.
+    """Stand-in for the module `subprocess` in one module of Cellwright.
 
     Args:
         start: the warm start, for the environment of the first program.
@@ -54,7 +54,7 @@ class Subprocess:
         text: bool = False,
         **_: object,
     ) -> WarmProcess:
-        """Fork a program. Its standard error is that of this process where it is not redirected."""
+        """Fork a program. Its standard error is that of this process unless redirected."""
         environment = {**os.environ} if env is None else env
         if Path(command[1]).name == "tether.py":  # its parent would be another process
             command = command[4:]
@@ -83,25 +83,25 @@ def _replace_child(patch: pytest.MonkeyPatch, child: str, start: Callable[[Mappi
 
 @pytest.fixture
 def quick_pages(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pages."""
+    """Fork pages."""
     _replace_child(monkeypatch, "viewer.web.start.WebPage", lambda _: warm_start("page", lambda: WarmStart(_PAGE)))
 
 
 @pytest.fixture
 def quick_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Processes that draw; each loads the graphics library itself."""
+    """Fork render processes; each loads the graphics library itself."""
     _replace_child(monkeypatch, "rendering.worker.client.RenderWorker", lambda _: warm_start())
 
 
 @pytest.fixture
 def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Processes of agents."""
+    """Fork agents."""
     _replace_child(monkeypatch, "running.remote.hosting.AgentProcess", lambda _: warm_start())
 
 
 @pytest.fixture
 def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers of evaluations. Tests of what a worker leaves behind, and of equal results, do not use them either."""
+    """Fork workers of evaluations. Tests of a worker's leftovers, and of equal results, do not use this either."""
 
     def start(environment: Mapping[str, str]) -> WarmStart:
         modules = ("cellwright.running.evaluation.worker",)
@@ -112,7 +112,7 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def quick_serving(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Commands that serve what a benchmark measures."""
+    """Fork the serving commands of benchmarks."""
     _replace(monkeypatch, "benchmarks.processes", lambda _: warm_start())
 
 

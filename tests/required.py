@@ -1,4 +1,4 @@
-"""What tests need of the machine: without it they are skipped with the reason, and in CI they fail."""
+"""Requirements of tests on the machine: without them a test is skipped with the reason, and in CI it fails."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import NoReturn
 import pytest
 
 MARKERS = {"ros1": "real ROS 1", "browser": "the page", "display": "a real window"}
-"""Markers of tests that need more than Python, and what CI has to see of each."""
+"""Markers of tests that need more than Python, and what CI must run of each."""
 
 
 def reason_to_skip(marker: str) -> str | None:
-    """What the tests of a marker lack here; None where they can run."""
+    """Return what the tests of a marker lack here; None if they can run."""
     if marker == "display":
         if shutil.which("Xvfb") is None or importlib.util.find_spec("glfw") is None:
             return "no Xvfb or no glfw: scripts/install-display and the extra `gui` bring them"
@@ -25,11 +25,11 @@ def reason_to_skip(marker: str) -> str | None:
 
 
 def cannot_run(reason: str, sight: str) -> NoReturn:
-    """Skip a test; or fail it in CI, so that a green build has seen all that there is to see.
+    """Skip a test; or fail it in CI, so that a green build has run everything.
 
     Args:
-        reason: what lacks here.
-        sight: what CI has to see.
+        reason: what this machine lacks.
+        sight: what CI must run.
     """
     if os.environ.get("CI", "") not in ("", "0", "false"):
         pytest.fail(f"CI has to see {sight}, but there is {reason}", pytrace=False)

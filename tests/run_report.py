@@ -1,4 +1,4 @@
-"""What a run of the tests says beside their results: what it will skip, how much it started, how to run a red one."""
+"""Report of a test run besides its results: skipped groups, started processes, and commands that repeat a failure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COUNTS = pytest.StashKey[Counter[str]]()
 
 
 def kind_of(command: list[str]) -> str:
-    """Which kind of program a command starts; a start of Cellwright with a page counts as a page."""
+    """Return the kind of program of a command; Cellwright with a page counts as a page."""
     words = [Path(word).name for word in command]
     if {"roscore", "rosmaster"} & set(words[:2]):
         return "ROS 1 master"
@@ -34,7 +34,7 @@ def kind_of(command: list[str]) -> str:
 
 
 def pytest_report_header() -> list[str]:
-    """Say before the first test what cannot run here, and why."""
+    """Return the lines about the tests that cannot run here, with the reasons."""
     reasons = {marker: reason_to_skip(marker) for marker in MARKERS}
     lines = [f"tests marked {marker}: skipped, {reason}" for marker, reason in reasons.items() if reason]
     return lines or [f"tests marked {', '.join(MARKERS)}: all can run"]
@@ -57,7 +57,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
-    """A worker of xdist hands its counts to the controller."""
+    """Pass the counts of an xdist worker to the controller."""
     counts: Counter[str] = node.config.stash[_COUNTS]
     counts.update(getattr(node, "workeroutput", {}).get("starts", {}))
 
@@ -70,11 +70,11 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Generator[None, None, None]:
-    """Come last, after the summary of pytest itself."""
+    """Print after the summary of pytest itself."""
     yield
     counts = config.stash[_COUNTS]
-    told = ", ".join(f"{counts[kind]} {kind}" for kind in _KINDS)
-    terminalreporter.write_line(f"starts by tests, without what those start in turn: {told}")
+    starts = ", ".join(f"{counts[kind]} {kind}" for kind in _KINDS)
+    terminalreporter.write_line(f"starts by tests, without what those start in turn: {starts}")
     red = [report for kind in ("failed", "error") for report in terminalreporter.stats.get(kind, [])]
     if red:
         terminalreporter.section(f"{len(red)} red, each with the command that runs it alone")

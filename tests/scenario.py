@@ -1,4 +1,4 @@
-"""Four seconds in which all that can happen in a cell does, to be played in this process or in one of its own.
+"""Four seconds with every event of a cell, played in this process or in one of its own.
 
 `python -m tests.scenario [--listen] [--continue FILE] [--seed N]` prints the state hash at the end.
 """
@@ -35,7 +35,7 @@ SCRIPT: tuple[tuple[float, Callable[[Cell], object]], ...] = (
 
 
 def play(cell: Cell, until: float = END) -> Cell:
-    """Go on with the scenario from where the cell stands up to a time [s]."""
+    """Continue the scenario from the cell's present time up to a time [s]."""
     begin, end = cell.simulation.now, nanoseconds(until)
     for time, act in SCRIPT:
         if begin <= nanoseconds(time) < end:
@@ -46,7 +46,7 @@ def play(cell: Cell, until: float = END) -> Cell:
 
 
 def listen_to_all(cell: Cell) -> list[object]:
-    """Subscribe to everything there is; what was heard."""
+    """Subscribe to every topic; return the list of messages."""
     heard: list[object] = []
     for topic in cell.bus.topics():
         cell.bus.subscribe(topic.name, heard.append, node="/listener")

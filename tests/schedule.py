@@ -1,9 +1,10 @@
-"""How tests go to the workers: long ones before short ones, and those that wait beside those that compute.
+"""Distribution of tests to workers: long ones before short ones, and waiting ones beside computing ones.
 
 A test against ROS 1 mostly waits: for processes to start, for messages, for a cell that runs in real time. So the last
-of three workers or more begins with those, while the others compute; whoever has run out of its own kind takes of the
-other. Files whose tests share a cell, or something else that takes long to make, stay whole; those of the page have
-one browser for all.
+of three workers or more starts with those, while the others compute. A worker that has run out of its own kind takes
+tests of the other.
+
+Files whose tests share a cell, or something else that is slow to make, stay whole; those of the page share one browser.
 """
 
 from typing import Any
@@ -13,19 +14,19 @@ from xdist.scheduler import LoadScopeScheduling
 from xdist.workermanage import WorkerController
 
 LESSONS = ("tests/docs/test_lesson.py", "tests/scripts/test_lesson.py")
-"""They play the lesson in real time, a minute and more for each test."""
+"""Tests that play the lesson in real time, a minute and more for each."""
 
 FOLDERS = ("tests/ros1/", "tests/middleware/ros1/host/", "tests/middleware/ros1/bridge/")
 WAITING = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1.py", "tests/docs/test_ros1_page.py")
 
 TOGETHER = "tests/browser/"
-"""Its tests share a browser and what it looks at: they all go to one worker."""
+"""Tests that share a browser and its server: they all go to one worker."""
 
 WORKSPACE = ("tests/docs/test_lesson.py::test_the_lesson_can_be_followed", "tests/ros1/test_catkin.py")
 """Tests that share a catkin workspace: they all go to one worker, which builds it."""
 
 SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/agents/kitter/test_runs.py")
-"""Files whose tests share what takes long to make, and would make it once for each worker."""
+"""Files whose tests share something slow to make, which would otherwise be made once for each worker."""
 
 WHOLE = (
     "tests/config/robot/test_against_pybullet.py",
@@ -35,13 +36,13 @@ WHOLE = (
     "tests/robot/checks/test_check.py",
     "tests/robot/test_poses.py",
 )
-"""Files whose tests share what takes some seconds to make; their turn comes in the order of the others."""
+"""Files whose tests share something that takes some seconds to make; they keep their place in the order."""
 
 FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, *SHARING)
-"""In this order: what takes long must not be what the others wait for in the end."""
+"""First tests, in this order, so that the slow ones are not the last."""
 
 FEW = 2
-"""So many workers all do everything, in order."""
+"""Number of workers up to which all of them do everything, in order."""
 
 
 class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no types
@@ -74,7 +75,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling |
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put tests in order; those of the page go to the middle.
 
-    A browser without a graphics card draws with all cores, and would starve the lessons, which begin.
+    A browser without a graphics card draws with all cores, and would starve the lessons, which come first.
     """
     items.sort(key=lambda item: next((place for place, name in enumerate(FIRST) if item.nodeid.startswith(name)), 99))
     page = [item for item in items if item.nodeid.startswith(TOGETHER)]

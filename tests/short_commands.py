@@ -1,6 +1,6 @@
-"""The command `cellwright` for shells of tests; commands that end by themselves need no start of an interpreter.
+"""Command `cellwright` for shells of tests, without the start of an interpreter for short commands.
 
-A page gives dozens of short commands, and the start of each costs a second of processor time. Here a script hands them
+A page gives dozens of short commands, and the start of each costs a second of processor time. Here a script passes them
 to the process of the tests, which runs each in a fork of a warm process. All other commands start an interpreter, as
 they do for users: Ctrl-C reaches those alone.
 """
@@ -41,14 +41,14 @@ sys.exit(status)
 
 
 class _Server(socketserver.TCPServer):
-    """Runs commands, one after the other: a warm process takes no second one meanwhile."""
+    """Server that runs commands, one after the other: a warm process takes no second one meanwhile."""
 
     def __init__(self, warm: WarmStart, program: str) -> None:
         super().__init__(("127.0.0.1", 0), _Answer)
         self._warm, self._program = warm, program
 
     def run(self, arguments: list[str], folder: Path, environment: dict[str, str]) -> list[Any]:
-        """Run a command; its output on both streams, and its exit status."""
+        """Run a command; return its output on both streams, and its exit status."""
         ran = self._warm.run(self._program, *arguments, folder=folder, environment=environment)
         return [ran.stdout, ran.stderr, ran.returncode]
 
@@ -66,11 +66,11 @@ class _Answer(socketserver.StreamRequestHandler):
 def short_commands(
     script: Path, short: tuple[str, ...], warm: WarmStart, program: Path = SMALL_PICTURES
 ) -> Iterator[None]:
-    """A command `cellwright`, for as long as a block lasts.
+    """Provide a command `cellwright` within a block.
 
     Args:
         script: the file to write.
-        short: patterns of shells for the arguments of commands that end by themselves, such as `check *`.
+        short: patterns of shells for the arguments of commands with an end of their own, such as `check *`.
         warm: runs those.
         program: in Python; the command.
     """

@@ -1,4 +1,4 @@
-"""The command `cellwright` with pictures an eighth as wide and high, which take a fraction of a second instead of ten.
+"""Command `cellwright` with small pictures, an eighth as wide and high: a fraction of a second instead of ten.
 
 Tests of pages run it as a program, `python -P tests/small_pictures.py …`, in place of the command; or its text, in a
 process that has loaded Cellwright.
@@ -9,7 +9,7 @@ from typing import Any
 
 from cellwright.util.process import interrupts_end_the_process
 
-with interrupts_end_the_process():  # as the command itself loads
+with interrupts_end_the_process():  # as the command itself does while it loads
     from cellwright.rendering import picture
 
 draw_full_size = picture.render
@@ -21,7 +21,7 @@ def render(model: Any, data: Any, camera: Any, width: int = 1280, height: int = 
 
 
 if __name__ == "__main__":
-    for module in [*sys.modules.values()]:  # modules that have been loaded, and by `picture` those that will be
+    for module in [*sys.modules.values()]:  # all loaded modules, and through `picture` those loaded later
         if getattr(module, "render", None) is draw_full_size:
             vars(module)["render"] = render
     from cellwright.__main__ import main

@@ -1,7 +1,7 @@
-"""State hashes of the bundled trials worked by `kitter`: a change of the tree alone leaves each as it is.
+"""State hashes of the bundled trials worked by `kitter`: refactoring leaves each as it is.
 
-`python -m tests.state_hashes` runs all, or the trials that are named, and compares them with the file; with `--write`,
-it writes the file.
+`python -m tests.state_hashes` runs all trials, or the named ones, and compares them with the file; with `--write`, it
+writes the file.
 """
 
 import json
@@ -19,13 +19,13 @@ UNTIL = 600.0  # [s]
 
 
 def kept() -> dict[str, dict[str, object]]:
-    """The file's content, by trial."""
+    """Return the file's content, by trial."""
     hashes: dict[str, dict[str, object]] = json.loads(FILE.read_text())
     return hashes
 
 
 def measured(trial: str) -> dict[str, object]:
-    """Outcome, points and state hash of `kitter` in a bundled trial (2017 trials with the sensors that it needs)."""
+    """Return outcome, points and state hash of `kitter` in a bundled trial (those of 2017 with its sensors)."""
     sensors = [] if trial == "lesson" else [find_trial("kitter_sensors")]
     result = run_cell(Cell(load_trial(find_trial(trial), *sensors)), find_agent("kitter")(), RunOptions(until=UNTIL))
     return {
@@ -36,7 +36,7 @@ def measured(trial: str) -> dict[str, object]:
 
 
 def main(arguments: list[str]) -> int:
-    """Run trials on two cores; exit status 1 if one differs."""
+    """Run trials on two cores; return 1 if one differs."""
     trials = [trial for trial in arguments if not trial.startswith("-")] or list(bundled())
     found: dict[str, dict[str, object]] = {}
     with ProcessPoolExecutor(2) as pool:

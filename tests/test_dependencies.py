@@ -1,4 +1,4 @@
-"""The environment is the one that was declared: every dependency capped, explained, and one engine only."""
+"""Tests of the environment: as declared, with every dependency capped and explained, and with one engine."""
 
 import re
 import tomllib
@@ -27,7 +27,7 @@ def test_every_dependency_is_capped_installed_and_explained(requirement: Require
 
 
 @pytest.mark.parametrize("requirement", WINDOW, ids=lambda each: each.name)
-def test_what_a_window_needs_is_capped_and_explained(requirement: Requirement) -> None:
+def test_requirements_of_a_window_are_capped_and_explained(requirement: Requirement) -> None:
     assert {">=", "<"} <= {each.operator for each in requirement.specifier}
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 

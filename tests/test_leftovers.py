@@ -1,4 +1,4 @@
-"""Cleanup of a run: whatever became of its test or of the run itself, no process of it goes on."""
+"""Tests of the cleanup of a run: no process of a test outlives it, even if the run itself fails."""
 
 import os
 import signal
@@ -35,7 +35,7 @@ PLUGINS = ["-p", "tests.leftovers", "-p", "no:cacheprovider", "-p", "no:xdist"]
 
 
 def run_in(folder: Path, *arguments: str) -> Process:
-    """Run pytest as a run of its own, on the tests in a folder."""
+    """Run pytest as a separate run, on the tests in a folder."""
     command = [sys.executable, "-m", "pytest", "--rootdir", str(folder), *PLUGINS, *arguments, str(folder)]
     return Process(command, {**os.environ, "PYTHONPATH": str(ROOT)}, folder)
 

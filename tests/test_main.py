@@ -1,4 +1,4 @@
-"""The command line's way in."""
+"""Tests of the entry point of the command line."""
 
 import errno
 import io
@@ -35,8 +35,8 @@ def test_the_module_is_the_command_line() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 @pytest.mark.parametrize("modules", ["numpy", "mujoco", "typer"])
 def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Path) -> None:
-    """A module on the way stops to be interrupted there."""
-    # it sleeps for longer than the bound of the wait: it has ended in time only if the signal has ended it
+    """A module on the way stops there to be interrupted."""
+    # it sleeps for longer than the bound of the wait: only the signal can have ended it in time
     (tmp_path / f"{modules}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(100_000)\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     process = Process([sys.executable, "-m", "cellwright", "check", "lesson"], environment, tmp_path)
@@ -63,7 +63,7 @@ def test_ctrl_c_is_what_it_was_when_it_is_loaded(monkeypatch: pytest.MonkeyPatch
             signal.signal(signal.SIGINT, before)
 
 
-def test_ctrl_c_where_nobody_waits_for_one(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_between_two_lines_of_ours(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     from cellwright import __main__ as way_in
     from cellwright.cli import main as command_line
 
@@ -76,7 +76,7 @@ def test_ctrl_c_where_nobody_waits_for_one(monkeypatch: pytest.MonkeyPatch, caps
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
-def test_what_a_pipe_has_no_letter_for_is_written_as_a_number(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_letter_that_a_pipe_lacks_is_written_as_a_number(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from cellwright import __main__ as way_in
 
     written = io.BytesIO()
@@ -127,6 +127,6 @@ def test_too_few_descriptors_are_said_in_a_line(
         (RuntimeError("engine error: Could not allocate memory"), "memory"),
     ],
 )
-def test_a_shortage_is_told_from_other_errors(error: Exception, word: str) -> None:
+def test_a_shortage_is_distinguished_from_other_errors(error: Exception, word: str) -> None:
     assert word in _shortage(error)
     assert _shortage(OSError(errno.ENOENT, "no such file")) == _shortage(ImportError("no module")) == ""

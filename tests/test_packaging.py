@@ -1,4 +1,4 @@
-"""What is built can be installed elsewhere, and runs there."""
+"""Tests of the built packages: they can be installed elsewhere, and run there."""
 
 import email
 import json
@@ -30,13 +30,13 @@ print(cellwright.__file__, flush=True)
 sys.argv[0] = "cellwright"
 sys.exit(main())
 """
-"""The command, which says first where it is installed."""
+"""The command, which first prints its place of installation."""
 LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop")
 
 
 @pytest.fixture(scope="module")
 def backend(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where what builds the package is: what pip would fetch for each build is fetched once."""
+    """Return the folder of the build backend, which pip would otherwise fetch for each build."""
     folder = tmp_path_factory.mktemp("backend")
     required = tomllib.loads((ROOT / "pyproject.toml").read_text())["build-system"]["requires"]
     run([sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), *required], folder)
@@ -51,7 +51,7 @@ def build(source: Path, backend: Path, folder: Path, *targets: str) -> None:
 
 @pytest.fixture(scope="module")
 def built(backend: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the sdist and the wheel."""
+    """Return a folder with the sdist and the wheel."""
     folder = tmp_path_factory.mktemp("built")
     build(ROOT, backend, folder, "sdist", "wheel")
     return folder
@@ -64,12 +64,12 @@ def wheel(built: Path) -> Path:
 
 
 def bare() -> dict[str, str]:
-    """The environment of the tests, with nothing on Python's path."""
+    """Return the environment of the tests, without PYTHONPATH."""
     return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
 
 
 def run(command: list[str], folder: Path, *, path: Path | None = None, status: int = 0) -> str:
-    """What a command prints that is run in a folder, with nothing on Python's path but what is asked for."""
+    """Run a command in a folder and return its output; Python's path holds only `path`."""
     environment = bare()
     if path is not None:
         environment["PYTHONPATH"] = str(path)
@@ -115,10 +115,10 @@ def contents(wheel: Path) -> dict[str, bytes]:
 
 
 def link_requirements(wheel: Path, site: Path) -> None:
-    """Link what a wheel says that it requires, and what that requires, from this environment into another one.
+    """Link the requirements of a wheel, and their requirements, from this environment into another one.
 
-    pip then finds it there and fetches nothing. What the wheel does not name is not there; what this environment lacks,
-    or has in another version, pip fetches.
+    pip then finds them there and fetches nothing. Packages that the wheel does not name are missing. pip fetches
+    required packages that this environment lacks, or has in another version.
     """
     (metadata,) = [name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".dist-info/METADATA")]
     message = email.message_from_bytes(zipfile.ZipFile(wheel).read(metadata))
@@ -145,7 +145,7 @@ def link_files(found: Distribution, site: Path) -> None:
 
 @pytest.fixture(scope="module")
 def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the programs of a fresh environment are, into which the wheel was installed."""
+    """Return the folder of the programs of a fresh environment with the wheel installed."""
     folder = tmp_path_factory.mktemp("fresh")
     venv.create(folder / "venv")
     scripts = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
@@ -158,7 +158,7 @@ def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed(scripts: Path) -> Iterator[WarmStart]:
-    """A process of the fresh environment that has loaded what was installed there."""
+    """Yield a process of the fresh environment that has loaded the installed package."""
     start = WarmStart(LOADED, python=str(scripts / "python"), environment=bare())
     yield start
     start.close()
@@ -176,7 +176,7 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["trials"], "qual1a"),
         (["run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture"], "stopped before"),
@@ -185,8 +185,8 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
-def test_what_the_readme_shows_works_there(
-    arguments: list[str], told: str, installed: WarmStart, scripts: Path, tmp_path: Path
+def test_commands_of_the_readme_work_there(
+    arguments: list[str], expected: str, installed: WarmStart, scripts: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
     (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
@@ -194,7 +194,7 @@ def test_what_the_readme_shows_works_there(
     assert ran.returncode == (1 if arguments[0] == "run" else 0), ran.stdout + ran.stderr
     where, _, printed = ran.stdout.partition("\n")
     assert Path(where).is_relative_to(scripts.parent)
-    assert told in printed
+    assert expected in printed
 
 
 def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""All but ROS runs where POSIX is not: see `elsewhere/sitecustomize.py` for what that can be made to mean here."""
+"""Tests of all but ROS without POSIX, as far as `elsewhere/sitecustomize.py` can imitate that here."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.waiting import TIMEOUT
 from tests.warm import WarmStart
 
 ROOT = Path(link.__file__).parents[2]
-"""Where the package is imported from."""
+"""Root of the imported package."""
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="made for a Linux that pretends to be something else")
 
@@ -52,18 +52,18 @@ from cellwright.__main__ import main
 sys.argv[0] = "cellwright"
 sys.exit(main())
 """
-"""The command, with files for standard error and output: what a warm process prints is read as UTF-8."""
+"""The command, with files for standard error and output: a warm process's output is read as UTF-8."""
 
 
 def settings() -> dict[str, str]:
-    """Variables of a Python that runs as it would elsewhere."""
+    """Return the variables of a Python that runs as on another system."""
     paths = [str(Path(__file__).with_name("elsewhere")), str(ROOT)]
     return {"PYTHONPATH": os.pathsep.join(paths), "PYTHONWARNDEFAULTENCODING": "1", "PYTHONIOENCODING": "cp1252"}
 
 
 @pytest.fixture(scope="module")
 def elsewhere() -> Iterator[WarmStart]:
-    """A process that has loaded Cellwright as it would elsewhere; our modules alone see no `fork` there."""
+    """Yield a process that has loaded Cellwright as on another system; our modules alone see no `fork` there."""
     start = WarmStart(environment={**os.environ, **settings()})
     yield start
     start.close()
@@ -94,7 +94,7 @@ def cellwright(elsewhere: WarmStart, tmp_path: Path) -> Elsewhere:
 
 
 def python(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
-    """Start Python as it would be elsewhere, in a folder."""
+    """Start Python as on another system, in a folder."""
     ran = subprocess.run(
         [sys.executable, "-c", program],
         cwd=folder,
@@ -108,7 +108,7 @@ def python(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
 
 
 def check(ran: subprocess.CompletedProcess[str], status: int) -> subprocess.CompletedProcess[str]:
-    """A program that has ended as expected."""
+    """Return a program that has ended as expected."""
     assert ran.returncode == status, ran.stdout + ran.stderr
     assert "Traceback" not in ran.stderr
     return ran
@@ -150,7 +150,7 @@ def test_a_run_its_log_and_a_checkpoint(cellwright: Elsewhere, tmp_path: Path) -
 
 @pytest.mark.slow
 def test_an_agent_in_a_process_of_its_own_over_a_socket(cellwright: Elsewhere, tmp_path: Path) -> None:
-    """The cell served on the loopback, in lockstep; the same run as in one process."""
+    """The cell is served on the loopback, in lockstep; the same run as in one process."""
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     asked = ["run", "trial.yaml", "--agent", "agents.py:Idle", "--until", "1.1", "--json", "--no-picture"]
@@ -210,6 +210,6 @@ for what in (((), (), ()), ([0], (), ())):
 
 @pytest.mark.slow
 def test_the_pretence_holds(tmp_path: Path) -> None:
-    """What Windows would refuse is refused; otherwise nothing above has shown anything."""
+    """The imitation refuses what Windows would refuse; otherwise the tests above would show nothing."""
     python(tmp_path, REFUSED)
     assert not list(tmp_path.iterdir())

@@ -1,4 +1,4 @@
-"""`import cellwright` has what a newcomer needs, and costs nothing until it is used."""
+"""Tests of the root package: it has the names that a newcomer needs, and costs nothing until they are used."""
 
 import ast
 import importlib
@@ -34,19 +34,19 @@ def test_what_an_interpreter_with_nothing_installed_can_have() -> None:
 
 
 @pytest.mark.parametrize("name", PUBLIC)
-def test_every_name_is_there_documented_and_told_to_checkers(name: str) -> None:
+def test_every_name_exists_with_docs_and_types(name: str) -> None:
     found = getattr(cellwright, name)
     assert found.__doc__
     assert name in dir(cellwright)
     tree = ast.parse(SOURCE.read_text())
-    told = {alias.asname for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
-    assert name in told
+    imported = {alias.asname for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert name in imported
 
 
-def test_checkers_are_told_of_nothing_else() -> None:
+def test_checkers_see_no_other_names() -> None:
     tree = ast.parse(SOURCE.read_text())
-    told = {alias.asname for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
-    assert told - {None} == set(PUBLIC)
+    imported = {alias.asname for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert imported - {None} == set(PUBLIC)
 
 
 def test_a_name_that_there_is_not_is_refused() -> None:

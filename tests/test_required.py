@@ -1,4 +1,4 @@
-"""Without what its marker asks for a test is skipped, and fails in CI; with it, it runs."""
+"""Tests of markers: without its requirement a test is skipped, and fails in CI; with it, it runs."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ each_marker = pytest.mark.parametrize("marker", MARKERS)
 
 
 class Item:
-    """As much of a test as the hook looks at."""
+    """The attributes of a test that the hook reads."""
 
     def __init__(self, *marks: str) -> None:
         self.marks = marks

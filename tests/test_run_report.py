@@ -1,4 +1,4 @@
-"""Report of a run: kinds of programs, and the lines about what is red."""
+"""Tests of the report of a run: kinds of programs, and the lines about failures."""
 
 import os
 import sys
@@ -30,7 +30,7 @@ def test_kinds(command: list[str], kind: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_red_is_named_last_with_the_command_that_runs_it_alone(tmp_path: Path) -> None:
+def test_failures_come_last_with_the_command_that_repeats_each(tmp_path: Path) -> None:
     (tmp_path / "test_red.py").write_text(
         "import pytest, subprocess\n"
         "@pytest.mark.parametrize('it', ['a b'])\n"

@@ -1,4 +1,4 @@
-"""Which worker gets what: files of ROS 1 whole, what takes long first, and who waits beside those who compute."""
+"""Tests of the distribution: ROS 1 files stay whole, slow tests first, waiting ones beside computing ones."""
 
 from itertools import chain
 from pathlib import Path
@@ -19,7 +19,7 @@ NAMES = ["tests/a.py::x", f"{LATER}::y", f"{LATER}::z", f"{CATKIN}::z", "tests/c
 
 
 class Worker:
-    """What a scheduler knows of a worker."""
+    """A worker as the scheduler sees it."""
 
     def __init__(self, number: int) -> None:
         self.gateway = SimpleNamespace(id=f"gw{number}")
@@ -40,7 +40,7 @@ def in_order(names: list[str]) -> list[str]:
 
 
 def run(names: list[str], count: int) -> list[list[str]]:
-    """What each worker ran, if every test takes as long as the others."""
+    """Return the tests that each worker ran, if every test takes as long as the others."""
     config: Any = SimpleNamespace(
         option=SimpleNamespace(), getvalue=lambda _: ["popen"] * count, getoption=lambda _: ["popen"] * count
     )
@@ -94,7 +94,7 @@ def test_those_of_the_workspace_go_to_one_worker() -> None:
 
 
 @pytest.mark.parametrize("name", FIRST)
-def test_what_is_named_is_there(name: str) -> None:
+def test_named_files_exist(name: str) -> None:
     assert (ROOT / name).exists()
 
 
@@ -114,7 +114,7 @@ def test_the_last_of_three_waits_while_the_others_compute() -> None:
     assert sorted(chain(*others, last)) == sorted(names)
 
 
-def test_who_has_run_out_of_computing_helps_those_that_wait() -> None:
+def test_a_worker_without_computing_tests_takes_waiting_ones() -> None:
     names = in_order([f"{LESSON}::{number}" for number in range(30)])
     shares = run(names, 3)
     assert sorted(chain(*shares)) == sorted(names)

@@ -1,4 +1,4 @@
-"""Programs from a warm start behave as those that the interpreter starts."""
+"""Tests of programs from a warm start: they behave as those that the interpreter starts."""
 
 import os
 import signal
@@ -33,7 +33,7 @@ def test_a_program_ends_as_it_says(
     assert ran.stdout == (f"{tmp_path.name} ['a', 'b c'] hello\n" if out is None else out)
 
 
-def test_an_error_is_told_as_usual_and_the_next_program_runs(warm: WarmStart, tmp_path: Path) -> None:
+def test_an_error_is_printed_as_usual_and_the_next_program_runs(warm: WarmStart, tmp_path: Path) -> None:
     ran = warm.run("x = 1\n1 / 0", folder=tmp_path)
     assert ran.returncode == 1
     assert 'File "<string>", line 2, in <module>' in ran.stderr

@@ -1,4 +1,4 @@
-"""Watching changes nothing: an agent gets the same messages at the same times, and leaves the same state."""
+"""Tests of watching: an agent gets the same messages at the same times, and leaves the same state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cellwright.clients.agents.agent import Agent, find_agent
 from cellwright.clients.client.in_process import InProcess
 from cellwright.running.run import RunOptions, run_cell
 from tests.clients.client.test_socket import connected, served
-from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, nobody, recording, work
+from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, recording, unwatched, work
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -38,7 +38,7 @@ LATE: list[Action] = [
     ("subscribe", "/ariac/logical_camera_2"),
     ("move", 2),
 ]
-"""Latched topics are asked for in mid-run, some of them again."""
+"""Subscriptions to latched topics in mid-run, some of them repeated."""
 
 
 @pytest.mark.slow
@@ -49,7 +49,7 @@ LATE: list[Action] = [
 @example(actions=LATE, watch=WATCHERS[2])
 def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action], watch: Watcher) -> None:
     found = []
-    for look in (nobody, watch):
+    for look in (unwatched, watch):
         cell = Cell(TRIAL)
         look(cell, tmp_path)
         found.append((work(InProcess(cell), actions), cell.state_hash()))
@@ -62,7 +62,7 @@ def test_late_subscribers_get_the_newest_message_of_latched_topics() -> None:
     first: dict[str, int] = {}
     for time, topic, _ in heard:
         first.setdefault(topic, time)
-    begun, later = 222_000_000, 262_000_000  # the tick after subscribing: in one process messages come with a step
+    begun, later = 222_000_000, 262_000_000  # the step after subscribing: in one process messages come with a step
     assert first["/ariac/break_beam_1"] == begun
     assert {first[topic] for topic in ("/ariac/logical_camera_2", "/ariac/quality_control_sensor_1")} == {later}
     assert first["/ariac/arm/follow_joint_trajectory/status"] == later
@@ -70,7 +70,7 @@ def test_late_subscribers_get_the_newest_message_of_latched_topics() -> None:
 
 
 def agent_of(source: str, folder: Path) -> Agent:
-    """A new agent: a known one, or `PAGE CLASS` in a page's example."""
+    """Return a new agent: a known one, or `PAGE CLASS` in a page's example."""
     page, _, name = source.partition(" ")
     if not name:
         return find_agent(source)()
@@ -98,7 +98,7 @@ def agent_of(source: str, folder: Path) -> Agent:
 def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) -> None:
     trial = load_trial("lesson")
     found = []
-    for watch in (nobody, all_topics, recording):
+    for watch in (unwatched, all_topics, recording):
         cell = Cell(trial)
         watch(cell, tmp_path)
         result = run_cell(cell, agent_of(source, tmp_path), RunOptions(until=8.0))
@@ -107,7 +107,7 @@ def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("watch", [nobody, *WATCHERS])
+@pytest.mark.parametrize("watch", [unwatched, *WATCHERS])
 def test_over_a_socket_it_is_the_same(tmp_path: Path, watch: Watcher) -> None:
     cell = Cell(TRIAL)
     expected = work(InProcess(cell), LATE)

@@ -1,4 +1,4 @@
-"""Waiting for a condition: one helper, one bound, and on failure what was seen last."""
+"""Waiting for a condition: one helper, one bound, and the last value on failure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 Value = TypeVar("Value")
 
 TIMEOUT = 240.0
-"""Bound of every wait [s]: what takes a second on a quiet machine may take a minute on a busy one."""
+"""Bound of every wait [s]: a second on a quiet machine may be a minute on a busy one."""
 
 
 def wait_until(
@@ -32,7 +32,7 @@ def wait_until(
         timeout: bound [s]. Pass another one only where the wait itself is under test.
 
     Raises:
-        AssertionError: the condition never held; the text says what was seen last.
+        AssertionError: the condition never held; the text holds the last value of `seen`.
     """
     end = time.monotonic() + timeout
     while not (value := condition()):

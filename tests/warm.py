@@ -1,7 +1,7 @@
-"""Commands and programs without the start of an interpreter: each is forked from a process that has loaded the modules.
+"""Commands and programs without the start of an interpreter: forks of a process that has loaded the modules.
 
 The start takes more than a second of processor time, which is all that many commands need. A test about the start runs
-an interpreter of its own. So does a test about what is loaded when: here nearly everything is.
+an interpreter of its own. So does a test about loaded modules: here nearly everything is loaded.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MODULES = (
     "cellwright.rendering.worker.program",
     "cellwright.middleware.ros1.host.ros1",
 )
-"""Modules that are loaded once; they bring most of the others."""
+"""Modules to load once; they import most of the others."""
 
 FORK = "tests.warm.fork"
 """Audit event of each program that is forked, with its arguments."""
@@ -114,15 +114,15 @@ exec(program)
 
 
 class WarmProcess:
-    """A running program that was forked; it has what Cellwright and its tests use of `subprocess.Popen`.
+    """A running program that was forked; it has the part of `subprocess.Popen` that Cellwright and its tests use.
 
     Several threads may wait for it at once.
 
     Attributes:
-        pid: number of the process.
+        pid: id of the process.
         returncode: its exit status, negative for a signal; None while it runs.
-        stdin: its standard input, where it is a pipe.
-        stdout: its standard output, where it goes to a pipe.
+        stdin: its standard input, if that is a pipe.
+        stdout: its standard output, if that goes to a pipe.
         stderr: its standard error, likewise.
     """
 
@@ -130,20 +130,20 @@ class WarmProcess:
         self.returncode: int | None = None
         self.stdin, self.stdout, self.stderr = pipes
         self._report = report
-        weakref.finalize(self, os.close, report)  # not before: threads may look at it
+        weakref.finalize(self, os.close, report)  # not before: threads may read it
         self._lock = threading.Lock()
         self._text = b""
         assert self._read(TIMEOUT, lines=1), "no program was forked"
         self.pid = int(self._text.split()[0])
 
     def poll(self) -> int | None:
-        """The exit status; None while it runs."""
+        """Return the exit status; None while it runs."""
         if self.returncode is None and self._read(0, lines=2):
             self.returncode = int(self._text.split()[1])
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> int:
-        """Wait for the end; the exit status.
+        """Wait for the end; return the exit status.
 
         Args:
             timeout: bound [s]; None for no bound.
@@ -158,7 +158,7 @@ class WarmProcess:
         return status
 
     def communicate(self, timeout: float = TIMEOUT) -> tuple[str, str]:
-        """Read what it prints to the end and wait for its own; both outputs.
+        """Read its output to the end and wait for its end; return both outputs.
 
         Args:
             timeout: bound [s].
@@ -189,20 +189,20 @@ class WarmProcess:
             os.kill(self.pid, number)
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Send it SIGTERM."""
         self.send_signal(signal.SIGTERM)
 
     def kill(self) -> None:
-        """End it at once."""
+        """Send it SIGKILL."""
         self.send_signal(signal.SIGKILL)
 
     def _read(self, timeout: float | None, *, lines: int) -> bool:
-        """Read until the report has a number of lines, or nothing more comes for a time [s]; whether it has them."""
+        """Read until the report has a number of lines, or nothing comes for a time [s]; return whether it has them."""
         while self._text.count(b"\n") < lines:
             if not select.select([self._report], [], [], timeout)[0]:
                 return False
             with self._lock:
-                if self._text.count(b"\n") < lines:  # else another thread has read it meanwhile
+                if self._text.count(b"\n") < lines:  # otherwise another thread has read it meanwhile
                     data = os.read(self._report, 64)
                     assert data, "the warm start has died"
                     self._text += data
@@ -213,10 +213,10 @@ class WarmStart:
     """A process that has loaded the modules, and forks for each program.
 
     Args:
-        modules: what it loads.
+        modules: modules to load.
         python: the interpreter.
         environment: of the process; None for that of the tests.
-        first: a program that runs in each child before the program that was asked for.
+        first: a program that runs in each child before the requested one.
     """
 
     def __init__(
@@ -255,21 +255,21 @@ class WarmStart:
         text: bool | None = None,
         terminal: IO[bytes] | None = None,
     ) -> WarmProcess:
-        """Start a command of Python in a session of its own, with a pipe for its output.
+        """Start a Python command in a session of its own, with a pipe for its output.
 
         Args:
-            command: the interpreter, which is not started; then `-m` and a module, `-c` and a program, or a file;
-                then arguments.
-            folder: where it runs.
-            environment: all of its environment. Variables that the interpreter reads when it starts have no effect,
-                but for PYTHONUNBUFFERED and PYTHONPATH.
-            stdin: its input is a pipe too.
-            stderr: file for its standard error, or `subprocess.STDOUT`; a pipe where it is None.
-            text: pipes carry text, not bytes; None for text where the input is no pipe.
+            command: the interpreter, which is not started; then `-m` and a module, `-c` and a program, or a file; then
+                arguments.
+            folder: its working folder.
+            environment: all of its environment. Variables that the interpreter reads when it starts have no effect, but
+                for PYTHONUNBUFFERED and PYTHONPATH.
+            stdin: make its input a pipe too.
+            stderr: file for its standard error, or `subprocess.STDOUT`; None for a pipe.
+            text: pipes carry text, not bytes; None for text if the input is no pipe.
             terminal: takes the place of all pipes.
         """
         _, option, *words = command
-        if option == "-P":  # of no effect: what Cellwright needs is loaded
+        if option == "-P":  # of no effect: the modules of Cellwright are loaded
             option, *words = words
         match option:
             case "-m":
@@ -302,14 +302,14 @@ class WarmStart:
     def run(
         self, program: str, *arguments: str, folder: Path, environment: Mapping[str, str] | None = None
     ) -> subprocess.CompletedProcess[str]:
-        """Run a program as `python -c` does; its exit status and what it printed, as `subprocess.run` returns them.
+        """Run a program as `python -c` does; return its exit status and its output, as `subprocess.run` does.
 
         Args:
             program: in Python.
             arguments: `sys.argv[1:]`.
-            folder: where it runs.
-            environment: all of its environment; None for that of the tests, in a terminal of 80 columns. Variables
-                that the interpreter reads when it starts have no effect.
+            folder: its working folder.
+            environment: all of its environment; None for that of the tests, in a terminal of 80 columns. Variables that
+                the interpreter reads when it starts have no effect.
 
         Raises:
             AssertionError: it did not end; it has been killed, with all of its session.
@@ -339,7 +339,7 @@ class WarmStart:
         environment: Mapping[str, str],
         streams: Sequence[IO[bytes]],
     ) -> int:
-        """Fork a program; the end of the pipe through which its number and its exit status come."""
+        """Fork a program; return the end of the pipe for its id and its exit status."""
         job = {
             "first": self._first,
             "program": program,
@@ -367,10 +367,10 @@ _shared: dict[str, WarmStart] = {}
 
 
 def warm_start(name: str = "Cellwright", make: Callable[[], WarmStart] = WarmStart) -> WarmStart:
-    """A warm start that all tests of a worker share; made at first use.
+    """Return a warm start that all tests of a worker share; made at first use.
 
     Args:
-        name: of what it has loaded.
+        name: name of the package that it has loaded.
         make: makes it.
     """
     if name not in _shared:
@@ -380,7 +380,7 @@ def warm_start(name: str = "Cellwright", make: Callable[[], WarmStart] = WarmSta
 
 @pytest.fixture
 def warm() -> WarmStart:
-    """The process that has loaded Cellwright."""
+    """Return the process that has loaded Cellwright."""
     return warm_start()
 
 

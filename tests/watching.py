@@ -1,4 +1,4 @@
-"""A random agent, and ways of looking on while it works."""
+"""A random agent, and ways to watch it at work."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cellwright.util.pose import Pose
 from tests.cells import INITIAL, WHOLE, order, way
 
 BEAM = Pose((1.6, 3.9, 0.91))
-"""A beam that parts of the belt interrupt soon after they have come."""
+"""A beam that parts of the belt interrupt soon after their arrival."""
 
 SENSORS = tuple(
     replace(each, pose=replace(each.pose, position=BEAM.position)) if each.type == "break_beam" else each
@@ -51,13 +51,13 @@ ACTIONS: st.SearchStrategy[list[Action]] = st.lists(
     min_size=4,
     max_size=40,
 )
-"""What a random agent does, one after the other; it waits so many ticks of 2 ms."""
+"""Actions of a random agent, one after the other; its waits are in steps of 2 ms."""
 
 
 def work(transport: Transport, actions: list[Action]) -> list[tuple[int, str, bytes]]:
-    """Do what a random agent does; the time, topic and content of each message that it got, in this order.
+    """Execute the actions of a random agent; return the time, topic and content of each message it got, in this order.
 
-    Where it sends the arm depends on what it has heard, so that the state tells if it heard anything else.
+    Its targets for the arm depend on its messages, so that the state reveals any difference in them.
     """
     heard: list[tuple[int, str, bytes]] = []
     leave: list[Callable[[], None]] = []
@@ -83,23 +83,23 @@ def work(transport: Transport, actions: list[Action]) -> list[tuple[int, str, by
     return heard
 
 
-def nobody(_cell: Cell, _folder: Path) -> None:
-    """The agent is alone."""
+def unwatched(_cell: Cell, _folder: Path) -> None:
+    """Leave the agent alone."""
 
 
 def all_topics(cell: Cell, _folder: Path) -> None:
-    """Somebody listens to everything from the start, in another order than the contract's."""
+    """Listen to everything from the start, in another order than the interface's."""
     for info in reversed(cell.bus.topics()):
         cell.bus.subscribe(info.name, lambda _: None, node="/onlooker")
 
 
 def recording(cell: Cell, folder: Path) -> None:
-    """The run is recorded."""
+    """Record the run."""
     Recorder(cell, folder / "run.mcap", RecordingHeader("cell", cell.name, {}))
 
 
 def coming_and_going(cell: Cell, _folder: Path) -> None:
-    """Somebody listens now and then, to a few topics each time."""
+    """Listen now and then, to a few topics each time."""
     names = [info.name for info in cell.bus.topics()]
     there: list[Any] = []
 

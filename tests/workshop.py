@@ -1,4 +1,4 @@
-"""Installs the example of a package with plugins the way pip does, into a folder that modules are looked for in."""
+"""Installation of the example of a package with plugins, as pip does it, into a folder on Python's path."""
 
 import shutil
 import tomllib
@@ -8,14 +8,14 @@ EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "plugins" / "worksho
 
 
 def install(site: Path) -> None:
-    """Put the package `workshop` and what it says about itself into a folder."""
+    """Put the package `workshop` and its metadata into a folder."""
     project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]
     shutil.copytree(EXAMPLE / "workshop", site / "workshop", ignore=shutil.ignore_patterns("__pycache__"))
     describe(site, project["name"], project["entry-points"])
 
 
 def describe(site: Path, name: str, groups: dict[str, dict[str, str]]) -> None:
-    """What an installed package says about itself."""
+    """Write the metadata of an installed package."""
     folder = site / f"{name}-1.0.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")

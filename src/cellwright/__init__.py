@@ -1,7 +1,7 @@
 """Cellwright: industrial robot cells, simulated in Python.
 
-What most programs need is here by its own name: `cellwright.Cell`, `cellwright.run_trial`, …. A name is imported when
-it is first asked for, so that `import cellwright` costs next to nothing, and works under the Python of ROS 1 too.
+The names that most programs need are imported from here: `cellwright.Cell`, `cellwright.run_trial`, …. A name is loaded
+at its first use. So `import cellwright` costs next to nothing, and works under the Python of ROS 1 too.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ _HOMES = {
     "run_cell": "running.run",
     "run_trial": "running.run",
 }
-"""The module in which each public name stands."""
+"""Module of each public name."""
 
 _MOVED = {
     "agents": "clients.agents",
@@ -141,35 +141,35 @@ _MOVED = {
     "world.robot": "robot.model",
     "world.shapes": "engine.shapes",
 }
-"""Modules that the pages of version 0.1 showed to programs, and where they are. The old names work in 0.2."""
+"""Module paths that the pages of version 0.1 documented, and their present ones. The old names work in 0.2."""
 
 
 class _Moved:
     """Finder and loader of modules by their names in version 0.1."""
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:  # noqa: ARG002
-        """A module that is loaded from where it is now; None if this is no old name."""
+        """Return the spec of the present module for an old name; None for any other name."""
         home = _MOVED.get(name[len("cellwright.") :]) if name.startswith("cellwright.") else None
         return ModuleSpec(name, cast("Loader", self), origin=f"cellwright.{home}") if home else None
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """As usual."""
+        """Leave the creation of the module to Python."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Put the module of today in its place."""
+        """Replace the module by the present one."""
         old, new = module.__name__, str(getattr(module.__spec__, "origin", None))
         warnings.warn(f"{old} is {new} now", DeprecationWarning, stacklevel=2)
         sys.modules[old] = import_module(new)
 
 
-sys.meta_path.insert(0, _Moved())  # before that of folders, which would load a module of today a second time
+sys.meta_path.insert(0, _Moved())  # before the finder of files, which would load a present module a second time
 
 __all__ = ["__version__", "errors", *_HOMES]
 
-if not TYPE_CHECKING:  # a checker then tells a name that there is not
+if not TYPE_CHECKING:  # so that a type checker reports unknown names
 
     def __getattr__(name: str) -> object:
-        """A public name, from where it stands."""
+        """Return a public name from its module."""
         if name == "errors":
             return import_module("cellwright.util.errors")
         if name not in _HOMES:

@@ -1,4 +1,4 @@
-"""The command line's way in: `cellwright`, and `python -m cellwright` where the command itself is not on the path."""
+"""Entry point of the command line: the command `cellwright`, and `python -m cellwright` if that is not on the path."""
 
 import errno
 import sys
@@ -7,11 +7,11 @@ import threading
 from cellwright.util.process import StandardStreams, end_despite_threads, interrupts_end_the_process
 
 _NO_MEMORY = ("failed to map segment", "annot allocate memory", "ould not allocate memory")
-"""How the loader of libraries and the engine say that there is no room."""
+"""Parts of the messages in which the library loader and the engine report a lack of memory."""
 
 
 def main() -> int:
-    """Run the command line; its exit status."""
+    """Run the command line and return its exit status."""
     before = threading.enumerate()
     try:
         with interrupts_end_the_process():
@@ -21,7 +21,7 @@ def main() -> int:
         status = streams.status(run_command_line())
         end_despite_threads(before, status)
         return status
-    except KeyboardInterrupt:  # between two lines of ours, where nobody waits for one
+    except KeyboardInterrupt:  # between two lines of ours, where nothing else handles it
         sys.stderr.write("interrupted\n")
         return 1
     except Exception as error:
@@ -32,7 +32,7 @@ def main() -> int:
 
 
 def _shortage(error: Exception) -> str:
-    """What this process may not have more of, and what to do; empty for any other error."""
+    """Return the resource that this process lacks, and the remedy; empty for any other error."""
     code = error.errno if isinstance(error, OSError) else None
     if code in (errno.EMFILE, errno.ENFILE):
         return "too many open files for this process; raise the limit (ulimit -n)"

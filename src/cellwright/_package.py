@@ -1,4 +1,4 @@
-"""Version and folder of the package, for modules that would else import the root."""
+"""Version and folder of the package, for modules that would otherwise import the root."""
 
 import os
 

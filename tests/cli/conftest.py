@@ -1,4 +1,4 @@
-"""The command line, run in this process in an empty folder."""
+"""Fixtures of the command line, which runs in this process in an empty folder."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from cellwright.rendering.picture import render
 
 @dataclass(frozen=True)
 class Ran:
-    """What a command did."""
+    """Output and exit status of a command."""
 
     status: int
     out: str
@@ -41,7 +41,7 @@ def cellwright(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 
 @pytest.fixture
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures of a run are small: a whole one takes many seconds of a processor."""
+    """Shrink the pictures of a run: a whole one takes many seconds of a processor."""
 
     def small(model: Any, data: Any, camera: Any, *_size: int, **more: Any) -> NDArray[np.uint8]:
         return render(model, data, camera, 64, 36, **more)
@@ -98,6 +98,6 @@ class NoAgent:
 
 @pytest.fixture
 def agents(tmp_path: Path) -> str:
-    """The name of a file with agents, beside which commands are run."""
+    """Return the name of a file with agents, in the folder of the commands."""
     (tmp_path / "agents.py").write_text(AGENTS)
     return "agents.py"

@@ -1,4 +1,4 @@
-"""Bad input: exit status 2, one line each on stderr, nothing on stdout, nothing started."""
+"""Tests of bad input: exit status 2, one line each on stderr, nothing on stdout, nothing started."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
 
 
 def refused(ran: object) -> str:
-    """The one line that says why."""
+    """Return the only line of output, which holds the reason."""
     status, out, err = (getattr(ran, name) for name in ("status", "out", "err"))
     assert (status, out) == (2, "")
     assert err.startswith("error: ")
@@ -103,7 +103,7 @@ def test_files(command: str, name: str, said: str, cellwright: CommandLine, tmp_
         assert (ran.status, ran.out, ran.err) == (2, f"error: {said}\n1 error\n", "")
 
 
-def test_a_folder_does_not_hide_a_trial_that_comes_along(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_a_folder_does_not_hide_a_bundled_trial(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "lesson").mkdir()
     assert cellwright("check", "lesson").out == "ok\n"
 

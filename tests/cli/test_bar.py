@@ -1,4 +1,4 @@
-"""A line that moves: where somebody sees it, and nowhere else."""
+"""Tests of the progress line: on a terminal, and nowhere else."""
 
 import io
 
@@ -13,7 +13,7 @@ def text(console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_no_bar_where_nobody_sees_it_move() -> None:
+def test_bar_off_a_terminal_does_not_show() -> None:
     console = Console(file=io.StringIO())
     with progress_bar(console, "drawing", 1.0) as tell:
         assert tell is None

@@ -1,4 +1,4 @@
-"""Every command is there, and is loaded from where the table says."""
+"""Tests of the command table: every command exists, and is loaded from its place in the table."""
 
 import pytest
 import typer
@@ -16,7 +16,7 @@ def test_it_is_loaded_under_its_name(name: str) -> None:
     assert command is GROUP.get_command(None, name)  # type: ignore[attr-defined]
 
 
-def test_one_that_is_not_there_is_told_with_what_is_meant(cellwright: CommandLine) -> None:
+def test_an_unknown_command_is_reported_with_a_suggestion(cellwright: CommandLine) -> None:
     ran = cellwright("trails")
     assert ran.status == 2
     assert "No such command 'trails'. Did you mean 'trials'?" in ran.err

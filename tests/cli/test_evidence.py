@@ -1,4 +1,4 @@
-"""What `run` says about points: as text, as JSON, in a log, and as the finals would have scored it."""
+"""Tests of the points in the output of `run`: as text, as JSON, in a log, and as scored in the finals."""
 
 import json
 from dataclasses import replace
@@ -17,7 +17,7 @@ from tests.cli.conftest import CommandLine
 GIVES_UP = ("run", "lesson", "--agent", "agents.py:GivesUp", "--no-picture")
 
 
-def test_the_lesson_is_told_to_be_worth_8_of_12_whatever_the_agent_does(cellwright: CommandLine, agents: str) -> None:
+def test_the_lesson_is_worth_8_of_12_for_any_agent(cellwright: CommandLine, agents: str) -> None:
     assert agents == "agents.py"
     ran = cellwright(*GIVES_UP)
     assert "order_0, kit order_0_kit_0: not submitted, no points" in ran.out
@@ -33,7 +33,7 @@ def test_the_lesson_is_told_to_be_worth_8_of_12_whatever_the_agent_does(cellwrig
 
 
 @pytest.mark.usefixtures("agents")
-def test_the_score_of_the_finals_is_told_when_averages_are_given(cellwright: CommandLine) -> None:
+def test_the_score_of_the_finals_is_printed_when_averages_are_given(cellwright: CommandLine) -> None:
     ran = cellwright(*GIVES_UP, "--averages", "1300,100")
     assert "finals      0.00 = cost 0.00 (factor 1.00) + order_0 0.00 (time 0.00)" in ran.out
     score = json.loads(cellwright(*GIVES_UP, "--averages", "2600,100", "--json").out)["score"]["trial_score"]
@@ -77,7 +77,7 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
     ],
 )
 @pytest.mark.usefixtures("agents")
-def test_what_cannot_be_written_or_scored_is_refused(
+def test_a_log_or_averages_that_are_not_valid_are_refused(
     option: str, value: str, said: str, cellwright: CommandLine
 ) -> None:
     ran = cellwright(*GIVES_UP, option, value)

@@ -1,4 +1,4 @@
-"""Results that find no room: refused before anything starts where that can be known, told of otherwise."""
+"""Tests of results without space: refused before the start if that is known, reported otherwise."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from tests.running.evaluation.programs import PROGRAMS, TRIAL
 RUN = ("run", "lesson", "--agent", "none", "--until", "0.2")
 
 PLAIN = ("--log", "--record")
-"""Options that take a file and no time before it."""
+"""Options that take a file without a time before it."""
 
 full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
 
 
 def on_a_full_disk(name: str) -> str:
-    """A file that opens and takes nothing."""
+    """Return a file that opens and accepts no data."""
     Path(name).symlink_to("/dev/full")
     return name
 
@@ -98,7 +98,7 @@ def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) 
     assert json.loads(Path("evaluation/summary.json").read_text())["exit_status"] == 1
 
 
-def test_a_program_that_cannot_be_read_is_told_of(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_that_cannot_be_read_is_reported(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("tiny.yaml").write_text(TRIAL)
     Path("programs.py").write_text(PROGRAMS)
 

@@ -1,4 +1,4 @@
-"""The help texts, as one sees them in 80 columns."""
+"""Tests of the help texts in 80 columns."""
 
 import os
 import re

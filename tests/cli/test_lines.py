@@ -21,14 +21,14 @@ def test_a_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr() == ("", "warning: so it is\n")
 
 
-def test_files_are_told_a_line_each_and_names_in_brackets_stay() -> None:
+def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
     out = StringIO()
     output.note_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
     assert out.getvalue() == "picture     a.png\npicture     [red]a long name of a picture.png\n"
 
 
 @pytest.mark.parametrize(
-    ("speed", "lockstep", "told"),
+    ("speed", "lockstep", "expected"),
     [
         (1.0, False, "real time"),
         (2.5, False, "2.5 x real time"),
@@ -36,13 +36,13 @@ def test_files_are_told_a_line_each_and_names_in_brackets_stay() -> None:
         (None, True, "lockstep"),
     ],
 )
-def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, told: str) -> None:
+def test_the_ready_line_shows_address_and_rate(speed: float | None, lockstep: bool, expected: str) -> None:
     served = Served()
     served.lockstep = lockstep
-    assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
+    assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {expected}"  # type: ignore[arg-type]
 
 
-def test_a_default_port_that_is_in_use_is_told() -> None:
+def test_a_default_port_in_use_is_reported() -> None:
     served = Served()
     served.address, served.busy_port = ("127.0.0.1", 11400), 11399
     line = output.ready_line("lesson", served, 1.0)  # type: ignore[arg-type]
@@ -71,7 +71,7 @@ def test_a_table_has_its_columns_and_rows() -> None:
     assert lines[2].index("1") == lines[3].index("22") + 1
 
 
-def test_a_result_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_result_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     assert output.write_result(tmp_path / "a.txt", "done") == []
     assert (tmp_path / "a.txt").read_text() == "done"
     (problem,) = output.write_result(tmp_path / "none" / "a.txt", b"done")

@@ -1,4 +1,4 @@
-"""Checks of what is given on the command line."""
+"""Tests of checks on command line values."""
 
 from __future__ import annotations
 

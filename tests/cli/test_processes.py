@@ -1,4 +1,4 @@
-"""The command as a process of its own: what a shell sees."""
+"""Tests of the command as a process of its own, as a shell runs it."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ COMMAND = [sys.executable, "-m", "cellwright"]
 
 
 def run(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
-    """A command in an interpreter of its own."""
+    """Run a command in an interpreter of its own."""
     environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8", **more}
     return subprocess.run(
         [*COMMAND, *arguments],
@@ -60,7 +60,7 @@ def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_a_wish_to_end_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None:
+def test_a_signal_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None:
     process = Process(
         [*COMMAND, "run", "lesson", "--agent", "none", "--until", "1e6", "--speed", "1", "--log", "a.jsonl"],
         os.environ,
@@ -108,7 +108,7 @@ def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
+def test_a_process_that_ignores_a_closed_terminal_goes_on(tmp_path: Path) -> None:
     ran = subprocess.run(
         [
             *("sh", "-c", 'trap "" HUP; "$@" & kill -HUP $!; wait $!', "sh", *COMMAND),
@@ -125,7 +125,7 @@ def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")
-def test_a_run_goes_on_though_nobody_reads(tmp_path: Path) -> None:
+def test_a_run_without_a_reader_goes_on(tmp_path: Path) -> None:
     run_it = '"$0" -m cellwright run lesson --agent none --until 5 --no-picture --log a.jsonl'
     command = f"exec 3>&1; {{ {run_it}; echo $? >&3; }} | head -n 1"
     ran = subprocess.run(

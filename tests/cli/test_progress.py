@@ -1,4 +1,4 @@
-"""Progress: a line that moves on a terminal, plain lines elsewhere."""
+"""Tests of progress: a moving line on a terminal, plain lines elsewhere."""
 
 import io
 import logging
@@ -16,7 +16,7 @@ from cellwright.config.trial.gear2017 import load_trial
 
 
 class WallClock:
-    """Wall time that passes when it is told to."""
+    """Wall time that passes only when the test advances it."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -65,7 +65,7 @@ def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.Monk
             clock.now += 0.2
             progress.update(cell)
     assert "simulating" in text(console)
-    assert text(console).endswith("\x1b[2K")  # the line is wiped
+    assert text(console).endswith("\x1b[2K")  # the line is erased
 
 
 def logged(level: Callable[[str], None], *, verbose: bool) -> str:
@@ -76,7 +76,7 @@ def logged(level: Callable[[str], None], *, verbose: bool) -> str:
     return text(console)
 
 
-def test_what_is_logged_is_told_with_its_time() -> None:
+def test_a_log_message_is_printed_with_its_time() -> None:
     log = logging.getLogger("an.agent")
     assert logged(log.info, verbose=True) == "    0.000 s  two\n    0.000 s  lines [bold]\n"
     assert logged(log.info, verbose=False) == ""
@@ -87,8 +87,8 @@ def test_sentences() -> None:
     assert effect_sentence(StateChanged(CompetitionState.GO)) == "competition: go"
     assert effect_sentence(ConveyorPower(100.0)) == ""
     refused = KitScore("kit", refusal=Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit", None, ("order_0_kit_0",)))
-    told = effect_sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
+    sentence = effect_sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
     assert (
-        told
+        sentence
         == "kit_tray_1 submitted as kit: scored 0: kit type 'kit' belongs to no order (asked for now: order_0_kit_0)"
     )

@@ -1,4 +1,4 @@
-"""`--record`, on whatever is run."""
+"""Tests of `--record` on all commands that run something."""
 
 from __future__ import annotations
 

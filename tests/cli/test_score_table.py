@@ -1,4 +1,4 @@
-"""The score table: it fits, and says which point was lost and why."""
+"""Tests of the score table: it fits, and shows each lost point with its reason."""
 
 import io
 
@@ -107,12 +107,12 @@ def test_every_loss_has_a_reason() -> None:
     causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, NOT_ANNOUNCED, OFF_TRAY}
     assert set(REASONS) == causes - {Verdict.PLACED, BonusVerdict.EARNED}
     lost = kit(*(part(verdict) for verdict in Verdict))
-    told = [line.partition(": ")[0] for line in summary.loss_lines(lost)]
-    assert told == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
+    kinds = [line.partition(": ")[0] for line in summary.loss_lines(lost)]
+    assert kinds == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
     assert list(summary.loss_lines(kit(part(Verdict.PLACED)))) == []
 
 
-def test_what_became_of_missing_parts_stands_below_the_reason() -> None:
+def test_fates_of_missing_parts_stand_below_the_reason() -> None:
     fates = [
         Fate(FateKind.NEVER_HELD),
         Fate(FateKind.NEVER_HELD),
@@ -136,7 +136,7 @@ def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:
     assert max(map(len, summary.kit_lines(kit(part(Verdict.MISSING), off_plate=0.5)))) <= 80
 
 
-def test_what_is_besides_on_the_tray_costs_the_bonus() -> None:
+def test_other_objects_on_the_tray_cost_the_bonus() -> None:
     extra = ExtraObject("bin8|gear_part_1", "gear_part", ExtraReason.WRONG_TYPE)
     text = "\n".join(summary.kit_lines(kit(part(Verdict.PLACED), extras=(extra,))))
     assert "there 1 of 1, pose 1 of 1, bonus 0 of 1" in text

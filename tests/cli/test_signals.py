@@ -17,7 +17,7 @@ NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 @pytest.fixture(autouse=True)
 def heard() -> Iterator[list[int]]:
-    """The signals that came when nobody else took them."""
+    """Yield the signals that no other handler took."""
     found: list[int] = []
     before = {each: signal.signal(each, lambda number, _frame: found.append(number)) for each in NUMBERS}
     yield found
@@ -26,7 +26,7 @@ def heard() -> Iterator[list[int]]:
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_the_first_is_a_wish_and_the_second_does_what_it_does_everywhere(number: int, heard: list[int]) -> None:
+def test_the_first_signal_is_a_request_and_the_second_has_its_usual_effect(number: int, heard: list[int]) -> None:
     stop = StopCondition()
     with stopped_by_signals(stop.request):
         signal.raise_signal(number)

@@ -1,4 +1,4 @@
-"""The list of the trials that come along, and running them."""
+"""Tests of the list of bundled trials, and of running them."""
 
 import json
 from typing import Any
@@ -78,7 +78,7 @@ def test_an_agent_of_ones_own_may_do_without(cellwright: CommandLine, agents: st
     assert ran.err.startswith("warning: final01: the trial has no arm; give a file")
 
 
-def test_with_the_sensors_that_come_along(cellwright: CommandLine, agents: str) -> None:
+def test_a_trial_runs_with_the_bundled_sensors(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "final01", "kitter_sensors", "--agent", f"{agents}:Ends", "--no-picture", "--json")
     assert ran.status == 0
     assert "warning" not in ran.err

@@ -1,4 +1,4 @@
-"""`--video` and what goes with it, on the commands in which time passes."""
+"""Tests of `--video` and its options, on the commands in which time passes."""
 
 import json
 from pathlib import Path
@@ -75,7 +75,7 @@ def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_served_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_a_served_cell_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright(
         "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.2", "--video", "a.mp4", *SMALL, "--json"
     )
@@ -93,7 +93,7 @@ def test_a_robot_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     )
     first = read(tmp_path / "a.mp4")[0].astype(int)
     edge = np.concatenate([first[0], first[-1], first[:, 0], first[:, -1]])
-    assert np.abs(first - np.median(edge, axis=0)).max() > 80  # somebody stands there, and not at the edge alone
+    assert np.abs(first - np.median(edge, axis=0)).max() > 80  # the robot stands there, and not at the edge alone
 
 
 @pytest.mark.slow
@@ -118,7 +118,7 @@ def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path:
     live, replayed = read(tmp_path / "live.mp4"), read(tmp_path / "replayed.mp4")
     assert len(live) == len(replayed) == 8
     for a, b in zip(live, replayed, strict=True):
-        assert np.abs(a.astype(int) - b).mean() < 3  # the clock in the corner is coded with what came before
+        assert np.abs(a.astype(int) - b).mean() < 3  # the video codes the clock in the corner from earlier frames
     ran = cellwright("replay", "run.mcap", "--video", "b.mp4", *SMALL, "--start", "0.12", "--until", "0.2", "--json")
     assert json.loads(ran.out)["videos"] == [{"file": "b.mp4", "length": 0.12, "frames": 3, "dropped": 0}]
     ran = cellwright("replay", "run.mcap", "--video", "c.mp4", "--start", "50")

@@ -1,4 +1,4 @@
-"""What looking on needs is loaded when somebody looks on, and a run without starts as fast as ever."""
+"""Tests of loading: the modules of a viewer are loaded for a viewer only, and a run without one starts fast."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OF_OURS = tuple(
         "viewer.web.page",
     )
 )
-"""What has to do with other processes, videos, pages and robots."""
+"""Modules for other processes, videos, pages and robots."""
 
 _PROGRAM = """
 import json, sys
@@ -46,15 +46,15 @@ def test_a_run_loads_nothing_of_looking_on(options: tuple[str, ...], loaded: lis
     assert _ended(asked, run, tmp_path) == [0, loaded]
 
 
-def test_what_other_commands_need_is_not_loaded(tmp_path: Path) -> None:
+def test_modules_of_other_commands_are_not_loaded(tmp_path: Path) -> None:
     assert _ended(json.dumps(["mujoco", "numpy"]), ["--version"], tmp_path) == [0, []]
 
 
 def _ended(asked: str, arguments: list[str], folder: Path) -> Any:
-    """The exit status of a command, and which of the modules asked for it has loaded."""
+    """Return the exit status of a command, and which of the `asked` modules it has loaded."""
     done = subprocess.run(
         [sys.executable, "-c", _PROGRAM, asked, *arguments],
-        env={**os.environ, "MUJOCO_GL": "disable"},  # else the engine itself loads glfw where it is installed
+        env={**os.environ, "MUJOCO_GL": "disable"},  # otherwise the engine itself loads glfw where it is installed
         capture_output=True,
         text=True,
         check=True,

@@ -1,4 +1,4 @@
-"""A trial, a robot and a run in one line each."""
+"""Tests of a trial, a robot and a run in one line each."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ def test_files_are_joined() -> None:
     assert cellwright.load_trial("final01", "kitter_sensors").has_arm
 
 
-def test_what_cannot_be_a_trial() -> None:
+def test_an_invalid_trial_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="lesson"):
         cellwright.load_trial("leson")
     with pytest.raises(UsageError):
@@ -38,7 +38,7 @@ def test_what_cannot_be_a_trial() -> None:
         cellwright.load_trial(text="arm: 3")
 
 
-def test_what_an_author_should_know_is_a_warning_at_the_caller(tmp_path: Path) -> None:
+def test_notes_for_an_author_are_warnings_at_the_caller(tmp_path: Path) -> None:
     file = tmp_path / "trial.yaml"
     file.write_text(UNKNOWN_OPTION)
     with pytest.warns(DescriptionWarning, match="insert_agvs") as said:

@@ -1,4 +1,4 @@
-"""A served cell as a program in another process meets it."""
+"""Tests of a served cell from a program in another process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals
 
 @contextmanager
 def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[WarmProcess, tuple[str, int]]]:
-    """A process that serves, and the address at which it is ready."""
+    """Yield a process that serves, and the address in its ready line."""
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more}
     process = warm_start().popen([*COMMAND, *arguments, "--port", "0"], folder=folder, environment=environment)
     try:
@@ -41,7 +41,7 @@ def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[WarmPr
 
 
 def hear(connection: socket.socket, decoder: Decoder) -> list[Frame]:
-    """The next frames; a long one may come in pieces."""
+    """Return the next frames; a long one may come in pieces."""
     frames: list[Frame] = []
     while not frames and (data := connection.recv(1 << 20)):
         frames = list(decoder.feed(data))
@@ -49,7 +49,7 @@ def hear(connection: socket.socket, decoder: Decoder) -> list[Frame]:
 
 
 def ended(process: WarmProcess, number: int = signal.SIGINT) -> tuple[int, str, str]:
-    """Ask a process to end; its status, and what it said."""
+    """Send a process a signal; return its status and its output."""
     process.send_signal(number)
     out, err = process.communicate()
     assert "Traceback" not in out + err
@@ -58,7 +58,7 @@ def ended(process: WarmProcess, number: int = signal.SIGINT) -> tuple[int, str, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp_path: Path) -> None:
+def test_it_serves_until_a_signal_and_prints_the_score(number: int, tmp_path: Path) -> None:
     with (
         serving(tmp_path, "lesson", "-v") as (process, address),
         socket.create_connection(address, timeout=TIMEOUT) as connection,

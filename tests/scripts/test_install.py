@@ -1,4 +1,4 @@
-"""The scripts that install ROS 1, a display and a browser for tests, with the system's programs played by others."""
+"""Tests of the scripts that install ROS 1, a display and a browser, with stand-ins for the system's programs."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian"
 
 
 class Machine:
-    """A folder of programs that the script finds in place of the system's, and what they were called with."""
+    """A folder of stand-in programs that the script finds, and the calls of each."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -45,7 +45,7 @@ class Machine:
         return done.returncode, done.stdout
 
     def called(self, *words: str) -> int:
-        """How many calls had all these words."""
+        """Return the number of calls with all these words."""
         return sum(set(words) <= set(line.split()) for line in self.calls.read_text().splitlines())
 
 
@@ -119,14 +119,14 @@ def test_only_in_ci_the_disk_is_not_waited_for(machine: Machine, ci: bool) -> No
     assert machine.called("install", "--yes", "Dpkg::Options::=--force-unsafe-io") == ci
 
 
-def test_progress_is_told(machine: Machine) -> None:
+def test_progress_is_printed(machine: Machine) -> None:
     machine.program("apt-get", "i=0; while [ $i -lt 120 ]; do echo 'Setting up ros (1)'; i=$((i+1)); done")
     status, said = machine.run()
     assert status == 0
     assert [line for line in said.splitlines() if "ready" in line] == ["  50 packages ready", "  100 packages ready"]
 
 
-def test_old_lists_are_read_anew(machine: Machine) -> None:
+def test_old_lists_are_read_again(machine: Machine) -> None:
     machine.program(
         "apt-get", f'case "$*" in *update*) : >{machine.folder}/new;; *) [ -e {machine.folder}/new ] || exit 100;; esac'
     )

@@ -1,4 +1,4 @@
-"""`make lesson`, from where all is installed: it works the cell over ROS 1, and leaves nothing behind."""
+"""Tests of `make lesson` in a full installation: it works the cell over ROS 1, and leaves nothing behind."""
 
 import re
 import shlex
@@ -17,29 +17,29 @@ pytestmark = pytest.mark.ros1
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "scripts" / "lesson"
 INTERRUPTED = (
-    # Python's words about a program that is interrupted while it still imports
+    # printed by Python for a program that is interrupted while it still imports
     r'Traceback [^\n]*\n +File "[^"]*tasker\.py", line \d+, in <module>\n +import .*?\nKeyboardInterrupt\n',
-    # rospy's, where the signal that it logs comes while it logs something else
+    # printed by rospy if the signal that it logs comes while it logs something else
     r"--- Logging error ---\n.*?\nArguments: [^\n]*\n",
 )
-"""Tracebacks of programs that are not ours, by moments at which Ctrl-C may come."""
+"""Tracebacks of programs that are not ours, by the moments of Ctrl-C."""
 
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A folder for what `cellwright ros1-env` lays out once for each user."""
+    """Return a folder for the packages that `cellwright ros1-env` writes once for each user."""
     return str(tmp_path_factory.mktemp("cache"))
 
 
 @pytest.fixture
 def user(newcomer: dict[str, str], cache: str) -> dict[str, str]:
-    """The environment of the script."""
+    """Return the environment of the script."""
     return {**newcomer, "XDG_CACHE_HOME": cache}
 
 
 @pytest.fixture
 def root(user: dict[str, str]) -> Path:
-    """A folder like the project's root, but that its command draws small pictures."""
+    """Return a folder like the project's root, except that its command draws small pictures."""
     home = Path(user["HOME"])
     (home / ".venv").mkdir()
     (home / ".venv" / "bin").symlink_to(user["PATH"].partition(":")[0])
@@ -48,7 +48,7 @@ def root(user: dict[str, str]) -> Path:
 
 
 def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, user: dict[str, str]) -> None:
-    """The program brings one rod and no gear: all of it is followed with the page, in tests/docs/test_lesson.py."""
+    """The program brings one rod and no gear: tests/docs/test_lesson.py follows all of it with the page."""
     (root / "examples").unlink()
     shutil.copytree(ROOT / "examples" / "lesson", root / "examples" / "lesson")
     program = root / "examples" / "lesson" / "industrial_control" / "scripts" / "tasker.py"
@@ -62,7 +62,7 @@ def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, user: dict[st
         said = terminal.printed
     score = re.search(r"^score +(\d+) of 12 points$", said, re.MULTILINE)
     assert score is not None, said
-    assert int(score[1]) >= 1  # the first rod at least: nothing about it is a matter of timing
+    assert int(score[1]) >= 1  # the first rod at least, which depends on no timing
     assert re.search(r"^outcome +done$", said, re.MULTILINE), said
     assert (root / "lesson.png").read_bytes().startswith(b"\x89PNG")
     assert "Traceback" not in said
@@ -80,7 +80,7 @@ def test_ctrl_c_ends_it_in_order(sign: str, root: Path, user: dict[str, str]) ->
     for pattern in INTERRUPTED:
         said = re.sub(pattern, "", said, flags=re.DOTALL)
     assert "Traceback" not in said
-    assert not (root / "lesson.png").exists()  # drawing it takes longer than one likes to wait
+    assert not (root / "lesson.png").exists()  # drawing it would take too long
 
 
 def test_without_ros_it_says_so(root: Path, user: dict[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""The Makefile, where `python3` is not the Python that it should be."""
+"""Tests of the Makefile where `python3` is not the Python that it needs."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix" or not shutil.which("make"), 
 
 
 def make(folder: Path, version: str) -> subprocess.CompletedProcess[str]:
-    """Run `make` for an environment of a Python that says to be of a version, and that makes none."""
+    """Run `make` with a Python that claims to be of this version, and that creates no environment."""
     python = folder / "python"
     claim = f"import sys; sys.version_info = ({version})"
     python.write_text(f'#!/bin/sh\n[ "$1" = -m ] && exit 77\nexec "{sys.executable}" -c "{claim}\n$2"\n')

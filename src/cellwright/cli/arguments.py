@@ -1,4 +1,4 @@
-"""Arguments that several commands share: trial, seed, recording, page and video, declared and read."""
+"""Arguments that several commands share: trial, seed, recording, page and video, as declarations and as readers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cellwright.rendering.video import Made
 
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
-"""Headings in the help, under which options are listed."""
+"""Headings for options in the help."""
 
 TRIAL = argument(
     "TRIAL",
@@ -101,7 +101,7 @@ OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's brows
 
 
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
-    """The page that somebody wants; None for none."""
+    """Return the options of the page; None for no page."""
     if not view:
         said = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
         if given := [option for option, is_given in said.items() if is_given]:
@@ -113,7 +113,7 @@ def page_options(*, view: bool, host: str | None, port: int | None, opens: bool)
 
 
 def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
-    """Refuse the name of a place of pictures behind `--view`, which once took one."""
+    """Refuse a camera name behind `--view`, which took one in an earlier version."""
     for word in words if view else ():
         if word in VIEWS and not Path(word).exists():
             refuse(f"--view {word}: --view opens a page now, and takes no name; for pictures say --camera {word}")
@@ -156,7 +156,7 @@ DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
 
 
 def video_options(file: Path | None, view: str | None, speed: float, size: str, *, fine: bool) -> VideoOptions | None:
-    """What was asked for; None for no video."""
+    """Return the options of the video; None for no video."""
     checked = options.output_file("--video", file, ".mp4")
     with options.errors_of("--video-camera"):
         camera = None if view is None else camera_of(view)
@@ -171,9 +171,9 @@ def video_options(file: Path | None, view: str | None, speed: float, size: str, 
     return VideoOptions(checked, camera, speed, width, height, fine)
 
 
-def video_sentence(told: Made) -> str:
-    """What is said of a video that was written."""
-    return f"{told['file']}, {told['length']:.1f} s"
+def video_sentence(video: Made) -> str:
+    """Return the sentence about a video that was written."""
+    return f"{video['file']}, {video['length']:.1f} s"
 
 
 def _video_size(text: str) -> tuple[int, int]:
@@ -187,7 +187,7 @@ def _video_size(text: str) -> tuple[int, int]:
 
 
 def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
-    """How a run is to be recorded, with what is known of it besides; None where it is not."""
+    """Return the options of the recording, with further facts about the run; None for no recording."""
     if not paths:
         return None
     for path in paths:

@@ -1,4 +1,4 @@
-"""`cellwright check`: is a file of a trial or a robot sound?"""
+"""Command `cellwright check`: errors and warnings in the files of a trial or a robot."""
 
 import json
 from contextlib import suppress
@@ -34,9 +34,9 @@ def check(
     """
     try:
         report = check_files(_paths(files))
-        if report.trial is not None:  # some files of models are for the engine to judge
+        if report.trial is not None:  # the engine judges some files of models
             report = replace(report, errors=tuple(model_problems(report.trial)))
-    except CellwrightError as error:  # a file that is not there is a finding as well
+    except CellwrightError as error:  # a missing file is a finding as well
         report = Report(errors=(str(error),))
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2, sort_keys=True))
@@ -47,7 +47,7 @@ def check(
 
 
 def _paths(files: list[str]) -> list[Path]:
-    """The files that are meant: a robot's by name or folder, else those of a trial."""
+    """Return the paths to check: a robot's by name or folder, else those of a trial."""
     if len(files) == 1:
         with suppress(CellwrightError):
             return [find_robot(files[0])]

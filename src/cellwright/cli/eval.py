@@ -1,4 +1,4 @@
-"""Command `cellwright eval`: a program in many runs, its progress, and a table of the results."""
+"""Command `cellwright eval`: runs of a program in many trials, its progress, and a table of the results."""
 
 import json
 from collections import Counter
@@ -30,7 +30,7 @@ from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, L
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
 
-_MOST_TOLD = 10
+_MAX_REASONS = 10
 
 
 def show_summary(console: Console, results: Sequence[Result], threshold: summary.Threshold | None) -> None:
@@ -38,17 +38,17 @@ def show_summary(console: Console, results: Sequence[Result], threshold: summary
     console.print()
     console.print(summary_table(results))
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
-    short = [(result, why) for result, why in short if why]
-    for result, why in short[:_MOST_TOLD]:
-        say(console, f"  {result.name}: {why}")
-    if len(short) > _MOST_TOLD:
-        console.print(f"  and {len(short) - _MOST_TOLD} more")
+    short = [(result, reason) for result, reason in short if reason]
+    for result, reason in short[:_MAX_REASONS]:
+        say(console, f"  {result.name}: {reason}")
+    if len(short) > _MAX_REASONS:
+        console.print(f"  and {len(short) - _MAX_REASONS} more")
     note(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
     note(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
 
 
 def summary_table(results: Sequence[Result]) -> Table:
-    """A row for each trial."""
+    """Return a table with a row for each trial."""
     figures = dict.fromkeys(("runs", "mean", "min", "max", "reach", "share"), RIGHT)
     rows = []
     for each in summary.summarize(results):
@@ -62,7 +62,7 @@ _REFRESH = 4.0  # [1/s]
 
 
 class EvalProgress:
-    """Tells on a console how an evaluation goes."""
+    """Progress of an evaluation on a console."""
 
     def __init__(self, console: Console, jobs: Sequence[Job]) -> None:
         self._console = console
@@ -82,7 +82,7 @@ class EvalProgress:
             self._live.stop()
 
     def begin(self, known: Sequence[Result], folder: Path) -> None:
-        """Say what there is to do, and what of it is done."""
+        """Print the number of runs, and how many of them are done."""
         self._results = list(known)
         count = len(self._jobs)
         runs = "run" if count == 1 else "runs"
@@ -91,7 +91,7 @@ class EvalProgress:
             say(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before")
 
     def take(self, result: Result) -> None:
-        """A new result."""
+        """Add a new result, and print it."""
         self._results.append(result)
         done = f"[{len(self._results):>{len(str(len(self._jobs)))}}/{len(self._jobs)}]"
         outcome = result.outcome.replace("_", " ")
@@ -99,12 +99,12 @@ class EvalProgress:
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
         say(self._console, text + tail, None if result.is_done else "yellow")
 
-    def show_running(self, running: Sequence[Running]) -> None:
-        """What is being worked at this moment."""
+    def show_jobs(self, running: Sequence[Running]) -> None:
+        """Show the runs in progress."""
         self._running = running
 
     def _table(self) -> Group:
-        # what moves stands above: where there are more trials than lines, the end of the table is not seen
+        # the moving lines stand above: if there are more trials than lines, the end of the table is out of sight
         return Group(Text(), self._runs(), Text(), self._trials())
 
     def _trials(self) -> Table:
@@ -116,20 +116,20 @@ class EvalProgress:
         return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
 
     def _runs(self) -> Table:
-        found = Table(box=None, show_header=False, pad_edge=False)
+        grid = Table(box=None, show_header=False, pad_edge=False)
         for each in self._running:
             limit = each.job.trial.time_limit
             end = f" of {limit:g}" if limit > 0 else ""
             cells = (f"{each.simulated:.0f}{end} s", f"{each.points:g} points", f"{each.wall:.0f} s")
-            found.add_row(each.job.name, *cells, style="cyan")
-        return found
+            grid.add_row(each.job.name, *cells, style="cyan")
+        return grid
 
 
-_MOST_SEEDS, _MOST_JOBS = 100_000, 1024
+_MAX_SEEDS, _MAX_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 
 ARM_AND_SENSORS = bundled_sensors()[0]
-"""What a trial of the competition lacks, where each team brought its own."""
+"""Files with the arm and sensors that a trial of the competition lacks, where each team brought its own."""
 
 _LIMITS = "Limits of each run"
 
@@ -183,15 +183,15 @@ def evaluate(
     Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
     """
     with options.errors_of("--min-score"):
-        least = None if min_score is None else summary.Threshold.read(min_score)
+        threshold = None if min_score is None else summary.Threshold.read(min_score)
     limits = Limits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
-    numbers = range(1, _within("--seeds", seeds, 1, _MOST_SEEDS) + 1)
-    workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MOST_JOBS)
+    numbers = range(1, _within("--seeds", seeds, 1, _MAX_SEEDS) + 1)
+    workers = _within("--jobs", usable_processors() if jobs is None else jobs, 1, _MAX_JOBS)
     try:
-        wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
+        planned = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
     except OSError as error:
         options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
@@ -202,14 +202,14 @@ def evaluate(
     except OSError as error:
         options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
     with store:
-        results, failures = _work(wanted, store, limits, workers, console, records=record)
-    left = len(wanted) - len(results)
-    failures += write_result(out / "junit.xml", summary.junit(results, least))
-    failures += write_result(out / "report.html", report(results, least))
-    status = NOT_DONE if left or failures or any(summary.shortcoming(result, least) for result in results) else DONE
-    document = json.dumps(summary.summary_document(results, least, status), indent=2)
+        results, failures = _work(planned, store, limits, workers, console, records=record)
+    left = len(planned) - len(results)
+    failures += write_result(out / "junit.xml", summary.junit(results, threshold))
+    failures += write_result(out / "report.html", report(results, threshold))
+    status = NOT_DONE if left or failures or any(summary.shortcoming(result, threshold) for result in results) else DONE
+    document = json.dumps(summary.summary_document(results, threshold, status), indent=2)
     failures += write_result(out / "summary.json", document + "\n")
-    show_summary(console, results, least)
+    show_summary(console, results, threshold)
     if left:
         console.print(f"interrupted: {left} runs are left; the same command goes on with them")
     note(console, "report", str(out / "report.html"))
@@ -223,15 +223,10 @@ def evaluate(
 def _work(
     jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console, *, records: bool
 ) -> tuple[list[Result], list[str]]:
-    """The results of the jobs that have one, in the jobs' order; and why there were no more, if it could not go on."""
+    """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
-            store,
-            limits=limits,
-            workers=workers,
-            records=records,
-            on_result=progress.take,
-            on_look=progress.show_running,
+            store, limits=limits, workers=workers, records=records, on_result=progress.take, on_look=progress.show_jobs
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
@@ -249,29 +244,29 @@ def _work(
 
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
-    """The trials, read once: what is wrong with them is told before anything starts."""
-    found = []
+    """Read the trials once: their errors are printed before anything starts."""
+    entries = []
     for name in dict.fromkeys(names):
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
         trial = options.load(parts)
         if any(isinstance(each, Camera) for each in trial.sensors):
-            requested_backend()  # one that does not exist is told once, and not by every run
-        found.append((name, parts, trial, reach(trial)))
-    how_often = Counter(trial.name for _, _, trial, _ in found)
+            requested_backend()  # an unknown backend is reported once, and not by every run
+        entries.append((name, parts, trial, reach(trial)))
+    how_often = Counter(trial.name for _, _, trial, _ in entries)
     return [
         EvaluatedTrial(
             trial.name if how_often[trial.name] == 1 else name,
             tuple(path.resolve() for path in options.paths(parts)),
-            could.total,
-            could.maximum,
+            attainable.total,
+            attainable.maximum,
             trial.time_limit,
             models_digest(trial),
             tuple(parts),
         )
-        for name, parts, trial, could in found
+        for name, parts, trial, attainable in entries
     ]
 
 
-def _within(option: str, value: N, least: float, most: float) -> N:
-    return options.in_range(option, value, least, most, f"a number from {least:g} to {most:g}")
+def _within(option: str, value: N, low: float, high: float) -> N:
+    return options.in_range(option, value, low, high, f"a number from {low:g} to {high:g}")

@@ -20,32 +20,34 @@ if TYPE_CHECKING:
     from cellwright.running.run import RunResult
 
 DONE = 0
-"""What was asked for is done."""
+"""The request is done."""
 NOT_DONE = 1
-"""It was started and not done: time limit, --until came first, agent gave up or crashed, below --min-score,
-interrupted."""
+"""It was started and not done.
+
+Reasons: time limit, --until came first, agent gave up or crashed, below --min-score, interrupted.
+"""
 BAD_INPUT = 2
-"""The input cannot be used; nothing has been started."""
+"""The input is not valid; nothing has been started."""
 
 
 def argument(metavar: str, text: str) -> Any:
-    """A positional argument."""
+    """Declare a positional argument."""
     return typer.Argument(metavar=metavar, help=text, show_default=False)
 
 
 def option(metavar: str, text: str, panel: str | None = None, name: str | None = None) -> Any:
-    """An option that takes a value; without a `name`, such as `--video`, it has that of the parameter."""
+    """Declare an option that takes a value; without a `name`, such as `--video`, it has that of the parameter."""
     return typer.Option(*([name] if name else []), metavar=metavar, help=text, rich_help_panel=panel)
 
 
 def flag(names: str, text: str, panel: str | None = None) -> Any:
-    """An option without a value; names are separated by spaces, such as `--development-mode -d`."""
+    """Declare an option without a value; names are separated by spaces, such as `--development-mode -d`."""
     return typer.Option(*names.split(), metavar="", help=text, rich_help_panel=panel)
 
 
 def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:
-    """The exit status of a run; one without an agent is done when it has reached the time that was asked for."""
-    from cellwright.running.run import Outcome  # it takes long to load, and other commands need the figures above alone
+    """Return the exit status of a run; a run without an agent is done when it has reached its `--until`."""
+    from cellwright.running.run import Outcome  # slow to load, and other commands need the figures above alone
 
     if min_score is not None and result.score.total < min_score:
         return NOT_DONE
@@ -70,22 +72,22 @@ COMMANDS = {
     "ros1-workspace": "ros1:ros1_workspace",
     "operate": "operate:app",
 }
-"""Where each is, below this room, in the order in which help lists them: a function, or an app of several commands."""
+"""Module of each command, below this package, in the order of the help: a function, or an app of several commands."""
 
 
 class CommandsOnDemand(TyperGroup):
-    """A group of all of them."""
+    """Command group that loads each command on demand."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self.commands = cast("Any", MappingProxyType(COMMANDS))  # for suggestions, which need the names alone
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
-        """Their names; none of them is loaded."""
+        """Return their names; this loads none of them."""
         return [*COMMANDS]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
-        """Load a command; None where there is none of this name."""
+        """Load a command; None if there is none of this name."""
         if cmd_name == "bench":
             raise UsageError("bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright")
         return _loaded(cmd_name) if cmd_name in COMMANDS else None
@@ -95,11 +97,11 @@ class CommandsOnDemand(TyperGroup):
 def _loaded(name: str) -> Any:
     module, _, attribute = COMMANDS[name].partition(":")
     with interrupts_end_the_process():
-        found = getattr(import_module(f"{_ROOM}.{module}"), attribute)
-    if isinstance(found, typer.Typer):
-        return typer.main.get_command(found)
+        loaded = getattr(import_module(f"{_ROOM}.{module}"), attribute)
+    if isinstance(loaded, typer.Typer):
+        return typer.main.get_command(loaded)
     alone = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
-    alone.command(name)(found)
+    alone.command(name)(loaded)
     return typer.main.get_command(alone)
 
 
@@ -134,8 +136,8 @@ app = typer.Typer(
 )
 
 
-def _version(wanted: bool) -> None:  # noqa: FBT001
-    if wanted:
+def _version(requested: bool) -> None:  # noqa: FBT001
+    if requested:
         typer.echo(f"cellwright {VERSION}")
         raise typer.Exit
 
@@ -150,7 +152,10 @@ def _global_options(
 
 
 def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
-    """Run the command line, None for that of the process; the exit status. An error in the input is told in a line."""
+    """Run the command line, None for that of the process; return the exit status.
+
+    Errors in the input are printed, a line each.
+    """
     try:
         status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:

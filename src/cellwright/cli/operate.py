@@ -1,4 +1,4 @@
-"""Commands of `cellwright operate`: a robot driven without a headset, by the topics that everybody uses."""
+"""Commands of `cellwright operate`: driving a robot without a headset, over the public topics."""
 
 import fnmatch
 import json
@@ -55,7 +55,7 @@ PARAMETER = "robot_description"
 
 
 def described_limits(environment: Mapping[str, str]) -> JointLimits:
-    """The limits of the robot at the master that an environment names; none if there is none that can be read."""
+    """Return the limits of the robot at the ROS master of an environment; none if there is no readable one."""
     try:
         text = Master(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
         if not isinstance(text, str):
@@ -64,17 +64,17 @@ def described_limits(environment: Mapping[str, str]) -> JointLimits:
             path = Path(folder) / f"{PARAMETER}.urdf"
             path.write_text(text, encoding="utf-8")
             robot = read_urdf(path, warn=lambda _line: None)
-    except CellwrightError:  # a robot can be driven without
+    except CellwrightError:  # driving a robot works without limits
         return JointLimits()
     return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
 
 
 WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
-"""Headings in the help, under which options are listed."""
+"""Headings for options in the help."""
 
 NODE = "/operator"
 
-_WAIT = 5.0  # [s] for a node to appear in ROS
+_NODE_TIMEOUT = 5.0  # [s] for a node to appear in ROS
 
 Connect = Annotated[
     str | None, option("HOST:PORT", f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.", WHERE)
@@ -97,7 +97,7 @@ Robot = Annotated[
 
 
 class NodeConnection:
-    """A way to a node, checked; nothing is connected yet."""
+    """Address of a node, checked; it opens no connection yet."""
 
     def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE, robot: str | None = None) -> None:
         if ros1 and connect is not None:
@@ -108,7 +108,7 @@ class NodeConnection:
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> NodeClient:
-        """A connection of its own, with a suffix to its name: in ROS no two may be called the same."""
+        """Return a new connection, with a suffix to its name: names are unique in ROS."""
         name = self.node + suffix
         ros = self._ros1
         if ros is None:
@@ -118,12 +118,14 @@ class NodeConnection:
             except UsageError as error:
                 more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
                 raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
-        transport = Ros1Transport(ros.python, node=name, environment=ros.environment, patience=_WAIT, sign=JOINT_STATES)
+        transport = Ros1Transport(
+            ros.python, node=name, environment=ros.environment, patience=_NODE_TIMEOUT, sign=JOINT_STATES
+        )
         return NodeClient(transport)
 
     @contextmanager
     def robot(self) -> Iterator[OperatedRobot]:
-        """The robot; the connection is closed in the end."""
+        """Return the robot; its connection is closed at the end."""
         session = self.session()
         try:
             try:
@@ -136,12 +138,12 @@ class NodeConnection:
 
     @staticmethod
     def name(robot: OperatedRobot) -> str:
-        """What the robot is called, as far as its node says; ROS has no place for that."""
+        """Return the robot's name as its node reports it; ROS has no place for that."""
         welcome = getattr(robot.session.transport, "welcome", {})
         return str(welcome.get("trial") or "robot")
 
     def limits(self, robot: OperatedRobot) -> JointLimits:
-        """The limits of the robot's joints, as far as anybody knows them."""
+        """Return the known limits of the robot's joints."""
         if self._limits is not None:
             missing = [name for name in self._limits.joints if name not in robot.joints]
             if missing:
@@ -160,7 +162,7 @@ class NodeConnection:
 
 
 def warn_of_unknown(limits: JointLimits) -> None:
-    """Say that nothing was checked against limits, where none are known."""
+    """Warn that nothing was checked against limits, if none are known."""
     if not limits.joints:
         output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
 
@@ -169,7 +171,7 @@ _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 
 
 def figures_table(exercises: Sequence[Exercise]) -> Table:
-    """The figures of all joints, a line each."""
+    """Return a table of the figures of all joints, a line each."""
     has_steps = any(each.tracking.step for each in exercises)
     headings = ["RMS", "greatest", "delay", *(["rise", "settled", "over", "rest"] if has_steps else [])]
     rows = []
@@ -182,7 +184,7 @@ def figures_table(exercises: Sequence[Exercise]) -> Table:
 
 
 def show_plot(console: Console, exercise: Exercise) -> None:
-    """Draw what a joint was told and what it did, in the characters of the terminal."""
+    """Draw a joint's targets and its motion in the characters of the terminal."""
     trace = exercise.trace
     curves = [
         Curve("target", trace.told_at, trace.told, "yellow"),
@@ -193,7 +195,7 @@ def show_plot(console: Console, exercise: Exercise) -> None:
 
 
 def figures_document(exercise: Exercise) -> dict[str, Any]:
-    """The figures of one joint as JSON values: rad or m, s, Hz."""
+    """Return the figures of one joint as JSON values: rad or m, s, Hz."""
     wave, figures, step = exercise.wave, exercise.tracking, exercise.tracking.step
     return {
         "joint": exercise.trace.joint,
@@ -215,7 +217,7 @@ def figures_document(exercise: Exercise) -> dict[str, Any]:
 
 
 def csv_text(exercises: Sequence[Exercise]) -> str:
-    """Every measured position with the target in force: joint, time [s], target, measured, error [rad; m]."""
+    """Return every measured position with its target: joint, time [s], target, measured, error [rad; m]."""
     lines = ["joint,time,target,measured,error\n"]
     for each in exercises:
         trace = each.trace
@@ -295,7 +297,7 @@ def signal(
     Exit status: 0 done; 1 an error or a delay was larger than allowed, or the node has ended; 2 bad input, and nothing
     was moved.
     """
-    wanted = Wave.lasting(wave, amplitude, frequency, duration)
+    full_wave = Wave.lasting(wave, amplitude, frequency, duration)
     options.in_range("--max-error", max_error, 0.0, math.inf, "a number from 0 on")
     options.in_range("--max-delay", max_delay, 0.0, math.inf, "a number from 0 on")
     options.output_file("--csv", csv, ".csv")
@@ -305,44 +307,44 @@ def signal(
     with link.robot() as there:
         chosen = _chosen(there, joints)
         limits = link.limits(there)
-        for warning in check_signal(there, chosen, wanted, limits):
+        for warning in check_signal(there, chosen, full_wave, limits):
             warn(warning)
         warn_of_unknown(limits)
-        found, failure = _exercise(there, chosen, wanted, console)
-    failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
+        exercises, failure = _exercise(there, chosen, full_wave, console)
+    failures = _failures(exercises, max_error, max_delay) + ([failure] if failure else [])
     if csv is not None:
-        failures += write_result(csv, csv_text(found))
-    if plot is not None and found:
-        failures += write_result(plot, tracking_svg(found))
+        failures += write_result(csv, csv_text(exercises))
+    if plot is not None and exercises:
+        failures += write_result(plot, tracking_svg(exercises))
     status = NOT_DONE if failures else DONE
     if as_json:
-        document: dict[str, Any] = {"joints": [figures_document(each) for each in found]}
+        document: dict[str, Any] = {"joints": [figures_document(each) for each in exercises]}
         typer.echo(json.dumps(document | {"failures": failures, "exit_status": status}, indent=2))
     else:
-        _show(console, found)
+        _show(console, exercises)
     for line in failures:
         typer.echo(line, err=True)
     raise typer.Exit(status)
 
 
 def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
-    """The joints that were named, each once."""
-    found: list[str] = []
+    """Return the joints that match the patterns, each once."""
+    chosen: list[str] = []
     for pattern in patterns:
         if not any(sign in pattern for sign in "*?["):
             robot.check_names([pattern])
-            found.append(pattern)
+            chosen.append(pattern)
             continue
         matching = fnmatch.filter(reversed(robot.joints), pattern)
         if not matching:
             raise UnknownNameError("joint", pattern, robot.joints)
-        found += matching
-    return list(dict.fromkeys(found))
+        chosen += matching
+    return list(dict.fromkeys(chosen))
 
 
 def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: Console) -> tuple[list[Exercise], str]:
-    """What came of each joint, and what went wrong if something did; joints after that are left alone."""
-    found: list[Exercise] = []
+    """Return the exercise of each joint, and the error if there was one; joints after that do not move."""
+    exercises: list[Exercise] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("", total=1.0, at="")
@@ -353,15 +355,15 @@ def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: 
         for number, joint in enumerate(joints, start=1):
             progress.reset(task, description=joint, at=f"{number} of {len(joints)}")
             try:
-                found.append(exercise(robot, joint, wave, on_beat=show))
+                exercises.append(exercise(robot, joint, wave, on_beat=show))
             except (CellwrightError, RunEndedError) as error:
-                return found, f"{joint}: {error}"
-    return found, ""
+                return exercises, f"{joint}: {error}"
+    return exercises, ""
 
 
-def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
+def _failures(exercises: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
     lines = []
-    for each in found:
+    for each in exercises:
         figures, joint = each.tracking, each.trace.joint
         if max_error is not None and figures.judged > max_error:
             lines.append(f"{joint}: an error of {figures.judged:.4g}, and {max_error:g} was allowed")
@@ -372,23 +374,23 @@ def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: flo
     return lines
 
 
-def _show(console: Console, found: Sequence[Exercise]) -> None:
-    for each in found:
+def _show(console: Console, exercises: Sequence[Exercise]) -> None:
+    for each in exercises:
         say(console, f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}")
         show_plot(console, each)
         console.print()
-    if found:
-        console.print(figures_table(found))
-    for each in found:
+    if exercises:
+        console.print(figures_table(exercises))
+    for each in exercises:
         if each.note:
             say(console, f"{each.trace.joint}: {each.note}", "yellow")
 
 
-_HEARD = 2.0  # [s] that a stop may take to be told of
+_STOP_TIMEOUT = 2.0  # [s] that the report of a stop may take
 
 
 class Word(StrEnum):
-    """What can be said."""
+    """Word of the command line for a robot's node."""
 
     HOME = "home"
     ENABLE = "enable"
@@ -418,7 +420,9 @@ def call(
         try:
             if word is Word.STOP:
                 robot.send(Now.STOP)
-                robot.session.wait_until(lambda: robot.status is not None and robot.status.emergency_stop, _HEARD)
+                robot.session.wait_until(
+                    lambda: robot.status is not None and robot.status.emergency_stop, _STOP_TIMEOUT
+                )
                 done = robot.status is None or bool(robot.status.emergency_stop)
                 said = "stopped" if done else "sent, and the node does not say that it has stopped"
             else:
@@ -477,9 +481,9 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
-_LOOK = 0.1  # [s] between two looks at whether it is to end
-_SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of
-_MAX_SILENCE = 2.0  # [s]; a recording that grows no longer ends so much later than it should have
+_CHECK_PERIOD = 0.1  # [s] between two checks for a request to stop
+_MIN_SLEEP = 0.001  # [s]: less than a step, and more than rounding can produce
+_MAX_SILENCE = 2.0  # [s]; the end of a recording without new lines may come this much too late
 
 APPLIED = "/io_teleop/applied_joint_cmd"
 
@@ -510,14 +514,14 @@ def record(
     link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
     failures: list[str] = []
     with link.robot() as robot:
-        session, wish = robot.session, StopCondition()
+        session, stop = robot.session, StopCondition()
         recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
-        wanted = float("inf") if duration is None else duration
-        end = session.time + wanted + _MAX_SILENCE
-        with stopped_by_signals(wish.request):
+        length = float("inf") if duration is None else duration
+        end = session.time + length + _MAX_SILENCE
+        with stopped_by_signals(stop.request):
             try:
-                while not wish.is_requested and recorder.is_writing and recorder.time < wanted and session.time < end:
-                    session.sleep(min(_LOOK, max(_SHORTEST, wanted - recorder.time)))
+                while not stop.is_requested and recorder.is_writing and recorder.time < length and session.time < end:
+                    session.sleep(min(_CHECK_PERIOD, max(_MIN_SLEEP, length - recorder.time)))
                 recorder.close()
             except RunEndedError as error:
                 failures.append(str(error))
@@ -530,7 +534,7 @@ def record(
 
 
 class _StopRequestedError(Exception):
-    """Somebody wants it to end."""
+    """The user has requested the end."""
 
 
 def play(
@@ -581,18 +585,18 @@ def play(
         limits = link.limits(there)
         playback.check(there, targets, limits)
         warn_of_unknown(limits)
-        wish = StopCondition()
-        with stopped_by_signals(wish.request):
+        stop = StopCondition()
+        with stopped_by_signals(stop.request):
             try:
                 while loop or rounds == 0:
-                    _play_once(there, targets, speed, approach, console, wish)
+                    _play_once(there, targets, speed, approach, console, stop)
                     rounds += 1
             except (CellwrightError, RunEndedError) as error:
                 failure = str(error)
             except _StopRequestedError:
                 pass
     status = NOT_DONE if failure else DONE
-    outcome = "failed" if failure else "stopped" if wish.is_requested else "done"
+    outcome = "failed" if failure else "stopped" if stop.is_requested else "done"
     if failure:
         typer.echo(f"error: {failure}", err=True)
     if as_json:
@@ -614,7 +618,7 @@ def play(
 
 
 def _read_any_targets(file: Path, topic: str | None) -> Targets:
-    from cellwright.clients.operators.bags import is_bag, read_bag  # readers of bags take a while to load
+    from cellwright.clients.operators.bags import is_bag, read_bag  # slow to load
 
     if is_bag(file):
         return read_bag(file, topic)
@@ -624,19 +628,19 @@ def _read_any_targets(file: Path, topic: str | None) -> Targets:
 
 
 def _play_once(
-    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: StopCondition
+    robot: OperatedRobot, targets: Targets, speed: float, approach: float | None, console: Console, stop: StopCondition
 ) -> None:
-    """Play once."""
+    """Play the targets once."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("to the first targets", total=None)
 
         def beat(time: float) -> None:
-            if wish.is_requested:
+            if stop.is_requested:
                 raise _StopRequestedError
             progress.update(task, completed=time)
 
-        playback.approach(robot, targets.first, slowly, on_beat=beat)
+        playback.approach(robot, targets.first, approach, on_beat=beat)
         progress.update(task, description=str(targets.path), total=targets.duration)
         playback.play(robot, targets, speed=speed, on_beat=beat)
 

@@ -1,6 +1,6 @@
-"""What is given on the command line, read and refused before anything starts.
+"""Readers of command line values, which refuse invalid ones before anything starts.
 
-What cannot be used is a UsageError, or another CellwrightError of what reads it, here and in all commands.
+An invalid value raises a UsageError, or another CellwrightError of its reader, here and in all commands.
 """
 
 import math
@@ -29,13 +29,13 @@ from cellwright.running.run import CellTarget
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LATEST = 1e9
-"""Latest time that a run may be asked to reach [s]."""
+"""Latest time at which a run may stop [s]."""
 
-LEAST_RATE, MOST_RATE = 100, 10_000
-"""Of a robot node's physics [Hz]: joint states are told a hundred times a second."""
+MIN_RATE, MAX_RATE = 100, 10_000
+"""Bounds of the physics rate of a robot controller node [Hz]: it publishes joint states a hundred times a second."""
 
-LARGEST_SEED = 2**63 - 1
-"""As in a trial's file."""
+MAX_SEED = 2**63 - 1
+"""The same as in a trial's file."""
 
 ABOVE_0, FINITE = math.ulp(0.0), sys.float_info.max
 """Bounds of `in_range`: the smallest number above 0, and the largest that is finite."""
@@ -46,13 +46,13 @@ S = TypeVar("S", bound=str)
 
 
 def refuse(message: str) -> NoReturn:
-    """Say why the input cannot be used, and stop."""
+    """Raise a UsageError that says why the input is not valid."""
     raise UsageError(message)
 
 
 @contextmanager
 def errors_of(option: str) -> Iterator[None]:
-    """Have errors in the input begin with the option that they come from, such as `--camera`."""
+    """Prefix errors in the input with the option that they come from, such as `--camera`."""
     try:
         yield
     except UnknownNameError as error:
@@ -62,7 +62,7 @@ def errors_of(option: str) -> Iterator[None]:
 
 
 def one_of(option: str, kind: str, name: str, known: Sequence[S]) -> S:
-    """The known name that this is; `kind` says in the error what the name stands for."""
+    """Return the known name that equals `name`; `kind` is the word for such names in the error."""
     for each in known:
         if each == name:
             return each
@@ -70,7 +70,7 @@ def one_of(option: str, kind: str, name: str, known: Sequence[S]) -> S:
 
 
 def in_range(option: str, value: N, low: float, high: float, remedy: str, text: str | None = None) -> N:
-    """A number within bounds, both allowed; None for None. The error has a remedy, and the number as in `text`."""
+    """Return a number within bounds, both included; None for None. The error has a remedy, and shows `text`."""
     if value is not None and not low <= value <= high:
         shown = text if text is not None else value if isinstance(value, int) else f"{value:g}"
         refuse(f"{option} {shown}: give {remedy}")
@@ -78,7 +78,7 @@ def in_range(option: str, value: N, low: float, high: float, remedy: str, text: 
 
 
 def paths(files: Sequence[str]) -> list[Path]:
-    """The paths of a trial's files; names of bundled trials are looked up."""
+    """Return the paths of a trial's files; names are those of bundled trials."""
     return [_path(file) for file in files]
 
 
@@ -87,7 +87,7 @@ def _path(file: str) -> Path:
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
-        if path.suffix or path.name != file:  # no name of a trial
+        if path.suffix or path.name != file:  # not the name of a trial
             refuse(f"{file}: there is no such file")
         return find_trial(file)
     except OSError as error:
@@ -100,7 +100,7 @@ def _path(file: str) -> Path:
 
 
 def load(files: Sequence[str]) -> Trial:
-    """The trial in these files; warnings are printed on stderr."""
+    """Read the trial in these files; warnings are printed on stderr."""
     loaded = load_trial(paths(files))
     for warning in loaded.warnings:
         output.warn(warning)
@@ -108,9 +108,9 @@ def load(files: Sequence[str]) -> Trial:
 
 
 def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
-    """The trial in these files, varied by a root of chance where that is asked for; warnings are printed on stderr."""
-    found, given = load(files), seed(root)
-    return vary(found, found.settings.seed if given is None else given) if is_varied else found
+    """Read the trial in these files, varied by a seed if `is_varied`; warnings are printed on stderr."""
+    loaded, given = load(files), seed(root)
+    return vary(loaded, loaded.settings.seed if given is None else given) if is_varied else loaded
 
 
 def cell_of(
@@ -123,12 +123,12 @@ def cell_of(
     competition: bool = True,
     **about: str,
 ) -> CellTarget:
-    """The cell of the trial in these files, made when its session opens; what it refuses is said on a console."""
+    """Return the cell of the trial in these files, made when its session opens; its refusals go to a console."""
 
     def make() -> Cell:
-        found = trial(files, seed, is_varied=is_varied)  # a seed that is none is refused here
+        loaded = trial(files, seed, is_varied=is_varied)  # an invalid seed is refused here
         return Cell(
-            found,
+            loaded,
             seed=seed,
             servo=servo_profile(servo),
             competition=competition,
@@ -139,7 +139,7 @@ def cell_of(
 
 
 def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
-    """What `T:FILE` says: a simulation time [s] and a file that can be written, its name ending as it should."""
+    """Read `T:FILE`: a simulation time [s] and a writable file with the right suffix."""
     time, _, file = text.partition(":")
     when, path = _number(time), Path(file)
     if not 0 <= when <= LATEST or path.suffix.lower() != suffix:
@@ -149,7 +149,7 @@ def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
 
 
 def output_file(option: str, path: P, suffix: str) -> P:
-    """A file that can be written, its name ending as it should; None for None."""
+    """Return the path of a writable file with the right suffix; None for None."""
     if path is None:
         return path
     if path.suffix.lower() != suffix:
@@ -159,14 +159,14 @@ def output_file(option: str, path: P, suffix: str) -> P:
 
 
 def _check_file(said: str, path: Path) -> None:
-    """Refuse a file that cannot be written."""
+    """Refuse a file that is not writable."""
     try:
         if not path.parent.is_dir():
             refuse(f"{said}: there is no folder {path.parent}")
         if path.is_dir():
             refuse(f"{said}: {path} is a folder")
         is_there = path.exists()
-    except OSError as error:  # the name is too long, or the folder may not be looked into
+    except OSError as error:  # the name is too long, or the folder is not readable
         refuse(f"{said}: {error.strerror}")
     if not os.access(path if is_there else path.parent, os.W_OK):
         refuse(f"{said}: {path} cannot be written")
@@ -180,55 +180,55 @@ def _number(text: str) -> float:
 
 
 SPEED = "CELLWRIGHT_SPEED"
-"""Environment variable: real-time factor of cells that are served, for launch files, which cannot pass an option."""
+"""Environment variable: real-time factor of a served cell, for launch files, which cannot pass an option."""
 
 
 def default_speed(variables: Mapping[str, str]) -> float | None:
-    """Simulated seconds a second where no option gives them: those of the environment, or real time."""
+    """Return the real-time factor without an option: that of the environment, or 1."""
     return speed(variables.get(SPEED, "1"), SPEED)
 
 
 def speed(text: str, name: str = "--speed") -> float | None:
-    """Simulated seconds a second; None for `max`."""
+    """Return the real-time factor; None for `max`."""
     if text == "max":
         return None
     return in_range(name, _number(text), ABOVE_0, FINITE, "a factor above 0, such as 1 for real time, or max", text)
 
 
 def physics_rate(text: str) -> Fraction:
-    """Steps of physics a second; a fraction such as 1000/3 is taken as it is."""
+    """Return the physics rate [Hz]; a fraction such as 1000/3 stays exact."""
     try:
         value = Fraction(text)
     except (ValueError, ZeroDivisionError):
         value = Fraction(0)
-    remedy = f"a number of steps a second from {LEAST_RATE} to {MOST_RATE}, such as 240"
-    return in_range("--rate", value, LEAST_RATE, MOST_RATE, remedy, text)
+    remedy = f"a number of steps a second from {MIN_RATE} to {MAX_RATE}, such as 240"
+    return in_range("--rate", value, MIN_RATE, MAX_RATE, remedy, text)
 
 
 def joint_speed(text: str) -> tuple[str, float]:
-    """A pattern of joint names and a speed [rad/s; m/s], from `PATTERN=SPEED`; a speed alone is for all joints."""
+    """Read `PATTERN=SPEED`: a pattern of joint names and a speed [rad/s; m/s]; a speed alone is for all joints."""
     pattern, _, value = text.rpartition("=")
     remedy = "a speed above 0, such as 1.5, or J_arm_*=1.5 for some joints"
     return pattern or "*", in_range("--max-speed", _number(value), ABOVE_0, FINITE, remedy, text)
 
 
 def seed(value: int | None) -> int | None:
-    """A root of chance."""
-    return in_range("--seed", value, 0, LARGEST_SEED, "a whole number from 0 to 2**63 - 1")
+    """Return a valid seed."""
+    return in_range("--seed", value, 0, MAX_SEED, "a whole number from 0 to 2**63 - 1")
 
 
 def until(value: float | None) -> float | None:
-    """A time to stop at [s]."""
+    """Return a valid time to stop at [s]."""
     return in_range("--until", value, ABOVE_0, LATEST, f"a time above 0 s and up to {LATEST:g} s")
 
 
 def min_score(value: float | None) -> float | None:
-    """A score that is to be reached."""
+    """Return a valid minimum score."""
     return in_range("--min-score", value, -FINITE, FINITE, "a number")
 
 
 def averages(text: str | None, trial: Trial) -> Averages | None:
-    """What all teams spent on this trial on average, `COST,TIME` with a time for each order."""
+    """Read `COST,TIME`: the averages of all teams on this trial, with a time for each order."""
     if text is None:
         return None
     cost, *times = map(_number, text.split(","))
@@ -239,19 +239,19 @@ def averages(text: str | None, trial: Trial) -> Averages | None:
 
 
 def address(option: str, text: str) -> tuple[str, int]:
-    """Host and port from `HOST:PORT`."""
+    """Read host and port from `HOST:PORT`."""
     with errors_of(option):
         return parse_address(text)
 
 
 def servo_profile(name: str | None) -> ServoProfile | None:
-    """The servo profile of this name; None for None."""
+    """Return the servo profile of this name; None for None."""
     profiles: tuple[ServoProfile, ...] = get_args(ServoProfile)
     return None if name is None else one_of("--servo", "servo profile", name, profiles)
 
 
 def camera(name: str) -> Camera:
-    """The camera of a named view, or of numbers."""
+    """Return the camera of a named view, or of numbers."""
     with errors_of("--camera"):
         return camera_of(name)
 

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from cellwright.middleware.server import Server
     from cellwright.running.run import Session
 
-_LONGEST = 10_000  # characters of a line
+_MAX_LENGTH = 10_000  # characters of a line
 
 
-def warn(what: object) -> None:
-    """Say on stderr what goes wrong, or may."""
-    typer.echo(f"warning: {what}", err=True)
+def warn(message: object) -> None:
+    """Print a warning or an error on stderr."""
+    typer.echo(f"warning: {message}", err=True)
 
 
 def say(console: Console, text: str, style: str | None = None) -> None:
@@ -36,12 +36,12 @@ def say(console: Console, text: str, style: str | None = None) -> None:
 
 
 def note(console: Console, name: str, text: str) -> None:
-    """Print a line of a summary; what is told in it may come from a file of somebody else."""
-    say(console, f"{name:<10}  {showable(text, _LONGEST)}")
+    """Print a line of a summary; its text may come from a user's file."""
+    say(console, f"{name:<10}  {showable(text, _MAX_LENGTH)}")
 
 
 def note_files(console: Console, name: str, files: Iterable[object]) -> None:
-    """Print a line for each file of a kind that was written, such as `picture`."""
+    """Print a line for each written file of a kind, such as `picture`."""
     for file in files:
         note(console, name, str(file))
 
@@ -49,21 +49,21 @@ def note_files(console: Console, name: str, files: Iterable[object]) -> None:
 FOLD: Mapping[str, Any] = {"overflow": "fold"}
 RIGHT: Mapping[str, Any] = {"justify": "right", "no_wrap": True}
 WHOLE: Mapping[str, Any] = {"no_wrap": True}
-"""Columns of a table: names that may be broken, figures, words that stay in one piece."""
+"""Columns of a table: names that may be broken, figures, words that stay whole."""
 
 
 def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[RenderableType]], **settings: Any) -> Table:
-    """A table with a line below its headings, of columns with their settings; `settings` are those of the table."""
-    found = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
+    """Return a table with a line below its headings; `settings` are those of the table, each column has its own."""
+    result = Table(**{"box": box.SIMPLE_HEAD, "show_edge": False, "pad_edge": False, **settings})
     for heading, column in columns.items():
-        found.add_column(heading, **column)
+        result.add_column(heading, **column)
     for row in rows:
-        found.add_row(*row)
-    return found
+        result.add_row(*row)
+    return result
 
 
 def write_result(file: Path, content: str | bytes) -> list[str]:
-    """Write a file that is made of results; what went wrong, if something did. The results are printed all the same."""
+    """Write a file of results; return the errors. The results are printed all the same."""
     try:
         write_whole(file, content)
     except OSError as error:
@@ -72,7 +72,7 @@ def write_result(file: Path, content: str | bytes) -> list[str]:
 
 
 def say_ready(session: Session) -> None:
-    """Say that something is served, where, how its time passes, and what it is in ROS 1."""
+    """Print the name, the address and the rate of a served session, and its node in ROS 1."""
     assert session.server is not None
     line = ready_line(session.node.name, session.server, session.rate.speed)
     if session.ros is not None:
@@ -81,13 +81,13 @@ def say_ready(session: Session) -> None:
     session.say(line + session.target.ready_note())
 
 
-def words_for(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
-    """Where a session that is run from the command line says things, as `Session` takes it."""
+def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
+    """Return the outputs of a session on the command line, as arguments of `Session`."""
     return {"report": warn, "notice": notice, "say": partial(say, console)}
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:
-    """The line that says that something is served, where, and how its time passes: for a speed of None, as it can."""
+    """Return the ready line: name, address, and rate; for a speed of None, as fast as it goes."""
     host, port = server.address
     if server.lockstep:
         pace = "lockstep"
@@ -98,18 +98,18 @@ def ready_line(name: str, server: Server, speed: float | None) -> str:
 
 
 def pace_text(pace: Pace) -> str:
-    """How time kept to the wall clock, in words."""
+    """Return how time kept up with the wall clock, in words."""
     stood = f", time stood {pace.stood:.1f} s for clients that were behind" if pace.stood else ""
     return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"
 
 
 ShowProgress: TypeAlias = Callable[..., None]
-"""Takes how much is done, None where no end is known, and a few words."""
+"""Receives the progress, None if no end is known, and a few words."""
 
 
 @contextmanager
 def progress_bar(console: Console, description: str, total: float | None) -> Iterator[ShowProgress | None]:
-    """A line that moves while something takes time and is gone afterwards; None where nobody would see it move."""
+    """Show a progress line, which disappears at the end; yield None if the console does not show it."""
     if not console.is_interactive:
         yield None
         return
@@ -117,7 +117,7 @@ def progress_bar(console: Console, description: str, total: float | None) -> Ite
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(description, total=total, status="")
 
-        def tell(done: float | None, status: str = "") -> None:
+        def show(done: float | None, status: str = "") -> None:
             progress.update(task, completed=done, status=status)
 
-        yield tell
+        yield show

@@ -40,18 +40,18 @@ def plot(
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
     names = PANELS if what is None else map(str.strip, what.split(","))
-    wanted = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
-    path = Path(f"{file.stem}-plot.png") if out is None else out  # in the folder in which one works
+    panels = [options.one_of("--what", "part of a figure", name, PANELS) for name in names]
+    path = Path(f"{file.stem}-plot.png") if out is None else out  # in the working folder
     suffix = path.suffix.lower()
     if suffix not in FIGURE_SUFFIXES:
         known = f"{', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
         options.refuse(f"--out {path}: give a file whose name ends in {known}")
     options.output_file("--out", path, suffix)
     with Recording(file) as opened:
-        told = load_plot_data(opened)
-    if told.warning:
-        output.warn(told.warning)
-    figure = draw_figure(told, wanted)
+        data = load_plot_data(opened)
+    if data.warning:
+        output.warn(data.warning)
+    figure = draw_figure(data, panels)
     try:
         write_figure(figure, path)
     except OSError as error:

@@ -24,19 +24,19 @@ from cellwright.config.robot.skeleton import skeleton
 from cellwright.util.errors import UnknownNameError
 
 _EXAMPLE = """give positions by joint, such as '{"elbow": 1.57}'"""
-_MAX_POSITION = 1e6  # [rad; m]; what lies beyond is a slip, and turns lose their meaning in rounding
+_MAX_POSITION = 1e6  # [rad; m]; a position beyond is a mistake, and rounding makes such turns meaningless
 
 
 def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
-    """The positions of joints by name [rad; m]."""
+    """Read the positions of joints by name [rad; m]."""
     try:
-        found = json.loads(text)
+        positions = json.loads(text)
     except (ValueError, RecursionError) as error:
-        why = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
-        refuse(f"--pose: no valid JSON ({why}); {_EXAMPLE}")
-    if not isinstance(found, dict):
+        reason = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
+        refuse(f"--pose: no valid JSON ({reason}); {_EXAMPLE}")
+    if not isinstance(positions, dict):
         refuse(f"--pose: no posture; {_EXAMPLE}")
-    return {name: _position(name, value, robot) for name, value in found.items()}
+    return {name: _position(name, value, robot) for name, value in positions.items()}
 
 
 def _position(name: str, value: Any, robot: RobotModel) -> float:
@@ -52,7 +52,7 @@ def _position(name: str, value: Any, robot: RobotModel) -> float:
 
 
 def write_skeleton(config: RobotConfig, file: Path) -> None:
-    """Write the beginning of a configuration for a robot, and say what is in it."""
+    """Write the first draft of a robot's configuration, and print its content."""
     if not file.parent.is_dir():
         refuse(f"--init {file}: there is no folder {file.parent}")
     text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve())
@@ -63,27 +63,27 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
         refuse(f"--init {file}: is there already; take another name, or remove it")
     except OSError as error:
         with suppress(OSError):
-            file.unlink()  # a half of it, for all that is known
+            file.unlink()  # it may be half written
         refuse(f"--init {file}: cannot be written: {error.strerror}")
-    found = read_robot_config(file, lambda _line: None)
-    groups = {"arm": len(found.arms), "gripper": len(found.grippers), "head": int(found.head is not None)}
-    groups |= {"waist": int(found.waist is not None), "lift": int(found.dorsal is not None)}
+    draft = read_robot_config(file, lambda _line: None)
+    groups = {"arm": len(draft.arms), "gripper": len(draft.grippers), "head": int(draft.head is not None)}
+    groups |= {"waist": int(draft.waist is not None), "lift": int(draft.dorsal is not None)}
     listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in groups.items() if count)
     typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
 
 
-_WIDEST = 1000  # of a table that goes into a file or through a pipe: nothing is folded there
+_MAX_WIDTH = 1000  # width of a table in a file or through a pipe: nothing is folded there
 
 
 def show_robot(config: RobotConfig) -> None:
-    """Print a robot's table, and below it what belongs to no single joint."""
+    """Print a robot's table, and below it the facts of no single joint."""
     console = _console()
     robot = config.robot
     counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
     output.say(console, f"{config.name}: {counts}; root link {robot.root} (-1)")
     console.print()
     whole = joint_table(config)
-    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
     is_narrow = needed > console.width
     _print(console, joint_table(config, is_narrow=True) if is_narrow else whole)
     console.print()
@@ -95,7 +95,7 @@ def show_robot(config: RobotConfig) -> None:
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
-    """A row for each joint, in the order of their indices; a narrow table leaves out what one asks for least."""
+    """Return a table with a row for each joint, in the order of indices; a narrow table leaves out effort and speed."""
     columns = {"#": RIGHT, "joint": FOLD, "type": WHOLE, "link": FOLD, "on": RIGHT, "lower": RIGHT, "upper": RIGHT}
     columns |= {} if is_narrow else {"effort": RIGHT, "speed": RIGHT}
     columns |= {"group": FOLD, "home": RIGHT}
@@ -104,8 +104,8 @@ def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
 
 
 def show_bundled(*, as_json: bool) -> None:
-    """Print the robots that come along."""
-    found = {name: load_robot(name, lambda _line: None) for name in bundled()}
+    """Print the bundled robots."""
+    configs = {name: load_robot(name, lambda _line: None) for name in bundled()}
     if as_json:
         entries = [
             {
@@ -117,12 +117,12 @@ def show_bundled(*, as_json: bool) -> None:
                 "arms": len(config.arms),
                 "grippers": len(config.grippers),
             }
-            for name, config in found.items()
+            for name, config in configs.items()
         ]
         typer.echo(json.dumps({"robots": entries}, indent=2))
         return
     rows: list[list[str | Text]] = []
-    for name, config in found.items():
+    for name, config in configs.items():
         counts = (len(config.robot.joints), len(config.robot.driven), len(config.arms), len(config.grippers))
         rows.append([Text(name), *map(str, counts)])
     columns = {"robot": WHOLE, **dict.fromkeys(("joints", "driven", "arms", "grippers"), RIGHT)}
@@ -144,7 +144,7 @@ def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) ->
 
 
 def _label(config: RobotConfig, key: str) -> str:
-    """What a group is called in a narrow column: R and L (right, left) where there are two."""
+    """Return a group's label in a narrow column: R and L (right, left) if there are two."""
     name, _, number = key.rstrip("]").partition("[")
     if not number:
         return {"dorsal": "lift"}.get(name, name)
@@ -182,19 +182,19 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
 
 
 def _console() -> Console:
-    return Console(highlight=False, width=None if sys.stdout.isatty() else _WIDEST)
+    return Console(highlight=False, width=None if sys.stdout.isatty() else _MAX_WIDTH)
 
 
-def _print(console: Console, found: Table) -> None:
+def _print(console: Console, content: Table) -> None:
     """Print a table without the blanks that fill up its lines."""
     with console.capture() as capture:
-        console.print(found)
+        console.print(content)
     for line in capture.get().splitlines():
         console.file.write(f"{line.rstrip()}\n")
 
 
 def _figure(number: float) -> str:
-    """A number in few characters; a dash where there is no limit."""
+    """Return a number in few characters; a dash if there is no limit."""
     return f"{round(number, 3) + 0.0:.4g}" if math.isfinite(number) else "-"
 
 

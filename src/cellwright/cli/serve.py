@@ -26,13 +26,13 @@ from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evid
 from cellwright.viewer.web.start import LOOPBACK
 
 RESULT = "/cellwright/result"
-"""A service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""
+"""Service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""
 
 _WIDTH = 80
 
 
 def offer_result(session: Session) -> None:
-    """Offer the result to clients. Of a competition that is not over they get what they may know, and no more."""
+    """Offer the result to clients. Before the end of a competition it holds only public facts."""
     cell, server = session.node, session.server
     assert server is not None
 
@@ -40,10 +40,10 @@ def offer_result(session: Session) -> None:
         result = replace(cell_result(session.result_by_now()), evidence=known_evidence(cell))
         text = io.StringIO()
         summary.show_result(Console(file=text, width=_WIDTH, highlight=False), result)
-        told = summary.result_document(cell, "served", result, 0, [])
+        document = summary.result_document(cell, "served", result, 0, [])
         if hides_ground_truth(cell):
-            told |= {"seed": None, "circumstances": None}  # with them one could reckon with noise and friction
-        return {"document": told, "text": text.getvalue()}
+            document |= {"seed": None, "circumstances": None}  # with them a client could predict noise and friction
+        return {"document": document, "text": text.getvalue()}
 
     server.offer(RESULT, answer)
 
@@ -55,7 +55,7 @@ EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 def served_session(
     target: CellTarget, console: Console, *, rate: RateControl, until: float | None, **more: Any
 ) -> Session:
-    """A session that serves a cell, and says on a console what happens; `more` as `Session` takes it."""
+    """Return a session that serves a cell, and prints its events on a console; `more` are arguments of `Session`."""
     progress = RunProgress(console, until=until, is_served=True)
 
     return Session(
@@ -65,7 +65,7 @@ def served_session(
         about={"agent": "served"},
         observers=[progress, *more.pop("observers", ())],
         on_ready=output.say_ready,
-        **output.words_for(console, partial(progress.line, style="yellow")),
+        **output.session_outputs(console, partial(progress.line, style="yellow")),
         **more,
     )
 
@@ -79,7 +79,7 @@ def run_served(
     camera: Camera = VIEWS["overview"],
     verbose: bool = False,
 ) -> int:
-    """Serve a cell until it is over or a signal ends it, and print what came of it; the exit status."""
+    """Serve a cell until it is over or a signal ends it, and print the result; return the exit status."""
     with stopped_by_signals(session.stop.request), session:
         offer_result(session)
         result = cell_result(session.run())
@@ -90,7 +90,7 @@ def run_served(
         if result.pace is not None and (verbose or result.pace.stood):
             output.note(console, "pace", output.pace_text(result.pace))
     pictures = Pictures(camera, [], output.warn)
-    # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.
+    # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
     if picture is not None and (result.outcome is Outcome.DONE or not session.stop.is_requested):
         with progress_bar(console, f"drawing {picture}", 1.0) as tell:
             pictures.take(picture, session.node, tell)

@@ -1,4 +1,4 @@
-"""Ctrl-C, and a service's wish that a command end: taken note of, and followed between two steps."""
+"""Signals that end a command, from Ctrl-C or a service manager: noted at once, and obeyed between two steps."""
 
 import signal
 import sys
@@ -11,34 +11,34 @@ from typing import Any
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Let the first Ctrl-C, SIGTERM or SIGHUP call `stop`; the second does what it does everywhere.
+    """Let the first Ctrl-C, SIGTERM or SIGHUP call `stop`; the second has its usual effect.
 
-    SIGHUP comes when a terminal is closed; who has it ignored, as nohup does, wants to outlive that.
+    SIGHUP comes when a terminal is closed; a process that ignores it, as under nohup, is to outlive that.
     """
-    with _followed(stop, _wishes()):
+    with _handled(stop, _end_signals()):
         yield
 
 
 @contextmanager
 def ended_as_by_ctrl_c() -> Iterator[None]:
-    """Let the first SIGTERM or SIGHUP do what Ctrl-C does: what is at work ends, and tells what has come of it."""
+    """Let the first SIGTERM or SIGHUP act as Ctrl-C does: the work ends, and the results so far are printed."""
 
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    with _followed(interrupt, [number for number in _wishes() if number != signal.SIGINT]):
+    with _handled(interrupt, [number for number in _end_signals() if number != signal.SIGINT]):
         yield
 
 
 @contextmanager
-def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]:
+def _handled(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]:
     before: dict[int, Any] = {}
     has_come = False
 
     def note(number: int, _frame: FrameType | None) -> None:
         nonlocal has_come
         restore()
-        if has_come:  # somebody has put this handler back since
+        if has_come:  # another handler has been set since
             signal.raise_signal(number)
             return
         has_come = True
@@ -57,8 +57,8 @@ def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]
         restore()
 
 
-def _wishes() -> list[int]:
-    """The signals by which somebody wishes that this process end, and that it may follow."""
+def _end_signals() -> list[int]:
+    """Return the signals that request the end of this process, and that it may handle."""
     numbers: list[int] = [signal.SIGINT, signal.SIGTERM]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)

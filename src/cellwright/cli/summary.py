@@ -47,20 +47,20 @@ if TYPE_CHECKING:
     from cellwright.running.run.observers import Pictures
 
 _REDRAW = 0.1  # [s] of wall time
-_PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are read afterwards
+_PLAIN_LINE = 2.0  # [s] of wall time between plain lines, in output that goes to a file
 
 
 class RunProgress:
-    """Tells on a console how a run goes: an observer of its session.
+    """Progress of a run on a console: an observer of its session.
 
-    What the referee of a cell does, and what is logged, are lines that stay, with their simulation time.
+    The actions of a cell's referee and log messages are lines that stay, with their simulation time.
 
     Args:
-        until: the simulation time [s] at which the run is to stop, if any.
-        status: says in a few words how far a robot or a recording is; None for a cell.
-        verbose: whether to tell what is logged at level INFO, as agents do.
-        is_served: whether time passes for clients; nothing moves then but what happens.
-        clock: wall time [s]; to be replaced in tests.
+        until: the simulation time [s] at which the run stops, if any.
+        status: returns the progress of a robot or a recording in a few words; None for a cell.
+        verbose: print log messages of level INFO too, such as those of agents.
+        is_served: time passes for clients; then only events are printed.
+        clock: source of wall time [s], for tests.
     """
 
     def __init__(
@@ -79,12 +79,12 @@ class RunProgress:
         self._level = logging.INFO if verbose else logging.WARNING
         self._clock = clock
         self._shown = clock()
-        self._since: tuple[float, float] | None = None  # wall time and simulation time at the first look
+        self._since: tuple[float, float] | None = None  # wall time and simulation time at the first update
         self._bar: ShowProgress | None = None
 
     @contextmanager
     def __call__(self, session: Session) -> Iterator[None]:
-        """Tell of what happens in a run."""
+        """Print the progress of a run."""
         self._node, self._since, status = session.node, None, self._status
         with ExitStack() as run:
             if status is not None:
@@ -94,7 +94,7 @@ class RunProgress:
                 yield
                 return
             run.enter_context(self.running(session.node))
-            subscribe(session.node.competition.on_effect, self._tell, run)
+            subscribe(session.node.competition.on_effect, self._print_effect, run)
             if not self._is_served:
                 watch = session.node.simulation.watch("console", Fraction(1, 10), lambda _: self.update(session.node))
                 run.callback(watch.cancel)
@@ -102,7 +102,7 @@ class RunProgress:
 
     @contextmanager
     def running(self, cell: Cell) -> Iterator[None]:
-        """Tell of what happens to a cell inside."""
+        """Print the events inside a cell."""
         self._node = cell
         limit = cell.trial.time_limit if self._until is None else self._until
         log, handler = logging.getLogger(), _LogLines(self.line)
@@ -119,7 +119,7 @@ class RunProgress:
             log.setLevel(level)
 
     def update(self, cell: Cell) -> None:
-        """Show how far the cell is, unless that was shown a moment ago."""
+        """Show the progress of the cell, at most every 0.1 s of wall time."""
         now = self._clock()
         simulated = cell.simulation.time
         if self._since is None:
@@ -137,25 +137,25 @@ class RunProgress:
             self._bar(simulated, f"{simulated:.1f} s  {factor}  {state}")
 
     def notice(self, text: str) -> None:
-        """A line that stays, in yellow; a warning before there is a run."""
+        """Print a line that stays, in yellow; a warning before there is a run."""
         if self._node is None:
             warn(text)
         else:
             self.line(text, "yellow")
 
     def line(self, text: str, style: str | None = None) -> None:
-        """A line that stays, with the simulation time once there is a run."""
+        """Print a line that stays, with the simulation time once there is a run."""
         time = "" if self._node is None else f"{self._node.simulation.time:9.3f} s  "
         self._console.print(f"{time}{text}", markup=False, soft_wrap=True, style=style)
 
-    def _tell(self, effect: effects.Effect) -> None:
+    def _print_effect(self, effect: effects.Effect) -> None:
         text = effect_sentence(effect)
         if text:
             self.line(text)
 
 
 class _LogLines(logging.Handler):
-    """Passes on what is logged, a line at a time."""
+    """Logging handler that passes records on, a line at a time."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         super().__init__()
@@ -167,7 +167,7 @@ class _LogLines(logging.Handler):
 
 
 def effect_sentence(effect: effects.Effect) -> str:
-    """What the referee did, in one sentence; empty for what goes without saying."""
+    """Return an action of the referee in one sentence; empty for trivial ones."""
     match effect:
         case effects.StateChanged(state):
             return f"competition: {state}"
@@ -193,7 +193,7 @@ def effect_sentence(effect: effects.Effect) -> str:
 def result_document(
     cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str], final: TrialScore | None = None
 ) -> dict[str, Any]:
-    """A run's result; times in s. The `final` score is that of the trial as in the finals, if averages are known."""
+    """Return a run's result; times in s. The `final` score is the trial's as in the finals, if averages are known."""
     return {
         "trial": cell.trial.name,
         "agent": agent,
@@ -233,17 +233,18 @@ def show_files(
     more: Mapping[str, Any] | None = None,
     out: TextIO | None = None,
 ) -> int:
-    """Draw the cell as it stands to `picture`, then print what files were written, or the result as JSON to `out`.
+    """Write the picture of the cell to `picture`, then print the written files, or the result as JSON to `out`.
 
-    The exit status comes back, which for a file that is not whole is no longer 0.
+    Returns:
+        The exit status, which is no longer 0 if a file is not whole.
     """
     result = cell_result(session.result)
     cell: Cell = session.node
     if not status and (pictures.missed or cell.checkpoints.missed or not result.is_complete):
-        status = NOT_DONE  # what was asked for is not all there
+        status = NOT_DONE  # some requested files are missing
     if picture is not None:
-        with progress_bar(console, f"drawing {picture}", 1.0) as tell:
-            pictures.take(picture, cell, tell)
+        with progress_bar(console, f"drawing {picture}", 1.0) as show:
+            pictures.take(picture, cell, show)
     if out is not None:
         document = result_document(cell, agent, result, status, pictures.written, final)
         out.write(json.dumps({**document, **(more or {}), "videos": result.videos}, indent=2) + "\n")
@@ -255,27 +256,29 @@ def show_files(
 
 
 _MAX_COLLISIONS = 5
-_WIDEST = 10_000  # columns
+_MAX_WIDTH = 10_000  # columns
 _TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave the table 80 columns wide
 
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
-    """Print what came of a run: the score, how it ended, and what it takes to get the same again."""
-    found, could = result.evidence, result.evidence.reach
-    for order in found.orders:
+    """Print the result of a run: the score, how it ended, and the facts that reproduce it."""
+    evidence, attainable = result.evidence, result.evidence.reach
+    for order in evidence.orders:
         for kit in order.kits:
             show_kit(console, order.score.order_id, kit)
     console.print()
     known = list(versions().items())
     lines = [
         ("outcome", str(result.outcome)),
-        ("score", f"{found.total:g} of {found.reach.maximum:g} points"),
+        ("score", f"{evidence.total:g} of {evidence.reach.maximum:g} points"),
         (
             "reachable",
-            "" if could.total == could.maximum else f"{could.total:g} of {could.maximum:g}: see out of reach",
+            ""
+            if attainable.total == attainable.maximum
+            else f"{attainable.total:g} of {attainable.maximum:g}: see out of reach",
         ),
-        *_times(found),
-        ("sensors", f"cost {found.system_cost:g} $"),
+        *_times(evidence),
+        ("sensors", f"cost {evidence.system_cost:g} $"),
         *(("finals", line) for line in _final(final)),
         *(("collision", collision.sentence()) for collision in result.collisions[:_MAX_COLLISIONS]),
         ("", f"and {more} more collisions" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
@@ -291,7 +294,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
 
 
 def kit_table(kit: KitEvidence) -> Table:
-    """A row for each ordered part, with what was found for it and its points."""
+    """Return a table with a row for each ordered part, with the part found for it and its points."""
     columns: dict[str, dict[str, Any]] = {"part": {**WHOLE}, "found": {**WHOLE}}
     rows = [_part_cells(part) for part in kit.parts]
     for place, heading in enumerate(("off mm", "turn mrad", "there", "pose"), 2):
@@ -301,22 +304,22 @@ def kit_table(kit: KitEvidence) -> Table:
 
 
 def show_kit_table(console: Console, kit: KitEvidence) -> None:
-    """Print the table of a kit; it is wider than the console where a word of a name would have to be cut."""
+    """Print the table of a kit; it is wider than the console if a word of a name would have to be cut."""
     rows = kit_table(kit)
-    needed = Measurement.get(console, console.options.update(max_width=_WIDEST), rows).minimum
+    needed = Measurement.get(console, console.options.update(max_width=_MAX_WIDTH), rows).minimum
     options = console.options.update(width=max(console.width, needed))
     console.print(Segments(console.render(rows, options)), soft_wrap=True, end="")
 
 
 def loss_lines(kit: KitEvidence) -> Iterator[str]:
     """A sentence for each kind of loss in this kit."""
-    found = {part.cause for part in kit.parts}
+    causes = {part.cause for part in kit.parts}
     for cause in REASONS:
-        if cause in found:
+        if cause in causes:
             yield f"{cause}: {REASONS[cause]}"
             if cause == Verdict.MISSING:
                 known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
-                for (kind, sentence), count in known.items():  # what became of them; indented, below the reason
+                for (kind, sentence), count in known.items():  # counts of each outcome; indented, below the reason
                     yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
@@ -325,7 +328,7 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
 
 
 def kit_lines(kit: KitEvidence) -> Iterator[str]:
-    """What the parts of a kit add up to, and what was lost."""
+    """Yield the sums of a kit's parts, and its losses."""
     score, each = kit.score, len(kit.parts)
     yield ""
     if score.is_submitted:
@@ -349,8 +352,8 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
     """Print what a kit earned: its name, its table, and why points were lost."""
     title = Text(f"{order_id}, kit {kit.score.kit_type}: ")
     if not kit.score.is_submitted:
-        why = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
-        title += Text(f"{why}, no points", style="bold")
+        reason = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
+        title += Text(f"{reason}, no points", style="bold")
     else:
         title += Text(f"{kit.score.total:g} of {kit.reach.maximum:g} points", style="bold")
     console.print("\n", title, "\n", sep="", soft_wrap=True)
@@ -359,13 +362,13 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
         console.print(line, markup=False, soft_wrap=True)
 
 
-def _times(found: Evidence) -> Iterator[tuple[str, str]]:
-    for order in found.orders:
+def _times(evidence: Evidence) -> Iterator[tuple[str, str]]:
+    for order in evidence.orders:
         if order.is_announced:
             end = "" if order.score.is_complete else ", not complete"
             yield "time", f"{order.score.order_id} {seconds(order.score.time_taken):.1f} s{end}"
-    carried = f"parts carried for {seconds(found.part_travel_time):.1f} s"
-    yield "", f"game {seconds(found.process_time):.1f} s, {carried}"
+    carried = f"parts carried for {seconds(evidence.part_travel_time):.1f} s"
+    yield "", f"game {seconds(evidence.process_time):.1f} s, {carried}"
 
 
 def _final(score: TrialScore | None) -> Iterator[str]:
@@ -388,7 +391,7 @@ def _part_cells(part: PartEvidence) -> list[str | Text]:
 
 
 def _broken(name: str, width: int) -> Text:
-    """A name in lines of a width where its words allow it: broken behind what it came from, then behind `_`."""
+    """Return a name in lines of a width if its words allow it: broken behind its origin, then behind `_`."""
     lines: list[str] = []
     for piece in [name] if len(name) <= width else re.split(r"(?<=\|)", name):
         line = ""

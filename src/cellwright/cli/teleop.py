@@ -1,4 +1,4 @@
-"""Command `cellwright teleop`: a robot's controller node, or checks of a robot's motion and of a driver."""
+"""Command `cellwright teleop`: a robot controller node, or checks of a robot's motion and of a driver."""
 
 import json
 import math
@@ -41,7 +41,7 @@ from cellwright.viewer.web.start import LOOPBACK
 
 
 def run_driver_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:
-    """Try a driver out, and print what was found, a line each; the exit status."""
+    """Check a driver, and print each finding in a line; return the exit status."""
     if driver is None:
         options.refuse("--check-driver: name the driver: --driver my_driver.py:MyDriver")
     make = find_driver(driver)
@@ -59,15 +59,15 @@ _PERCENT = (
 )
 
 
-def refuse_what_runs(given: Mapping[str, bool]) -> None:
-    """Refuse options that are given, and meant for a node that goes on running."""
+def refuse_node_options(given: Mapping[str, bool]) -> None:
+    """Refuse options that are given, and that need a node that keeps running."""
     for name, is_given in given.items():
         if is_given:
             options.refuse(f"--check: leave out {name}, meant for a node that goes on running")
 
 
 def show_motion_report(console: Console, report: MotionReport) -> None:
-    """Print a row for each finding, and what they come to."""
+    """Print a row for each finding, and a summary."""
     recorded = f"against its recorded motion, {Path(report.reference).name}"
     against = recorded if report.reference else "joint by joint: it has no recorded motion"
     output.say(console, f"{report.robot} in its node, {against}")
@@ -86,7 +86,7 @@ def show_motion_report(console: Console, report: MotionReport) -> None:
 
 
 def findings_table(report: MotionReport) -> Table:
-    """A row for each finding."""
+    """Return a table with a row for each finding."""
     rows = []
     for finding in report.findings:
         verdict = Text("ok", style="green") if finding.passed else Text("FAILS", style="bold red")
@@ -96,7 +96,7 @@ def findings_table(report: MotionReport) -> Table:
 
 
 def motion_document(report: MotionReport) -> dict[str, Any]:
-    """The report as JSON values; a figure that does not exist is null."""
+    """Return the report as JSON values; a figure that does not exist is null."""
     findings = [asdict(finding) for finding in report.findings]
     for finding in findings:
         if not math.isfinite(finding["worst"]):
@@ -111,7 +111,7 @@ def _figure(finding: Finding) -> str:
 
 
 def robot_progress(console: Console, *, until: float | None) -> RunProgress:
-    """What tells on a console how a robot's node goes; `until` is when it is to stop [s], if ever."""
+    """Return the progress output of a robot controller node; `until` is the time at which it stops [s], if any."""
 
     def status(session: Session) -> str:
         node, loop = session.node, session.loop
@@ -122,40 +122,40 @@ def robot_progress(console: Console, *, until: float | None) -> RunProgress:
     return RunProgress(console, until=until, status=status)
 
 
-def show_node_result(console: Console, node: RobotNode, ran: SessionResult, *, verbose: bool) -> None:
-    """Tell people what came of it."""
+def show_node_result(console: Console, node: RobotNode, result: SessionResult, *, verbose: bool) -> None:
+    """Print the summary for people."""
     console.print()
     note = partial(output.note, console)
     note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
-    note("ran" if node.made_with["driver"] else "simulated", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
-    if ran.pace is not None:
-        note("pace", output.pace_text(ran.pace))
+    note("ran" if node.made_with["driver"] else "simulated", f"{node.simulation.time:.1f} s in {result.wall:.1f} s")
+    if result.pace is not None:
+        note("pace", output.pace_text(result.pace))
     if verbose:
         note("state hash", node.simulation.state_hash())
         note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
 
 
-def node_document(node: RobotNode, ran: SessionResult, status: int) -> dict[str, Any]:
-    """The summary as JSON values; times in s."""
+def node_document(node: RobotNode, result: SessionResult, status: int) -> dict[str, Any]:
+    """Return the summary as JSON values; times in s."""
     return {
         "robot": node.name,
         "motion": node.made_with["motion"],
         "timestep": float(node.simulation.clock.timestep),
-        "outcome": ran.outcome,
+        "outcome": result.outcome,
         "exit_status": status,
-        "error": ran.error,
+        "error": result.error,
         "simulated": node.simulation.time,
-        "wall": ran.wall,
+        "wall": result.wall,
         "steps": node.simulation.clock.tick,
         "state_hash": node.simulation.state_hash(),
         "commands": {"taken": node.commander.taken, "refused": node.refused, "ignored": node.commander.ignored},
         "refused": dict(node.bus.refusals.counts),
         "unknown_names": list(node.commander.notices.unknown),
-        "pace": None if ran.pace is None else asdict(ran.pace),
-        "recordings": [str(path) for path in ran.recordings],
-        "videos": ran.videos,
+        "pace": None if result.pace is None else asdict(result.pace),
+        "recordings": [str(path) for path in result.recordings],
+        "videos": result.videos,
         "versions": versions(),
     }
 
@@ -169,13 +169,13 @@ def robot_session(
     window: RobotWindow | None = None,
     **more: Any,
 ) -> Session:
-    """A session that runs a robot's node, and says on a console what happens; `more` as `Session` takes it."""
+    """Return a session of a robot controller node that prints its events on a console; `more` are its arguments."""
     return Session(
         target,
         rate=RateControl(speed),
         observers=[progress] if window is None else [window, progress],
         on_ready=output.say_ready,
-        **output.words_for(console, progress.notice),
+        **output.session_outputs(console, progress.notice),
         **more,
     )
 
@@ -188,34 +188,34 @@ def run_robot(
     as_json: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a robot's node until a signal ends it or its time is over, and print what came of it; the exit status."""
+    """Run a robot controller node until a signal or its time ends it, and print the result; return the exit status."""
     with stopped_by_signals(session.stop.request), session:
-        ran = session.run()
+        result = session.run()
     node, snapshot = session.node, None if window is None else window.snapshot
     if not as_json:
-        show_node_result(console, node, ran, verbose=verbose)
+        show_node_result(console, node, result, verbose=verbose)
     if window is not None and snapshot is not None:
         try:
-            with progress_bar(console, f"drawing {snapshot}", 1.0) as tell:
-                window.save(node, tell)  # after the summary, since it takes a while
+            with progress_bar(console, f"drawing {snapshot}", 1.0) as show:
+                window.save(node, show)  # after the summary, since it takes a while
         except UsageError as error:
-            ran.error = ran.error or str(error)
+            result.error = result.error or str(error)
         else:
             if not as_json:
                 output.note(console, "picture", str(snapshot))
     if not as_json:
-        output.note_files(console, "video", map(arguments.video_sentence, ran.videos))
-        output.note_files(console, "recording", ran.recordings)
-    status = NOT_DONE if ran.error or not ran.is_complete else DONE
-    if ran.error:
-        typer.echo(f"error: {ran.error}", err=True)
+        output.note_files(console, "video", map(arguments.video_sentence, result.videos))
+        output.note_files(console, "recording", result.recordings)
+    status = NOT_DONE if result.error or not result.is_complete else DONE
+    if result.error:
+        typer.echo(f"error: {result.error}", err=True)
     if as_json:
-        typer.echo(json.dumps(node_document(node, ran, status), indent=2))
+        typer.echo(json.dumps(node_document(node, result, status), indent=2))
     return status
 
 
 SAFETY = "Safety"
-"""Heading in the help, under which options are listed."""
+"""Heading for options in the help."""
 
 Robot = Annotated[
     str,
@@ -421,7 +421,7 @@ def teleop(
     kept = arguments.record_options(record)
     filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
     if check:
-        refuse_what_runs(
+        refuse_node_options(
             {
                 "--until": until is not None,
                 "--lockstep": lockstep,

@@ -1,4 +1,4 @@
-"""`cellwright trials`: what comes along to be tried."""
+"""Command `cellwright trials`: the bundled trials."""
 
 import json
 import math
@@ -32,33 +32,33 @@ def trials(as_json: Annotated[bool, flag("--json", "Print the list as JSON.")] =
 
         cellwright run final01 kitter_sensors
     """
-    found = {name: _load(name) for name in bundled()} | _brought()
+    listed_trials = {name: _load(name) for name in bundled()} | _plugin_trials()
     sensors = {name: _load(name) for name in bundled_sensors()}
     if as_json:
         document = {
-            "trials": [_trial(name, trial) for name, trial in found.items()],
+            "trials": [_trial(name, trial) for name, trial in listed_trials.items()],
             "sensors": [_sensors(name, trial) for name, trial in sensors.items()],
         }
         typer.echo(json.dumps(document, indent=2))
     else:
-        _show(found, sensors)
+        _show(listed_trials, sensors)
 
 
-def _brought() -> dict[str, Trial]:
-    """The trials that other packages bring along; of one that cannot be used its package is told, and no more."""
-    found = {}
+def _plugin_trials() -> dict[str, Trial]:
+    """Return the trials of other packages; of an invalid one only the package is reported."""
+    loaded = {}
     for name in plugins.names("trials"):
         try:
             if name in (*bundled(), *bundled_sensors()):
                 raise plugins.plugin_error("trials", name, "has a name of Cellwright's own")
-            found[name] = _load(name)
+            loaded[name] = _load(name)
         except CellwrightError as error:
             output.warn(error)
-    return found
+    return loaded
 
 
 def _heading(name: str) -> str:
-    """What a trial is listed under."""
+    """Return the heading of a trial in the list."""
     return scenario(name) if name in bundled() else f"of the package {plugins.package('trials', name)}"
 
 
@@ -66,13 +66,13 @@ def _load(name: str) -> Trial:
     return load_trial([find_trial(name)]).trial
 
 
-def _show(found: dict[str, Trial], sensors: dict[str, Trial]) -> None:
+def _show(listed_trials: dict[str, Trial], sensors: dict[str, Trial]) -> None:
     console = Console(highlight=False)
-    headings = {name: _heading(name) for name in found}
+    headings = {name: _heading(name) for name in listed_trials}
     for heading in dict.fromkeys(headings.values()):
-        names = [name for name in found if headings[name] == heading]
+        names = [name for name in listed_trials if headings[name] == heading]
         columns = {"trial": {**WHOLE, "width": _NAME_WIDTH}, "limit": RIGHT, "asks for; - what is hard": {"ratio": 1}}
-        rows = [(name, _limit(found[name]), "\n".join(_lines(found[name]))) for name in names]
+        rows = [(name, _limit(listed_trials[name]), "\n".join(_lines(listed_trials[name]))) for name in names]
         look = {"title_justify": "left", "title_style": "bold", "box": None, "padding": (0, 2, 0, 0)}
         console.print(output.table(columns, rows, title=heading, **look, show_edge=True, pad_edge=True))
         console.print()
@@ -88,7 +88,7 @@ def _limit(trial: Trial) -> str:
 
 
 def _lines(trial: Trial) -> Iterable[str]:
-    """What a trial asks for, an order a line, and what is hard about it."""
+    """Return the lines of a trial: its orders, a line each, and its difficulties."""
     for order in trial.orders:
         parts = ", ".join(f"{count} {part_type}" for part_type, count in _parts(order).items())
         yield f"{len(order.kits)} x ({parts})" if len(order.kits) > 1 else parts
@@ -96,12 +96,12 @@ def _lines(trial: Trial) -> Iterable[str]:
 
 
 def _parts(order: Order) -> Counter[str]:
-    """How many parts of each type one kit of an order has."""
+    """Return the number of parts of each type in one kit of an order."""
     return Counter(each.type for each in order.kits[0].objects) if order.kits else Counter()
 
 
 def _trial(name: str, trial: Trial) -> dict[str, Any]:
-    could = reach(trial)
+    attainable = reach(trial)
     return {
         "name": name,
         "scenario": _heading(name),
@@ -109,8 +109,8 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "time_limit": None if trial.time_limit < 0 else trial.time_limit,
         "has_arm": trial.has_arm,
         "sensor_cost": system_cost(trial.sensors),
-        "points": could.maximum,
-        "reachable": could.total,
+        "points": attainable.maximum,
+        "reachable": attainable.total,
         "orders": [_order(order) for order in trial.orders],
         "demands": [{"kind": demand.kind, "text": demand.text} for demand in demands(trial)],
     }

@@ -1,4 +1,4 @@
-"""Command `cellwright view`: a trial, a robot, a recording or something that is served, on a page."""
+"""Command `cellwright view`: a trial, a robot, a recording or a running server, on a page."""
 
 import re
 import time
@@ -29,7 +29,7 @@ _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
 
 
 class TargetKind(Enum):
-    """Kinds of what can be seen."""
+    """Kind of a thing to view."""
 
     TRIAL = "a trial"
     ROBOT = "a robot"
@@ -38,7 +38,7 @@ class TargetKind(Enum):
 
 
 def kind_of(words: Sequence[str]) -> TargetKind:
-    """What these words of a command line stand for; what is none of the others is taken for a trial."""
+    """Return the kind of the words of a command line; words of no other kind are a trial."""
     kinds = [_kind_of_word(word) for word in words]
     if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
         other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
@@ -55,24 +55,24 @@ def _kind_of_word(word: str) -> TargetKind:
     return TargetKind.ROBOT if sessions.is_robot(word) else TargetKind.TRIAL
 
 
-_NAP = 0.1  # [s]
+_POLL_PERIOD = 0.1  # [s]
 
 
-def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -> None:
-    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile."""
+def view_served(address: tuple[str, int], page_settings: PageOptions, console: Console) -> None:
+    """Show the node of a server until a signal comes, also when the server has gone and come back meanwhile."""
     title = f"{served_name(address)} · Cellwright"
     stop = StopCondition()
     with stopped_by_signals(stop.request):
-        page = sessions.open_page(address, wish, title, partial(output.say, console))
+        page = sessions.open_page(address, page_settings, title, partial(output.say, console))
         try:
             while page.is_running and not stop.is_requested:
-                time.sleep(_NAP)
+                time.sleep(_POLL_PERIOD)
         finally:
             page.close()
 
 
 def served_name(address: tuple[str, int]) -> str:
-    """The name of what is served at an address, and can be seen."""
+    """Return the name of the node of a server, if a page can show it."""
     link = Link(address, node=f"{PAGE}asks")
     try:
         return str(link.ask(PANEL)["name"])
@@ -83,7 +83,7 @@ def served_name(address: tuple[str, int]) -> str:
 
 
 def view(
-    what: Annotated[
+    words: Annotated[
         list[str],
         argument(
             "WHAT", "A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served."
@@ -114,16 +114,16 @@ def view(
     """
     page = page_options(view=True, host=view_host, port=view_port, opens=open_page) or PageOptions()
     console, here = Console(highlight=False), ServerOptions(port=0)
-    match kind_of(what):
+    match kind_of(words):
         case TargetKind.ADDRESS:
-            view_served(options.address("view", what[0]), page, console)
+            view_served(options.address("view", words[0]), page, console)
         case TargetKind.RECORDING:
-            # it takes a moment to load, which the other commands are spared
+            # slow to load, and the other commands do without it
             from cellwright.cli.replay.actions import play_recording
             from cellwright.recording.replay.playback import AtEnd
             from cellwright.running.run.playback import PlaybackTarget
 
-            target = PlaybackTarget(options.paths(what)[0], at_end=AtEnd.HOLD)
+            target = PlaybackTarget(options.paths(words)[0], at_end=AtEnd.HOLD)
             play_recording(target, console, rate=RateControl(1.0, paused=True), serve=here, view=page)
         case TargetKind.ROBOT:
             from cellwright.cli.teleop import robot_progress, robot_session, run_robot
@@ -133,14 +133,14 @@ def view(
             progress = robot_progress(console, until=None)
 
             def make() -> RobotNode:
-                return RobotNode(load_robot(what[0], output.warn), stamp=time.time_ns, report=progress.notice)
+                return RobotNode(load_robot(words[0], output.warn), stamp=time.time_ns, report=progress.notice)
 
             shown = robot_session(RobotTarget(make), console, progress, speed=1.0, serve=here, view=page)
             raise typer.Exit(run_robot(shown, console))
         case TargetKind.TRIAL:
             from cellwright.cli.serve import run_served, served_session
 
-            cell = options.cell_of(what, console, competition=False)
+            cell = options.cell_of(words, console, competition=False)
             rate = RateControl(1.0, paused=True)
             shown = served_session(
                 cell, console, rate=rate, until=None, serve=here, view=page, options=RunOptions(ends_when_done=False)

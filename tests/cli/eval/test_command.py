@@ -1,4 +1,4 @@
-"""`cellwright eval`, from its arguments to its files."""
+"""Tests of `cellwright eval`, from its arguments to its files."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
     [
         (["no.yaml"], "no.yaml: there is no such file"),
         (["nothing"], "unknown trial 'nothing'"),
-        (["tiny.yaml", "--agent", "programs.py:Nobody"], "unknown class 'Nobody'"),
+        (["tiny.yaml", "--agent", "programs.py:Missing"], "unknown class 'Missing'"),
         (["tiny.yaml", "--agent", "programs.py:CannotBeMade"], "cannot be made: OSError: no map found"),
         (["tiny.yaml", "--min-score", "much"], "--min-score much: give points"),
         (["tiny.yaml", "--time-limit", "0"], "--time-limit 0: give a number from 0.1"),
@@ -114,7 +114,7 @@ def test_bad_input_starts_nothing(arguments: list[str], said: str, tiny: Command
 
 @QUICK_WORKERS
 @pytest.mark.slow
-def test_trials_of_one_name_are_told_apart(tiny: CommandLine) -> None:
+def test_trials_of_one_name_are_distinguished(tiny: CommandLine) -> None:
     for folder in ("a", "b"):
         Path(folder).mkdir()
         Path(folder, "tiny.yaml").write_text(f"time_limit: {ord(folder)}\n")
@@ -146,7 +146,7 @@ def test_on_a_terminal_a_table_moves(tmp_path: Path) -> None:
     console = Console(file=screen, force_terminal=True, width=80, height=40, highlight=False, _environ={})
     with EvalProgress(console, [*jobs, *other]) as progress:
         progress.begin([result()], tmp_path)
-        progress.show_running([Running(jobs[2], 3.0, 42.0, 5.0), Running(other[0], 3.0, 7.0, 1.0)])
+        progress.show_jobs([Running(jobs[2], 3.0, 42.0, 5.0), Running(other[0], 3.0, 7.0, 1.0)])
         progress.take(LOST)
     text = screen.getvalue()
     for words in ("1 of them has a result", "[2/4] tiny seed 3", "2/3", "0/1", "42 of 500 s", "7 s", "5 points"):

@@ -1,4 +1,4 @@
-"""`cellwright operate call` at a node that is served."""
+"""Tests of `cellwright operate call` at a served node."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from tests.cli.conftest import CommandLine
 
 
-def test_each_word_is_carried_out_and_a_refusal_told(cellwright: CommandLine, address: str) -> None:
+def test_each_word_is_carried_out_and_a_refusal_printed(cellwright: CommandLine, address: str) -> None:
     def said(word: str) -> tuple[int, str, str]:
         ran = cellwright("operate", "call", word, "--connect", address)
         return ran.status, ran.out, ran.err
@@ -32,7 +32,7 @@ def test_each_word_is_carried_out_and_a_refusal_told(cellwright: CommandLine, ad
     assert err.startswith("home: ")
     assert said("enable")[0] == 0
     assert said("stop") == (0, "stop: stopped\n", "")
-    assert said("enable")[0] == 1  # the stop has to be cleared first
+    assert said("enable")[0] == 1  # the stop must be cleared first
     assert said("clear-stop")[0] == 0
     watcher.sleep(0.2)
     assert not status.message.emergency_stop

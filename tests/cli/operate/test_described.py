@@ -1,4 +1,4 @@
-"""Limits out of what a master knows of a robot; here a master that says what a test says."""
+"""Tests of the limits from the ROS master's description of a robot; here the test sets the master's answer."""
 
 import threading
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ URDF = """<robot name="one"><link name="a"/><link name="b"/><joint name="elbow" 
 
 @pytest.fixture
 def said() -> Iterator[dict[str, Any]]:
-    """The answer of the master, and under `uri` where it is."""
+    """Yield the answer of the master, with its address under `uri`."""
     answer: dict[str, Any] = {}
     with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False, allow_none=True) as server:
         server.register_function(lambda _caller, _name: answer["parameter"], "getParam")

@@ -1,4 +1,4 @@
-"""`cellwright operate keyboard` on a terminal of its own: what is typed arrives, and the terminal is put back."""
+"""Tests of `cellwright operate keyboard` on its own terminal: keys arrive, and the terminal is restored."""
 
 import os
 import select
@@ -40,7 +40,7 @@ class Terminal:
         self.text = ""
 
     def read(self, until: Callable[[], bool]) -> None:
-        """Take in what it shows until a condition holds."""
+        """Read its output until a condition holds."""
 
         def take() -> None:
             if select.select([self.own], (), (), 0.05)[0]:
@@ -88,7 +88,7 @@ def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() ->
             assert session.wait_until(lambda: there.positions["right_2"] > 0.64, TIMEOUT)
             first.type(" ")
             assert session.wait_until(lambda: there.status.emergency_stop, TIMEOUT)
-            os.kill(first.process.pid, signal.SIGINT)  # what the shell's terminal makes of Ctrl-C
+            os.kill(first.process.pid, signal.SIGINT)  # as the terminal of a shell does on Ctrl-C
             assert first.status() == 0
             assert termios.tcgetattr(first.other) == first.before
             assert first.text.rstrip().endswith("2 messages sent; the robot stays where it was told to go")

@@ -1,4 +1,4 @@
-"""`cellwright operate play` and `record` at a node that is served."""
+"""Tests of `cellwright operate play` and `record` at a served node."""
 
 import json
 import signal
@@ -37,17 +37,17 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     last = json.loads((tmp_path / "did.jsonl").read_text().splitlines()[-1])["positions"]
     assert last["right_1"] == pytest.approx(0.2, abs=0.01)
     assert last["left_2"] == pytest.approx(0.5, abs=0.01)
-    ran = cellwright("operate", "record", "told.csv", "--targets", "--duration", "0.05", "--connect", address)
+    ran = cellwright("operate", "record", "targets.csv", "--targets", "--duration", "0.05", "--connect", address)
     assert ran.status == 0
-    assert (tmp_path / "told.csv").read_text().startswith("time,right_1,right_2,")
-    ran = cellwright("operate", "play", "told.csv", "--approach", "0.1", "--connect", address)
+    assert (tmp_path / "targets.csv").read_text().startswith("time,right_1,right_2,")
+    ran = cellwright("operate", "play", "targets.csv", "--approach", "0.1", "--connect", address)
     assert ran.out.startswith("done: ")
     assert ran.out.endswith(" messages sent\n")
 
 
 def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None:
     node = RobotNode(robot())
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # the shell may ignore it
 
     def interrupt() -> None:
         wait_until(lambda: node.commander.taken > 60, "third round", seen=lambda: node.commander.taken)

@@ -1,4 +1,4 @@
-"""`cellwright operate signal` at a node that is served."""
+"""Tests of `cellwright operate signal` at a served node."""
 
 import csv
 import json
@@ -20,11 +20,11 @@ QUICK = ("--frequency", "1", "--duration", "1")
 
 @pytest.mark.slow
 def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, address: str) -> None:
-    enough = ("--max-error", "0.01", "--max-delay", "100")  # of a step, what is left at its end
+    enough = ("--max-error", "0.01", "--max-delay", "100")  # for a step, the error at its end
     ran = cellwright("operate", "signal", "right_[56]", *QUICK, "--wave", "step", "--connect", address, *enough)
     assert (ran.status, ran.err) == (0, UNCHECKED)
     assert [line for line in ran.out.splitlines() if ": step from" in line] == [
-        "right_6: step from 0",  # of those that match a pattern, the last of the robot comes first
+        "right_6: step from 0",  # of the joints that match a pattern, the last of the robot comes first
         "right_5: step from 0.4",
     ]
     assert ran.out.count("━ target  ━ measured") == 2
@@ -58,7 +58,7 @@ def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
 
 
 def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: CommandLine, address: str) -> None:
-    # below its lower limit a finger cannot go, and nobody has told the operator what that is
+    # a finger cannot go below its lower limit, which the operator does not know
     few = ("right_finger", "--amplitude", "-0.04", "--wave", "ramp", *QUICK)
     ran = cellwright("operate", "signal", *few, "--connect", address, "--max-delay", "1000")
     assert (ran.status, ran.err) == (1, UNCHECKED + "right_finger: it does not follow\n")
@@ -96,13 +96,13 @@ def test_bad_input_is_one_line_and_moves_nothing(
     assert ran.err.count("\n") == 1
 
 
-def test_where_no_node_is_it_says_how_to_start_one(cellwright: CommandLine) -> None:
+def test_without_a_node_the_error_says_how_to_start_one(cellwright: CommandLine) -> None:
     ran = cellwright("operate", "signal", "right_1", "--connect", "127.0.0.1:1")
     assert ran.status == 2
     assert "start one with: cellwright teleop ROBOT --port 1" in ran.err
 
 
-def test_a_node_that_ends_meanwhile_is_told_of(cellwright: CommandLine) -> None:
+def test_a_node_that_ends_meanwhile_is_reported(cellwright: CommandLine) -> None:
     with ExitStack() as stack:
         node = RobotNode(robot())
         host, port = stack.enter_context(served(node))

@@ -1,4 +1,4 @@
-"""`cellwright plot`: a figure of a recording, or one line that says why not."""
+"""Tests of `cellwright plot`: a figure of a recording, or one line with the reason against it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.cli.conftest import CommandLine
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cell that is started, and nothing more."""
+    """Return a recording of a cell that has only started."""
     path = tmp_path_factory.mktemp("recordings") / "run.mcap"
     cell = Cell(WHOLE)
     recorder = Recorder(cell, path, RecordingHeader("cell", "whole", {"seed": 3}))
@@ -44,7 +44,9 @@ def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine
 
 
 @pytest.mark.slow
-def test_one_that_was_cut_is_drawn_and_told(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_a_recording_that_was_cut_is_drawn_and_reported(
+    recording: Path, cellwright: CommandLine, tmp_path: Path
+) -> None:
     cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
     data = recording.read_bytes()
     cut.write_bytes(data[:-2000])

@@ -1,4 +1,4 @@
-"""`cellwright replay`: what it tells of a recording, what it plays, and what it refuses."""
+"""Tests of `cellwright replay`: its listing, its playback, and its refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.processes import Process
 from tests.recording.replay.made import record, short_work
 from tests.warm import warm_start
 
-LENGTH = 3.0  # [s] of the recording, about
+LENGTH = 3.0  # [s], approximate, of the recording
 
 
 @pytest.fixture(scope="module")
@@ -51,20 +51,20 @@ def test_a_table_of_what_is_in_it(cellwright: CommandLine, path: Path) -> None:
 def test_the_same_as_json(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--json")
 
-    told = json.loads(ran.out)
+    contents = json.loads(ran.out)
     assert (ran.status, ran.err) == (0, "")
-    assert (told["kind"], told["name"], told["complete"]) == ("cell", "lesson", True)
-    assert told["duration"] == pytest.approx(LENGTH, abs=0.2)
-    assert told["header"]["versions"]["mujoco"]
-    assert told["commands"] >= 3
-    assert told["state_hashes"] in (3, 4)
-    topics = {topic["name"]: topic for topic in told["topics"]}
+    assert (contents["kind"], contents["name"], contents["complete"]) == ("cell", "lesson", True)
+    assert contents["duration"] == pytest.approx(LENGTH, abs=0.2)
+    assert contents["header"]["versions"]["mujoco"]
+    assert contents["commands"] >= 3
+    assert contents["state_hashes"] in (3, 4)
+    topics = {topic["name"]: topic for topic in contents["topics"]}
     assert topics["/ariac/joint_states"]["measured"] == pytest.approx(50, abs=1)
     assert topics["/ariac/orders"]["latch"]
     assert topics["/cellwright/command"]["own"]
 
 
-def test_a_file_that_was_cut_is_told_of(cellwright: CommandLine, path: Path, tmp_path: Path) -> None:
+def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tmp_path: Path) -> None:
     data = path.read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(data[: 2 * len(data) // 3])

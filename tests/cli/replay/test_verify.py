@@ -1,4 +1,4 @@
-"""`cellwright replay --verify`: the run comes out alike, from nothing but the recording."""
+"""Tests of `cellwright replay --verify`: the run repeats exactly, from the recording alone."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class Works:
 
 @dataclass
 class Verified:
-    """What verifying said."""
+    """Output of a verification."""
 
     status: int
-    told: dict[str, Any]
+    document: dict[str, Any]
     err: str
 
 
 @pytest.fixture
 def verified(cellwright: CommandLine, tmp_path: Path) -> Any:
-    """Run something with `--record`, take away all that it was read from, and verify."""
+    """Run something with `--record`, remove all files that it was read from, and verify."""
 
     def run(*arguments: str, trial: str = "lesson") -> Verified:
         folder = tmp_path / "taken away"
@@ -74,12 +74,12 @@ def test_a_run_comes_out_alike_from_its_recording_alone(verified: Any, arguments
     found = verified(*arguments)
 
     assert (found.status, found.err) == (0, "")
-    assert found.told["answer"] == "equal"
-    assert found.told["state_hashes"] >= 2
-    assert found.told["frames"] > 30
-    assert found.told["commands"] >= 3
-    assert found.told["reached"] == found.told["equal_until"]
-    assert found.told["versions"] == []
+    assert found.document["answer"] == "equal"
+    assert found.document["state_hashes"] >= 2
+    assert found.document["frames"] > 30
+    assert found.document["commands"] >= 3
+    assert found.document["reached"] == found.document["equal_until"]
+    assert found.document["versions"] == []
 
 
 def test_so_does_one_that_began_from_a_checkpoint(verified: Any, cellwright: CommandLine) -> None:
@@ -93,10 +93,10 @@ def test_so_does_one_that_began_from_a_checkpoint(verified: Any, cellwright: Com
 
     ran = cellwright("replay", "r.mcap", "--verify", "--json")
 
-    told = json.loads(ran.out)
-    assert (ran.status, told["answer"]) == (0, "equal")
-    assert told["begun"] == {"tick": 500, "time": 1.0}
-    assert told["reached"]["time"] == 2.5
+    document = json.loads(ran.out)
+    assert (ran.status, document["answer"]) == (0, "equal")
+    assert document["begun"] == {"tick": 500, "time": 1.0}
+    assert document["reached"]["time"] == 2.5
 
 
 def test_for_people(cellwright: CommandLine) -> None:
@@ -140,7 +140,7 @@ def test_one_of_which_a_byte_is_another_is_refused(short: Path, cellwright: Comm
 
 @pytest.fixture(scope="module")
 def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A tenth of a second of a cell."""
+    """Return a recording of a tenth of a second of a cell."""
     path = tmp_path_factory.mktemp("short") / "run.mcap"
     arguments = ["run", "lesson", "--agent", "none", "--until", "0.1", "--no-picture", "--record", str(path)]
     assert main(arguments) == 0
@@ -148,7 +148,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Changed:
-    """A recording with something else in its header."""
+    """A recording with a different header."""
 
     def __init__(self, recording: Recording, kind: str, **facts: Any) -> None:
         facts = {**recording.header.facts, **facts}
@@ -171,14 +171,16 @@ class Changed:
         ("robot", {"driver": False, "files": ["files/none.yml"]}, "none.yml"),
     ],
 )
-def test_what_cannot_be_run_again_is_told_in_a_line(short: Path, kind: str, facts: dict[str, Any], reason: str) -> None:
+def test_a_run_that_cannot_be_repeated_is_reported_in_a_line(
+    short: Path, kind: str, facts: dict[str, Any], reason: str
+) -> None:
     with Recording(short) as recording:
         changed: Any = Changed(recording, kind, **facts)
         with pytest.raises(CellwrightError, match=reason), rebuild(changed):
             pass
 
 
-def test_a_difference_is_told_with_where_and_with_versions() -> None:
+def test_a_difference_is_reported_with_place_and_versions() -> None:
     from io import StringIO
 
     from rich.console import Console
@@ -218,6 +220,6 @@ def test_a_robot_comes_out_alike_too(cellwright: CommandLine) -> None:
 
     ran = cellwright("replay", "r.mcap", "--verify", "--json")
 
-    told = json.loads(ran.out)
-    assert (ran.status, told["answer"], told["state_hashes"]) == (0, "equal", 1)
-    assert told["reached"] == {"tick": 240, "time": 1.0}
+    document = json.loads(ran.out)
+    assert (ran.status, document["answer"], document["state_hashes"]) == (0, "equal", 1)
+    assert document["reached"] == {"tick": 240, "time": 1.0}

@@ -1,4 +1,4 @@
-"""The table of a robot, for people and for programs, and what is refused."""
+"""Tests of the table of a robot, for people and for programs, and of its refusals."""
 
 import json
 import math
@@ -63,20 +63,20 @@ def test_all_joints_by_index(cellwright: CommandLine, small: str) -> None:
     assert found["joints"][0]["parent_index"] == -1
 
 
-def test_what_a_joint_does_not_have(cellwright: CommandLine, small: str) -> None:
+def test_absent_limits_are_null(cellwright: CommandLine, small: str) -> None:
     joints = {joint["name"]: joint for joint in listed(cellwright, small)["joints"]}
     figures = ("lower", "upper", "effort", "velocity", "axis")
     assert [joints["spin"][name] for name in figures] == [None, None, 10.0, 2.0, [0.0, 1.0, 0.0]]
     assert [joints["r_wrist"][name] for name in figures] == [0.0, -1.0, 0.0, 0.0, [0.0, 0.0, 0.0]]
 
 
-def test_where_links_are_with_the_base_at_the_origin(cellwright: CommandLine, small: str) -> None:
+def test_link_frames_have_the_base_at_the_origin(cellwright: CommandLine, small: str) -> None:
     links = listed(cellwright, small)["links"]
     assert links["base"] == [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
     assert links["r_hand"] == [pytest.approx([0.6, -0.2, 0.5]), [0.0, 0.0, 0.0, 1.0]]
 
 
-def test_where_links_are_in_a_posture(cellwright: CommandLine, small: str) -> None:
+def test_link_frames_follow_a_posture(cellwright: CommandLine, small: str) -> None:
     pose = json.dumps({"lift": 0.1, "r1": -math.pi / 2, "l_finger": 0.03})
     links = listed(cellwright, small, "--pose", pose)["links"]
     position, quaternion = links["r_hand"]
@@ -136,7 +136,7 @@ def test_the_table_for_people(cellwright: CommandLine, small: str) -> None:
     assert max(map(len, lines[:18])) < 100
 
 
-def test_those_that_come_along(cellwright: CommandLine) -> None:
+def test_bundled_robots_are_listed(cellwright: CommandLine) -> None:
     ran = cellwright("robot")
     assert (ran.status, ran.err) == (0, "")
     assert all(name in ran.out for name in bundled())

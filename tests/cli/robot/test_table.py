@@ -1,4 +1,4 @@
-"""The table of a robot in terminals of any width: names stay whole, figures are left out before that."""
+"""Tests of a robot's table at any width: names stay whole, and figures are left out before that."""
 
 from dataclasses import replace
 from io import StringIO
@@ -67,7 +67,7 @@ def test_a_robot_of_one_link(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatc
     assert lines[0] == "post: 0 joints, 0 of them driven; root link base (-1)"
 
 
-def test_ends_and_bounds_of_the_file_are_told(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ends_and_bounds_of_the_file_are_shown(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     right, left = tandem.grippers
     ends = tuple(End.UPPER for _ in right.joints)
     changed = replace(tandem, grippers=(replace(right, open_ends=ends), left), max_accelerations={"lift": 0.5})

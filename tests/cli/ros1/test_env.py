@@ -1,4 +1,4 @@
-"""`cellwright ros1-env`: lines for a shell, or one line on what is wrong."""
+"""Tests of `cellwright ros1-env`: lines for a shell, or one line with the error."""
 
 import subprocess
 from pathlib import Path
@@ -54,7 +54,7 @@ def test_a_folder_of_ones_own(cellwright: CommandLine, tmp_path: Path) -> None:
         (["--dir", "file"], "error: file: ROS packages cannot be laid out here: "),
     ],
 )
-def test_what_is_wrong_is_one_line(given: list[str], said: str, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_an_error_of_ros1_env_is_one_line(given: list[str], said: str, cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     ran = cellwright("ros1-env", *given)
     assert (ran.status, ran.out) == (2, "")

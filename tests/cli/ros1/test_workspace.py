@@ -1,4 +1,4 @@
-"""`cellwright ros1-workspace`: what it lays out, and what it needs. That it builds: tests/ros1/test_catkin.py."""
+"""Tests of `cellwright ros1-workspace`: its files, and its requirements. tests/ros1/test_catkin.py builds it."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ def test_sources_alone(cellwright: CommandLine, tmp_path: Path) -> None:
     assert not (tmp_path / "ws" / "build").exists()
 
 
-def test_what_is_missing_is_said_before_anything_is_written(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_missing_programs_are_reported_before_anything_is_written(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright("ros1-workspace", "ws")
     assert ran.status == 2
     assert ran.err.startswith("error: catkin cannot build here, for want of actionlib_msgs, catkin, ")

@@ -1,4 +1,4 @@
-"""A run that people look on at: it is the same run, whatever they do to its time, and begins anew when they say so."""
+"""Tests of a run with viewers: pause, step and speed leave the run as it is, and a viewer can restart it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SLOW = 0.05
 
 
 class Sends:
-    """Sends the kit off that stands on tray 1; gives somebody time to look on before."""
+    """Sends off the kit that stands on tray 1, after a second in which a test can act."""
 
     runs = 0
 
@@ -76,14 +76,14 @@ def server_of(session: Session) -> Server:
 
 @contextmanager
 def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
-    """Somebody in another thread, who asks and acts while the run goes on, and behind it until all is done."""
+    """Act as a viewer in another thread while the run goes on; serve its requests until it is done."""
     wrong: list[BaseException] = []
     link = Link(server_of(crowd).address, key=server_of(crowd).key)
 
     def look() -> None:
         try:
             act(link)
-        except BaseException as error:  # for the thread that waits
+        except BaseException as error:  # for the waiting thread
             wrong.append(error)
         finally:
             link.close()
@@ -95,7 +95,7 @@ def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
     finally:
         wait_until(
             lambda: not thread.is_alive(),
-            "end of the thread that looks on",
+            "end of the viewer's thread",
             between=lambda: server_of(crowd).wait(0.02, until_asked=False),
         )
         assert not wrong, wrong
@@ -125,13 +125,13 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
     crowd_cell = Cell(KITTING)
 
     def meddle(link: Link) -> None:
-        until(link, lambda told: told["clock"]["tick"] > 0)
+        until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
         before = panel(link)["clock"]["tick"]
         assert panel(link)["clock"]["tick"] == before
         control(link, action="speed", factor="max")
         control(link, action="step", ticks=25)
-        assert until(link, lambda told: not told["control"]["ticks_left"])["clock"]["tick"] == before + 25
+        assert until(link, lambda state: not state["control"]["ticks_left"])["clock"]["tick"] == before + 25
         assert panel(link)["intention"]["text"] == "looking around"
         control(link, action="resume")
 
@@ -141,20 +141,20 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
     assert result.state_hash == alone.state_hash
 
 
-def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
+def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
     cell = Cell(KITTING, competition=False)
 
-    def begin_anew(link: Link) -> None:
-        until(link, lambda told: told["clock"]["tick"] > 10)
+    def restart(link: Link) -> None:
+        until(link, lambda state: state["clock"]["tick"] > 10)
         control(link, action="pause")
         control(link, action="reset")
-        assert until(link, lambda told: told["control"]["resets"] == 1)["control"]["paused"]
+        assert until(link, lambda state: state["control"]["resets"] == 1)["control"]["paused"]
         control(link, action="resume")
 
     with looked_at(cell, speed=SLOW) as crowd:
-        with looking(crowd, begin_anew):
+        with looking(crowd, restart):
             cell_result(crowd.run(Sends()))
-            assert crowd.wait(), "it begins anew at once, wherever standard input is"
+            assert crowd.wait(), "it starts again at once, wherever standard input is"
         crowd.rate.set_speed(None)
         result = cell_result(crowd.run(Sends()))
         assert result.outcome is Outcome.DONE
@@ -164,7 +164,7 @@ def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
     def pause_and_end(link: Link) -> None:
-        until(link, lambda told: told["clock"]["tick"] > 0)
+        until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
         os.kill(os.getpid(), signal.SIGINT)
 
@@ -177,7 +177,7 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
     ("cell", "apart", "reason"),
     [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS)],
 )
-def test_where_a_run_cannot_begin_anew_it_says_why(cell: Cell, apart: bool, reason: str) -> None:
+def test_a_run_that_cannot_restart_gives_the_reason(cell: Cell, apart: bool, reason: str) -> None:
     def ask(link: Link) -> None:
         with pytest.raises(CellwrightError, match=reason):
             control(link, action="reset")
@@ -193,13 +193,13 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
         crowd.run()
 
         def look(link: Link) -> None:
-            told = panel(link)
-            assert told["result"]["outcome"] == "until"
-            assert told["control"]["over"] == told["refused"]["belt"] == "the run is over"
+            state = panel(link)
+            assert state["result"]["outcome"] == "until"
+            assert state["control"]["over"] == state["refused"]["belt"] == "the run is over"
             for action in ("pause", "resume", "step", "speed"):
                 with pytest.raises(CellwrightError, match="the run is over"):
                     control(link, action=action)
-            assert "reset" not in told["control"]["refused"], "it may begin anew"
+            assert "reset" not in state["control"]["refused"], "it may start again"
             no_page.is_running = False
 
         with looking(crowd, look):
@@ -222,28 +222,28 @@ def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPa
 
 
 @pytest.mark.slow
-def test_what_the_arm_hits_is_on_the_panel_while_it_happens_and_at_the_end() -> None:
+def test_collisions_are_on_the_panel_during_the_run_and_at_its_end() -> None:
     cell = Cell(ARM_ONLY)
 
     def look(link: Link) -> None:
-        seen = until(link, lambda told: told["collisions"]["count"] > 0)["collisions"]["latest"][-1]
+        seen = until(link, lambda state: state["collisions"]["count"] > 0)["collisions"]["latest"][-1]
         assert (seen["obstacle"], seen["end"]) == ("camera frame 2", None), "it lasts"
 
     with Session(cell, view=True, options=RunOptions(ends_when_done=False)) as crowd:
         with looking(crowd, look):
             result = cell_result(crowd.run(IntoThePost()))
-        told = crowd.target.panel({})["collisions"]
-    assert told["count"] == len(result.collisions) > 0
-    assert [each["end"] for each in told["latest"]] == [each.end for each in result.collisions]
+        state = crowd.target.panel({})["collisions"]
+    assert state["count"] == len(result.collisions) > 0
+    assert [each["end"] for each in state["latest"]] == [each.end for each in result.collisions]
 
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None:
+def test_viewers_stay_after_an_agent_in_a_process_of_its_own() -> None:
     cell = Cell(KITTING)
 
     def look(link: Link) -> None:
-        until(link, lambda told: told["state"] == "done")
+        until(link, lambda state: state["state"] == "done")
         assert panel(link)["score"]["total"] == 6.0
 
     with looked_at(cell, lockstep=True) as crowd:
@@ -269,14 +269,14 @@ def test_from_the_command_line_the_result_is_that_of_any_run(cellwright: Command
     assert json.loads(plain.out)["state_hash"] == json.loads(viewed.out)["state_hash"]
 
 
-def test_a_camera_behind_view_is_told_where_it_belongs_now(cellwright: CommandLine) -> None:
+def test_a_camera_behind_view_is_refused_with_its_new_place(cellwright: CommandLine) -> None:
     for command in ("run", "serve"):
         ran = cellwright(command, "lesson", "--view", "overview")
         assert (ran.status, ran.err.count("\n")) == (2, 1)
         assert "--camera overview" in ran.err
 
 
-def test_what_is_said_of_a_page_needs_one(cellwright: CommandLine) -> None:
+def test_options_of_a_page_need_one(cellwright: CommandLine) -> None:
     for more in (["--view-port", "8080"], ["--view-host", "127.0.0.1"], ["--open"]):
         ran = cellwright("run", "lesson", *more)
         assert (ran.status, ran.err) == (2, f"error: {more[0]}: there is no page; say --view as well\n")

@@ -1,4 +1,4 @@
-"""`cellwright run`: outcomes, exit statuses, output, pictures."""
+"""Tests of `cellwright run`: outcomes, exit statuses, output, pictures."""
 
 import json
 import re
@@ -56,7 +56,7 @@ def test_an_agent_that_crashes_is_shown_where(cellwright: CommandLine, agents: s
     assert "the agent exited with 3" in cellwright("run", "lesson", "--agent", f"{agents}:Exits", "--no-picture").err
 
 
-def test_what_everybody_wants_to_know_is_printed(cellwright: CommandLine, agents: str) -> None:
+def test_the_usual_facts_are_printed(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--seed", "7", "--min-score", "1")
     assert ran.err == ""
     for pattern in (

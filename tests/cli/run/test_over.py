@@ -1,4 +1,4 @@
-"""Agent and cell in different processes, from the command line."""
+"""Tests of agent and cell in different processes, from the command line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.quick_children import QUICK_AGENTS
 from tests.running.test_serving import ended, serving
 
 HASH = "4f3967b7"
-"""How the state hash begins when kitter has worked the lesson's cell, in any process."""
+"""Start of the state hash after kitter has worked the lesson's cell, in any process."""
 
 
 @QUICK_AGENTS
@@ -35,7 +35,7 @@ def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str)
 
 @QUICK_AGENTS
 @pytest.mark.slow
-def test_an_agent_that_crashes_is_told_of(cellwright: CommandLine, agents: str) -> None:
+def test_an_agent_that_crashes_is_reported(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Crashes", "--no-picture")
     assert ran.status == 1
     assert ran.err.endswith("ValueError: no idea\n")
@@ -72,7 +72,7 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
         (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
         (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
         (["lesson", "--lockstep"], "say over what as well"),
-        (["lesson", "--over", "socket", "--agent", "nobody"], "unknown agent 'nobody'"),
+        (["lesson", "--over", "socket", "--agent", "missing"], "unknown agent 'missing'"),
         ([], "give a trial"),
     ],
 )

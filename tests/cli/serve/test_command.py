@@ -1,4 +1,4 @@
-"""`cellwright serve`: what it says and refuses; that it ends well whenever it is told to."""
+"""Tests of `cellwright serve`: its output, its refusals, and its end at any moment."""
 
 from __future__ import annotations
 
@@ -65,13 +65,13 @@ def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) 
     assert seen["overview"] != seen["agv1"]
 
 
-def test_who_lets_in_the_network_is_warned(cellwright: CommandLine) -> None:
+def test_an_open_address_gives_a_warning(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.1", "--host", "0.0.0.0")
     assert ran.status == 0
     assert ran.err == "warning: 0.0.0.0: anybody who reaches this machine can drive the cell\n"
 
 
-def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
+def test_pace_is_printed(cellwright: CommandLine) -> None:
     ran = cellwright("serve", "lesson", "--port", "0", "--speed", "4", "--until", "0.2", "--json")
     pace = json.loads(ran.out)["pace"]
     assert 0.0 < pace["factor"] <= 4.0 + 1e-9  # a slow machine falls behind, none runs ahead
@@ -87,15 +87,15 @@ def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
         (["--lockstep"], hello("/me", "cdr").encode() + advance(1, 10**15, each_tick=False).encode()),
         (["--speed", "max"], hello("/me", "cdr").encode() + Frame(Kind.SUBSCRIBE, 5, "/clock").encode()),
     ],
-    ids=["at once", "while a guest waits", "while a guest listens"],
+    ids=["at once", "while a client waits", "while a client listens"],
 )
 def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tmp_path: Path) -> None:
-    """While it serves; the score is printed, and the status is 0."""
-    with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as guest:
+    """While it serves; it prints the score, and the status is 0."""
+    with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as client:
         if said:
-            guest.settimeout(TIMEOUT)
-            guest.sendall(said)
-            assert hear(guest, Decoder())
+            client.settimeout(TIMEOUT)
+            client.sendall(said)
+            assert hear(client, Decoder())
         status, out, _ = ended(process)
     assert status == 0
     assert "outcome     stopped before the competition was done\n" in out
@@ -107,7 +107,7 @@ def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tm
     ("event", "about"), [("import", "cellwright.running.run.session"), ("open", "lesson.yaml"), ("socket.bind", "")]
 )
 def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(event: str, about: str, tmp_path: Path) -> None:
-    """It stops at an event of its start, and is interrupted there."""
+    """It stops at an event of its start, where the signal interrupts it."""
     command = [sys.executable, "-c", STOPS_AT, event, about, "serve", "lesson", "--port", "0"]
     process = Process(command, os.environ, tmp_path)
     try:

@@ -1,4 +1,4 @@
-"""What a guest is told of a run that goes on: what a competition keeps secret stays so until it is over."""
+"""Tests of the result service during a run: the secrets of a competition stay secret until it is over."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from tests.cells import KITTING, call, order
 TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_2"}))
 
 
-def told(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = True) -> dict[str, Any]:
-    """What a guest is told 0.2 s after the cell began, when these services had been called."""
+def answer_of(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = True) -> dict[str, Any]:
+    """Return the service's answer 0.2 s after the cell began, with these services called."""
     cell = Cell(TRIAL, seed=7, competition=competition)
 
     def begin(_session: Session) -> None:
@@ -35,7 +35,7 @@ def told(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = Tr
 
 
 def test_of_a_competition_that_goes_on_no_more_than_one_may_know(monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = told(monkeypatch, "start_competition")
+    answer = answer_of(monkeypatch, "start_competition")
     document = answer["document"]
     assert (document["competition_state"], document["seed"], document["circumstances"]) == ("go", None, None)
     assert (document["score"]["reachable"], document["score"]["best"]) == (6.0, 6.0)
@@ -45,7 +45,7 @@ def test_of_a_competition_that_goes_on_no_more_than_one_may_know(monkeypatch: py
 
 @pytest.mark.parametrize("competition", [True, False])
 def test_all_of_it_when_it_is_over_or_nothing_is_secret(competition: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = told(monkeypatch, "start_competition", *["end_competition"] * competition, competition=competition)
+    answer = answer_of(monkeypatch, "start_competition", *["end_competition"] * competition, competition=competition)
     document = answer["document"]
     assert document["seed"] == 7
     assert document["circumstances"] is not None

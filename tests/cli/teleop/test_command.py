@@ -1,4 +1,4 @@
-"""`cellwright teleop`: what it says and refuses; that it ends well whenever it is told to."""
+"""Tests of `cellwright teleop`: its output, its refusals, and its end at any moment."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
 
 @contextmanager
 def running(*arguments: str) -> Iterator[tuple[WarmProcess, socket.socket, Decoder]]:
-    """A node in a process of its own, and a guest that has been welcomed."""
+    """Yield a node in a process of its own, and a client that has its welcome."""
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = warm_start().popen([*COMMAND, *arguments], folder=Path.cwd(), environment=environment)
     try:
@@ -117,7 +117,7 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
 
 
 @pytest.mark.slow
-def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> None:
+def test_an_agent_of_a_cell_is_refused(cellwright: CommandLine) -> None:
     with running("--lockstep") as (_, connection, _):
         host, port = connection.getpeername()
         ran = cellwright("run", "--connect", f"{host}:{port}")

@@ -1,4 +1,4 @@
-"""The check of a motion as it is printed."""
+"""Tests of the printed motion check."""
 
 import io
 import json
@@ -12,7 +12,7 @@ from cellwright.robot.checks.rig import Finding, MotionReport
 from tests.cli.conftest import CommandLine
 
 GOOD = Finding("J_elbow, step 0 to 1", 6.5, 5.0, "%", "0.050 s", passed=True, note="3 of 9 samples are off")
-BAD = Finding("J_wrist", math.inf, 1.0, "s late", "its effort limit is 0", False, "told in the table", "raise it")
+BAD = Finding("J_wrist", math.inf, 1.0, "s late", "its effort limit is 0", False, "shown in the table", "raise it")
 
 
 def printed(report: MotionReport) -> list[str]:
@@ -28,14 +28,14 @@ def test_a_row_for_each_finding_with_its_verdict() -> None:
     assert ["J_elbow,", "step", "0", "to", "1", "6.50", "5", "%", "0.050", "s", "ok"] in rows
     assert ["J_wrist", "-", "1", "s", "late", "its", "effort", "limit", "is", "0", "FAILS"] in rows
     assert "  J_elbow, step 0 to 1: 3 of 9 samples are off" in lines
-    assert not any("told in the table" in line for line in lines)
+    assert not any("shown in the table" in line for line in lines)
     assert "  J_wrist: raise it" in lines
     assert lines[-1] == "passed      1 of 2"
     assert max(map(len, lines)) <= 80
 
 
 @pytest.mark.slow
-def test_the_robots_that_come_along_pass(cellwright: CommandLine) -> None:
+def test_bundled_robots_pass(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check")
     assert (ran.status, ran.err) == (0, "")
     assert ran.out.startswith("tandem in its node, joint by joint: it has no recorded motion\n")
@@ -73,7 +73,7 @@ def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.Mon
         (["--watchdog", "0.5"], "the options of safety"),
     ],
 )
-def test_what_is_meant_for_a_running_node_is_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
+def test_options_of_a_running_node_are_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check", *arguments)
     assert (ran.status, ran.out) == (2, "")
     assert f"--check: leave out {name}, meant for a node that goes on running" in ran.err

@@ -1,4 +1,4 @@
-"""`cellwright teleop`: windows, pictures, and drivers of one's own; docs/adapt-a-robot.md has a picture taken."""
+"""Tests of windows, pictures and own drivers of `cellwright teleop`; docs/adapt-a-robot.md takes a picture too."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", *SHORT, "--driver", f"{EXAMPLE}:MyDriver")
     assert ran.status == 0, ran.err
     assert "0 taken" in ran.out
-    assert "simulated" not in ran.out  # nothing is
+    assert "simulated" not in ran.out  # there is no simulation
 
 
 @pytest.mark.parametrize(

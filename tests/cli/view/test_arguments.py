@@ -1,4 +1,4 @@
-"""What is asked for of a page, and what of it is refused."""
+"""Tests of the options of a page, and of their refusals."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT
 
 
-def wished(host: str | None = None, port: int | None = None) -> PageOptions:
+def requested(host: str | None = None, port: int | None = None) -> PageOptions:
     found = page_options(view=True, host=host, port=port, opens=False)
     assert found is not None
     return found
 
 
-def test_no_page_is_wanted_unless_somebody_says_so() -> None:
+def test_without_options_there_is_no_page() -> None:
     assert page_options(view=False, host=None, port=None, opens=False) is None
 
 
 @pytest.mark.parametrize("host", [None, "127.0.0.1", "127.0.0.2", "::1", "localhost"])
 def test_for_this_machine_alone_no_token_is_needed(host: str | None) -> None:
-    assert wished(host).token == ""
-    assert wished(host).port == DEFAULT_PORT
+    assert requested(host).token == ""
+    assert requested(host).port == DEFAULT_PORT
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "lab-pc"])
 def test_open_to_the_network_each_page_has_a_token_of_its_own(host: str) -> None:
-    first, second = wished(host).token, wished(host).token
+    first, second = requested(host).token, requested(host).token
     assert len(first) >= 20
     assert first != second
 
@@ -39,7 +39,7 @@ def test_open_to_the_network_each_page_has_a_token_of_its_own(host: str) -> None
 @pytest.mark.parametrize("port", [-1, 65536])
 def test_a_port_that_is_none_is_refused(port: int) -> None:
     with pytest.raises(UsageError, match="--view-port"):
-        wished(port=port)
+        requested(port=port)
 
 
 @pytest.mark.parametrize("name", list(VIEWS))

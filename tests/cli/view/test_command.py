@@ -1,4 +1,4 @@
-"""`cellwright view`: a page is there, and bad input is told in a line."""
+"""Tests of `cellwright view`: the page opens, and bad input gives one line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.warm import WarmProcess, warm_start
 
 @contextmanager
 def viewing(folder: Path, *arguments: str) -> Iterator[WarmProcess]:
-    """A running `cellwright view` with these arguments; killed at the end."""
+    """Yield a running `cellwright view` with these arguments; it is killed at the end."""
     command = [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"]
     process = warm_start().popen(command, folder=folder, environment={**os.environ, "PYTHONUNBUFFERED": "1"})
     try:
@@ -35,7 +35,7 @@ def viewing(folder: Path, *arguments: str) -> Iterator[WarmProcess]:
 
 
 def next_line(process: WarmProcess, pattern: str) -> re.Match[str]:
-    """The match of the next line of output with a pattern."""
+    """Return the match of the next line of output with a pattern."""
     assert process.stdout is not None
     line = process.stdout.readline()
     found = re.fullmatch(pattern, line.rstrip("\n"))
@@ -89,7 +89,7 @@ def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine
         (["lesson", "--view-host", "no such host"], "error: no page can be shown: no such host: cannot be listened at"),
     ],
 )
-def test_bad_input_is_told_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_bad_input_is_reported_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
     ran = cellwright("view", *words)
     assert (ran.status, ran.err.count("\n")) == (2, 1)
     assert ran.err.startswith(reason)

@@ -1,4 +1,4 @@
-"""What somebody means who names something to be seen."""
+"""Tests of the kind of a name to view."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ URDF = '<robot name="r"><link name="a"/></robot>'
     ("word", "kind"),
     [
         ("lesson", TargetKind.TRIAL),
-        ("no_such_thing", TargetKind.TRIAL),  # which is then told so
+        ("no_such_thing", TargetKind.TRIAL),  # reported as an unknown trial then
         ("qinglong", TargetKind.ROBOT),
         ("run.mcap", TargetKind.RECORDING),
         ("RUN.MCAP", TargetKind.RECORDING),

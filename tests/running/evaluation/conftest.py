@@ -1,4 +1,4 @@
-"""A folder with a tiny trial and programs of every sort, and what is needed to evaluate them."""
+"""A folder with a tiny trial and programs of every sort, and fixtures that evaluate them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Judge = Callable[..., list[Result]]
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder, in which the evaluation is called."""
+    """Return the folder, which is the working folder of the evaluation."""
     (tmp_path / "tiny.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "programs.py").write_text(PROGRAMS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -26,14 +26,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def tiny_jobs(folder: Path, program: str, seeds: int = 1) -> list[Job]:
-    """Jobs of the tiny trial."""
+    """Return jobs of the tiny trial."""
     trial = EvaluatedTrial("tiny", (folder / "tiny.yaml",), 6.0, 6.0, 500.0)
     return make_jobs([trial], f"programs.py:{program}", range(1, seeds + 1), vary=False)
 
 
 @pytest.fixture
 def judge(folder: Path) -> Judge:
-    """Evaluates a program of the folder."""
+    """Return a function that evaluates a program of the folder."""
 
     def evaluate(program: str, seeds: int = 1, workers: int = 1, **limits: float) -> list[Result]:
         results: list[Result] = []

@@ -16,7 +16,7 @@ orders:
       two: {type: gear_part, pose: {xyz: [-0.1, 0.1, 0]}}
 """
 
-# A program sleeps where it has to be at work for longer than its test, and to leave the processor alone meanwhile.
+# A program that must outlast its test sleeps, so that it leaves the processor alone.
 PROGRAMS = '''
 import logging
 import os

@@ -65,7 +65,7 @@ TIMELINE = {
 
 
 def result(points: float = 12.0, **changes: Any) -> Result:
-    """A result; by default of a perfect run."""
+    """Return a result; by default that of a perfect run."""
     known: dict[str, Any] = {
         "key": f"{changes.get('trial', 'tiny')}-{changes.get('seed', 1)}",
         "trial": "tiny",
@@ -84,7 +84,7 @@ def result(points: float = 12.0, **changes: Any) -> Result:
 
 
 def worked(points: float = 2.0, **changes: Any) -> Result:
-    """A result with a score and a timeline."""
+    """Return a result with a score and a timeline."""
     return result(points, **({"score": SCORE, "timeline": TIMELINE} | changes))
 
 

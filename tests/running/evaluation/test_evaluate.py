@@ -1,4 +1,4 @@
-"""Jobs in real processes: the good ones, and those that each cost only themselves."""
+"""Tests of jobs in real processes: good ones, and bad ones, which affect no other job."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_a_program_that_eats_memory(judge: Judge) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 @LINUX
-def test_what_its_children_have_counts_too(judge: Judge) -> None:
+def test_memory_of_child_processes_counts(judge: Judge) -> None:
     (result,) = judge("EatInChildren", memory=500 << 20)
     assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 500 MiB of memory")
     assert result.simulated == 0.0
@@ -146,7 +146,7 @@ def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
 
 @pytest.mark.slow
 @LINUX
-def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
+def test_leftover_processes_of_a_program_are_ended(judge: Judge) -> None:
     (result,) = judge("LeaveBehind")
     assert result.outcome == "done"
     left = [int(number) for number in Path("left.txt").read_text().split()]
@@ -204,7 +204,7 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
         ("programs.py:Delivers", "did you mean Deliver"),
         ("programs.py:CannotBeMade", "cannot be made: OSError: no map found"),
         ("programs.py:DiesWhenMade", "the process in which it was made did not live (exit status 9)"),
-        ("nobody", "unknown agent 'nobody'"),
+        ("missing", "unknown agent 'missing'"),
     ],
 )
 def test_an_agent_is_checked_before_anything_starts(folder: Path, program: str, problem: str) -> None:
@@ -276,7 +276,7 @@ def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -
     assert "cannot be written" in blocked.read_text()
 
 
-def test_a_folder_of_logs_that_is_a_file_is_told_of(folder: Path) -> None:
+def test_a_folder_of_logs_that_is_a_file_is_reported(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out" / "logs").write_text("")
     with ResultsFile(folder / "out") as store:

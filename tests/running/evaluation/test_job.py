@@ -1,4 +1,4 @@
-"""Jobs and their keys."""
+"""Tests of jobs and their keys."""
 
 from __future__ import annotations
 

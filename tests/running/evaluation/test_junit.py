@@ -1,4 +1,4 @@
-"""The file for CI."""
+"""Tests of the JUnit file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def test_a_case_for_each_run_and_a_failure_for_each_that_did_not_pass() -> None:
     ]
     failures = [case.find("failure") for case in cases]
     assert failures[0] is None
-    told = [(each.get("type"), each.get("message")) for each in failures if each is not None]
-    assert told == [
+    reasons = [(each.get("type"), each.get("message")) for each in failures if each is not None]
+    assert reasons == [
         ("done", "2 of 12 points, but 75 % of the points were asked for"),
         ("crashed", "ValueError: <no> & \N{REPLACEMENT CHARACTER}"),
         ("wall_limit", "still at work after 5 s"),

@@ -1,4 +1,4 @@
-"""An evaluation that is killed loses nothing, does nothing twice, and leaves nobody at work."""
+"""Tests of a killed evaluation: it loses nothing, repeats nothing, and leaves no process behind."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def children(process: int) -> list[int]:
 
 @pytest.fixture(autouse=True)
 def ended() -> Iterator[None]:
-    """What a test has started is no longer at work when the test is over, however that went."""
+    """Check that no process of a test outlives it, however the test ended."""
     RUNNING.clear()
     yield
     for process in RUNNING:
@@ -56,7 +56,7 @@ def ended() -> Iterator[None]:
 
 
 def start(folder: Path, program: str) -> WarmProcess:
-    """Start the command; its workers are started as the product does."""
+    """Start the command; its workers start as in the product."""
     command = [sys.executable, "-m", "cellwright", *ARGUMENTS, f"programs.py:{program}"]
     process = warm_start().popen(command, folder=folder, environment=os.environ, stderr=subprocess.STDOUT)
     RUNNING.append(process)
@@ -65,7 +65,7 @@ def start(folder: Path, program: str) -> WarmProcess:
 
 @pytest.fixture
 def here(capfdbinary: pytest.CaptureFixture[bytes]) -> Callable[[str], tuple[int, bytes]]:
-    """The same command in this process: its exit status and what it prints."""
+    """Return a function that runs the command in this process: its exit status and its output."""
 
     def run(program: str) -> tuple[int, bytes]:
         status = main([*ARGUMENTS, f"programs.py:{program}"])
@@ -88,7 +88,7 @@ def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes
     before = results(folder)
     assert 1 <= len(before) < 4
     with (folder / "out" / "results.jsonl").open("a") as file:
-        file.write(before[0][: len(before[0]) // 2])  # as if it had been killed while it wrote
+        file.write(before[0][: len(before[0]) // 2])  # as if the process had been killed while it wrote
 
     (folder / "hold").unlink()
     status, out = here("Noted")
@@ -108,7 +108,7 @@ def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes
 def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     killed = start(folder, "Hang")
     wait_until(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2, "two logs")
-    wait_until(lambda: len(children(killed.pid)) == 2, "two workers")  # a log is there before its worker
+    wait_until(lambda: len(children(killed.pid)) == 2, "two workers")  # a log exists before its worker
     workers = children(killed.pid)
     killed.kill()
     killed.communicate()

@@ -1,4 +1,4 @@
-"""Memory as it is seen."""
+"""Tests of the measured memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The small pictures of the report."""
+"""Tests of the small pictures in the report."""
 
 from __future__ import annotations
 

@@ -11,10 +11,10 @@ def test_as_many_as_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> Non
     assert usable_processors() == 3
 
 
-@pytest.mark.parametrize(("told", "expected"), [(4, 4), (None, 1)])
-def test_where_the_system_tells_only_how_many_there_are(
-    told: int | None, expected: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("cpu_count", "expected"), [(4, 4), (None, 1)])
+def test_without_affinity_the_count_of_the_system_holds(
+    cpu_count: int | None, expected: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)
-    monkeypatch.setattr(os, "cpu_count", lambda: told)
+    monkeypatch.setattr(os, "cpu_count", lambda: cpu_count)
     assert usable_processors() == expected

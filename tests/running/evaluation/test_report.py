@@ -1,4 +1,4 @@
-"""The report: whole, in one file, and with everything in its place."""
+"""Tests of the report: whole, in one file, and with everything in its place."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EMPTY = {"meta", "rect", "path", "line"}
 
 
 class Page(HTMLParser):
-    """Reads a page, and notes its text, its tags and whether they are closed in order."""
+    """HTML parser that collects the text and the tags of a page, and whether they are closed in order."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -86,6 +86,6 @@ def test_what_it_says() -> None:
     assert "2 trials" in Page(report([result(), result(trial="other")], None)).text
 
 
-def test_a_run_that_told_nothing_has_no_timeline() -> None:
+def test_a_run_without_a_report_has_no_timeline() -> None:
     assert '<svg class="timeline"' not in report([LOST], None)
     assert report([worked()], None).count('<svg class="timeline"') == 1

@@ -1,4 +1,4 @@
-"""What a report reads of a result is checked when the result is read."""
+"""Tests of the form of a result: reading one checks every value that a report reads."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ WHOLE: dict[str, Any] = Result(
 
 
 def changed(way: str, value: object) -> dict[str, Any]:
-    """The result with one value of it replaced, or taken away where the value is ...; `way` is dotted."""
+    """Return the result with one value replaced, or removed if the value is ...; `way` is dotted."""
 
     def renew(node: Any, steps: list[str]) -> Any:
         if not steps:
@@ -73,7 +73,7 @@ def test_a_whole_result_comes_back_and_makes_a_report() -> None:
         ("timeline.agvs.1", 3, "timeline.agvs.1 should be a list"),
     ],
 )
-def test_what_does_not_fit_is_told(way: str, value: object, what: str) -> None:
+def test_a_misfit_is_reported(way: str, value: object, what: str) -> None:
     with pytest.raises(ResultError, match=f"not a result of this version of Cellwright: .*{what}"):
         Result.from_json(changed(way, value))
 

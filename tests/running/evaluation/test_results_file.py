@@ -1,4 +1,4 @@
-"""Results on disk."""
+"""Tests of results on disk."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
-def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
+def test_a_file_that_is_not_regular_is_not_read(tmp_path: Path, device: str) -> None:
     (tmp_path / RESULTS_NAME).symlink_to(device)
     with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
         ResultsFile(tmp_path)
@@ -101,7 +101,7 @@ def test_lines_that_are_no_results_are_refused_in_one_line(tmp_path: Path, line:
 
 
 class FullDisk:
-    """A file on a disk that is full after some more bytes."""
+    """A file on a disk that is full after a number of bytes."""
 
     def __init__(self, file: Any, room: int) -> None:
         self._file, self._room = file, room
@@ -127,7 +127,7 @@ def test_a_full_disk_keeps_what_is_there_and_no_half(room: int, tmp_path: Path) 
             store.append(CRASHED)
         assert store.results[CRASHED.key] == CRASHED
         assert store.path.read_bytes() == before
-    with ResultsFile(tmp_path) as store:  # there is room again
+    with ResultsFile(tmp_path) as store:  # the disk has space again
         store.append(LOST)
         assert list(store.results.values()) == [worked(), LOST]
 

@@ -1,4 +1,4 @@
-"""What results come to."""
+"""Tests of the summary of results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_threshold(text: str, points: float, reached: bool) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "%", "much", "nan", "inf%", "8 points"])
-def test_what_is_no_threshold(text: str) -> None:
+def test_invalid_thresholds_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="give points, such as 8, or a share"):
         Threshold.read(text)
 
@@ -40,7 +40,7 @@ def test_a_trial_without_points_to_earn_is_reached_in_full() -> None:
     assert Threshold.read("100%").is_reached(result(0.0, reachable=0.0))
 
 
-def test_why_a_run_did_not_pass() -> None:
+def test_shortcoming_gives_the_reason() -> None:
     half = Threshold.read("50%")
     assert shortcoming(result(6.0), half) == ""
     assert shortcoming(result(0.0), None) == ""

@@ -1,4 +1,4 @@
-"""What is gathered while a cell runs."""
+"""Tests of the timeline of a running cell."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ def test_orders_kits_and_agvs() -> None:
     cell = Cell(KITTING)
     timeline = Timeline(cell)
     result = run_cell(cell, Script(deliver_and_go_on), RunOptions(on_progress=lambda _: timeline.look()))
-    told = timeline.as_json()
-    assert told["end"] == result.simulated
-    (order,) = told["orders"]
+    document = timeline.as_json()
+    assert document["end"] == result.simulated
+    (order,) = document["orders"]
     assert order["announced"] == pytest.approx(0.0, abs=0.01)
     assert order["completed"] == pytest.approx(1.85, abs=0.01)
-    (kit,) = told["kits"]
+    (kit,) = document["kits"]
     assert kit == {"time": pytest.approx(1.85, abs=0.01), "agv": "1", "kit": "order_0_kit_0", "points": 6.0}
-    states = [span["state"] for span in told["agvs"]["1"]]
+    states = [span["state"] for span in document["agvs"]["1"]]
     assert states == ["ready_to_deliver", "preparing_to_deliver", "delivering"]
-    assert [span["state"] for span in told["agvs"]["2"]] == ["ready_to_deliver"]
-    assert told["agvs"]["1"][0]["end"] == told["agvs"]["1"][1]["begin"] == pytest.approx(1.2)
-    assert told["agvs"]["1"][-1]["end"] is None
-    assert told["held"] == []
+    assert [span["state"] for span in document["agvs"]["2"]] == ["ready_to_deliver"]
+    assert document["agvs"]["1"][0]["end"] == document["agvs"]["1"][1]["begin"] == pytest.approx(1.2)
+    assert document["agvs"]["1"][-1]["end"] is None
+    assert document["held"] == []
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The report of an agent's process."""
+"""Tests of the report of an agent's process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Agents in processes of their own."""
+"""Tests of agents in processes of their own."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def agents(tmp_path: Path) -> str:
 def hosted(
     agent: str, *, lockstep: bool = False, rate: float | None = None, until: float | None = None, **more: Any
 ) -> RunResult:
-    """What comes of a run whose agent works in a process of its own."""
+    """Return the result of a run whose agent works in a process of its own."""
     here = ServerOptions(port=0)
     with Session(Cell(KITTING), serve=here, lockstep=lockstep, rate=rate, until=until) as session:
         return cell_result(session.run(RemoteAgent(agent, **more)))
@@ -127,7 +127,7 @@ def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
         ("Dies", "the agent's process ended with status 7\n"),
     ],
 )
-def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> None:
+def test_an_agent_that_fails_is_reported(agents: str, name: str, error: str) -> None:
     result = hosted(f"{agents}:{name}", lockstep=True)
     assert result.outcome is Outcome.CRASHED
     assert result.error.endswith(error)
@@ -163,7 +163,7 @@ def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
 
 @pytest.mark.slow
 def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither the agent, which ignores signals, nor what it has started, nor its files."""
+    """Neither the agent, which ignores signals, nor its child processes, nor its files."""
     files = tmp_path / "files"
     files.mkdir()
     monkeypatch.setenv("TMPDIR", str(files))
@@ -242,9 +242,7 @@ def hostile(agents: str) -> str:
 @pytest.mark.parametrize(
     "deed", ["forged", "cut", "of_another_kind", "nested", "a_pipe", "a_folder", "a_link", "missing"]
 )
-def test_whatever_an_agent_makes_of_its_report_the_run_has_its_score(
-    hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str
-) -> None:
+def test_a_run_with_a_forged_report_has_its_score(hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str) -> None:
     monkeypatch.setenv("DEED", deed)
     result = hosted(f"{hostile}:Lies", lockstep=True)
     assert result.score.total > 0.0

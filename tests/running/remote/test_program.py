@@ -1,4 +1,4 @@
-"""The process of an agent: how it says that it came too late."""
+"""Tests of the process of an agent: its report that it came too late."""
 
 import json
 from pathlib import Path

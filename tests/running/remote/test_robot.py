@@ -1,4 +1,4 @@
-"""What the process of a robot makes of its order."""
+"""Tests of the order of a robot's process."""
 
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ def test_an_order_is_a_robot(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_said_of_the_configuration(tmp_path: Path, urdf: str, given: Any, said: str) -> None:
+def test_errors_are_those_of_the_configuration(tmp_path: Path, urdf: str, given: Any, said: str) -> None:
     write_urdf(tmp_path)
     with pytest.raises(CellwrightError, match=said):
         configuration({"urdf": str(tmp_path / urdf), "configs": given})

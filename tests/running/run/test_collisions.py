@@ -1,4 +1,4 @@
-"""What the arm hits is told, and changes nothing."""
+"""Tests of the collision monitor: it reports contacts of the arm, and affects nothing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.cells import ARM_ONLY
 
 
 def positions(rail: float) -> list[float]:
-    """The arm reaches out over the bins, with the rail at this place [m]."""
+    """Return joint positions in which the arm reaches out over the bins, with the rail at this place [m]."""
     return [rail, *(ABOVE_BIN[name] for name in ARM_JOINTS[1:])]
 
 
@@ -38,7 +38,7 @@ class IntoThePost:
 
 
 @pytest.mark.slow
-def test_an_arm_that_is_held_up_by_a_post_is_told(tmp_path: Path) -> None:
+def test_an_arm_held_up_by_a_post_is_reported(tmp_path: Path) -> None:
     log = RunLog(tmp_path / "run.jsonl")
     cell = Cell(ARM_ONLY)
     result = run_cell(cell, IntoThePost(), RunOptions(log=log, ends_when_done=False))
@@ -61,22 +61,22 @@ def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_p
         Cell(ARM_ONLY), IntoThePost(), RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False)
     )
     with Recording(tmp_path / "run.mcap") as recording:
-        told = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
-    counts = [panel["collisions"]["count"] for panel in told[1:]]  # the first one is from before the run
+        panels = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
+    counts = [panel["collisions"]["count"] for panel in panels[1:]]  # the first one is from before the run
     assert counts[0] == 0
     assert counts[-1] == len(result.collisions) > 0
-    assert any(each["end"] is None for panel in told[1:] for each in panel["collisions"]["latest"]), "while it lasted"
-    assert [panel["result"] for panel in told[:-1]] == [None] * (len(told) - 1)
-    assert told[-1]["result"]["state_hash"] == result.state_hash
+    assert any(each["end"] is None for panel in panels[1:] for each in panel["collisions"]["latest"]), "while it lasted"
+    assert [panel["result"] for panel in panels[:-1]] == [None] * (len(panels) - 1)
+    assert panels[-1]["result"]["state_hash"] == result.state_hash
 
 
 def test_a_panel_shows_the_newest_collisions_and_counts_all() -> None:
     watch = CollisionWatch(Cell(ARM_ONLY))
     assert watch.panel() == {"count": 0, "latest": []}
     watch.collisions = [Collision("forearm_link", "bin7", float(at), at + 0.5, 0.01234) for at in range(30)]
-    told = watch.panel()
-    assert (told["count"], len(told["latest"])) == (30, MAX_SHOWN)
-    assert told["latest"][-1] == {
+    shown = watch.panel()
+    assert (shown["count"], len(shown["latest"])) == (30, MAX_SHOWN)
+    assert shown["latest"][-1] == {
         "link": "forearm_link",
         "obstacle": "bin7",
         "begin": 29.0,
@@ -86,7 +86,7 @@ def test_a_panel_shows_the_newest_collisions_and_counts_all() -> None:
 
 
 class Nowhere:
-    """Stands where it is."""
+    """Stays where it is."""
 
     def run(self, client: Client) -> None:
         client.start_competition()

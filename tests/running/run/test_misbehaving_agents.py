@@ -1,4 +1,4 @@
-"""Programs that fail in every way: the run ends with a result, and the process goes on as it was."""
+"""Tests of programs that fail in every way: the run has a result, and the process goes on unchanged."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tests.running.run.test_run import deliver, work
 
 
 class OwnError(BaseException):
-    """One that `except Exception` passes over."""
+    """An error that `except Exception` does not catch."""
 
 
 class UnsaidError(Exception):
-    """One that fails when it is asked what it is."""
+    """An error whose text cannot be read."""
 
     def __str__(self) -> str:
         raise RuntimeError
@@ -54,7 +54,7 @@ def at_once(error: BaseException) -> Callable[[Client], object]:
 @pytest.mark.parametrize(
     "error", [OwnError, GeneratorExit, asyncio.CancelledError, MemoryError, RecursionError, StopIteration]
 )
-def test_whatever_it_raises_is_a_crash_and_the_score_stands(
+def test_any_error_is_a_crash_and_the_score_stands(
     error: type[BaseException], how: Callable[[BaseException], Callable[[Client], object]]
 ) -> None:
     result = work(how(error("mine")))
@@ -63,7 +63,7 @@ def test_whatever_it_raises_is_a_crash_and_the_score_stands(
     assert "working.py" not in result.error
 
 
-def test_what_it_says_can_be_shown_and_kept() -> None:
+def test_its_error_text_can_be_printed_and_stored() -> None:
     said = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
     assert len(said) < 30_000
     assert all(sign.isprintable() or sign == "\n" for sign in said)
@@ -98,7 +98,7 @@ def test_an_error_in_a_callback_that_it_catches_is_its_own_affair() -> None:
     assert work(script).outcome is Outcome.DONE
 
 
-def test_what_it_changes_of_the_process_is_put_back_and_changes_nothing(tmp_path: Path) -> None:
+def test_its_changes_of_the_process_are_restored(tmp_path: Path) -> None:
     folder, numbers = Path.cwd(), np.geterr()
 
     def script(client: Client) -> None:
@@ -112,7 +112,7 @@ def test_what_it_changes_of_the_process_is_put_back_and_changes_nothing(tmp_path
 
 
 def test_its_other_threads_cannot_touch_the_client() -> None:
-    told: list[BaseException] = []
+    errors: list[BaseException] = []
 
     def script(client: Client) -> None:
         def meddle() -> None:
@@ -126,7 +126,7 @@ def test_its_other_threads_cannot_touch_the_client() -> None:
                 try:
                     act()
                 except BaseException as error:
-                    told.append(error)
+                    errors.append(error)
 
         thread = threading.Thread(target=meddle)
         thread.start()
@@ -134,8 +134,8 @@ def test_its_other_threads_cannot_touch_the_client() -> None:
         deliver(client)
 
     assert work(script).state_hash == work(deliver).state_hash
-    assert len(told) == 5
-    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in told)
+    assert len(errors) == 5
+    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in errors)
 
 
 def test_a_client_kept_past_the_end_moves_nothing() -> None:

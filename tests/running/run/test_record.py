@@ -1,4 +1,4 @@
-"""A run that is recorded: what the recording says of it, and what it holds."""
+"""Tests of a recorded run: the header and the content of its recording."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.cells import KITTING
 
 
 class Delivers:
-    """Sends the kit off that is there."""
+    """Sends off the kit on the tray."""
 
     def run(self, client: Client) -> None:
         """Work."""
@@ -27,7 +27,7 @@ class Delivers:
         client.control_agv(1, "order_0_kit_0")
 
 
-def test_a_run_is_told_with_its_score(tmp_path: Path) -> None:
+def test_a_run_is_recorded_with_its_score(tmp_path: Path) -> None:
     options = RecordOptions([tmp_path / "a.mcap", tmp_path / "a.bag"], {"agent": "delivers"})
     cell = Cell(KITTING, seed=3)
     result = run_cell(cell, Delivers(), RunOptions(record=options))
@@ -56,7 +56,7 @@ def test_a_run_is_told_with_its_score(tmp_path: Path) -> None:
         assert recording.start is None
 
 
-def test_what_a_run_began_from_and_read_is_in_it(tmp_path: Path) -> None:
+def test_a_recording_holds_the_start_and_the_sources_of_its_run(tmp_path: Path) -> None:
     with sources_collected() as sources:
         trial = load_trial("lesson")
     cell, start = Cell(trial), tmp_path / "start.npz"

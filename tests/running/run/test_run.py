@@ -1,4 +1,4 @@
-"""Runs with an agent, from a cell to a result."""
+"""Tests of runs with an agent, from a cell to a result."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_an_agent_that_catches_every_exception_is_ended_too() -> None:
         while True:
             try:
                 client.sleep(0.1)
-            except Exception as error:  # the habit of many robot programs
+            except Exception as error:  # as many robot programs do
                 caught.append(error)
 
     assert work(stubborn).outcome is Outcome.DONE
@@ -104,7 +104,7 @@ def test_an_agent_that_gives_up() -> None:
     assert (result.outcome, result.competition_state) == (Outcome.GAVE_UP, "go")
 
 
-def test_an_agent_that_crashes_is_told_of_and_the_score_stands() -> None:
+def test_an_agent_that_crashes_is_reported_and_the_score_stands() -> None:
     def crash(client: Client) -> None:
         deliver(client)
         client.sleep(1.0)
@@ -233,7 +233,7 @@ def test_paced_by_the_wall_clock() -> None:
         work(deliver, speed=0.0)
 
 
-def test_what_was_refused_is_told_to_the_last() -> None:
+def test_refusals_are_reported_to_the_last() -> None:
     lines: list[str] = []
 
     def clumsy(client: Client) -> None:
@@ -250,11 +250,11 @@ def test_what_was_refused_is_told_to_the_last() -> None:
 def test_a_run_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
     file = tmp_path / "1.5.npz"
 
-    def look_on(client: Client) -> None:
+    def watch(client: Client) -> None:
         client.sleep(5.0)
 
     whole = work(deliver_and_go_on, checkpoints=[(Fraction(3, 2), file)])
-    rest = work(look_on, start=file)
+    rest = work(watch, start=file)
     assert (rest.outcome, rest.state_hash, rest.score) == (whole.outcome, whole.state_hash, whole.score)
     assert rest.simulated == pytest.approx(whole.simulated - 1.5)
     assert rest.steps == whole.steps - 750
@@ -274,16 +274,16 @@ def test_a_run_that_begins_when_all_is_done_ends(tmp_path: Path) -> None:
     work(deliver_and_go_on, checkpoints=[(Fraction(3), file)])
     looked: list[float] = []
 
-    def look_on(client: Client) -> None:
+    def watch(client: Client) -> None:
         while True:
             client.sleep(1.0)
 
-    rest = work(look_on, start=file, at=[(Fraction(2), lambda cell: looked.append(cell.simulation.time))])
+    rest = work(watch, start=file, at=[(Fraction(2), lambda cell: looked.append(cell.simulation.time))])
     assert rest.outcome is Outcome.DONE
     assert rest.simulated == pytest.approx(GRACE)
-    assert looked == [3.0]  # a moment that has gone by is now
+    assert looked == [3.0]  # a time in the past is now
 
 
-def test_versions_are_told() -> None:
+def test_versions_are_listed() -> None:
     assert {"cellwright", "mujoco", "numpy", "python", "platform"} == versions().keys()
     assert all(versions().values())

@@ -1,4 +1,4 @@
-"""One object that runs, serves, records and films; and how many calls lie between the command line and an agent."""
+"""Tests of the session: it runs, serves, records and films; and few calls lie before an agent's start."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.waiting import TIMEOUT
 
 HERE = ServerOptions(port=0)
 FRAMES = 7
-"""So many calls of ours are on the stack, at most, when an agent begins: main() and the agent itself included."""
+"""Maximum of our calls on the stack when an agent starts, including main() and the agent itself."""
 
 
 class Ends:
@@ -96,7 +96,7 @@ def test_a_slow_observer_is_not_made_good_by_a_rush() -> None:
     assert result.real_time_factor < 2.1  # a slow machine falls behind, none runs ahead
 
 
-def test_what_is_served_can_be_worked_from_elsewhere() -> None:
+def test_a_served_session_can_be_worked_by_a_client() -> None:
     with Session(cellwright.Cell(KITTING), serve=HERE, lockstep=True) as session:
 
         def work() -> None:
@@ -136,7 +136,7 @@ def test_a_recording_is_neither_recorded_nor_filmed(option: str, tmp_path: Path)
     assert not file.exists()
 
 
-def test_a_name_that_nobody_has() -> None:
+def test_an_unknown_name_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="lesson"):
         Session("leson").run(until=0.1)
 

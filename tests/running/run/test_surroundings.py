@@ -1,4 +1,4 @@
-"""What a program changes of its process is put back when it has gone."""
+"""Tests of the process state that a program changes: it is restored after the program."""
 
 from __future__ import annotations
 

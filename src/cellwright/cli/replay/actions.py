@@ -1,4 +1,4 @@
-"""What is done with a recording: it is told of, run again, played, and filmed."""
+"""Actions on a recording: list its content, verify it, play it, and film it."""
 
 import json
 import math
@@ -37,12 +37,12 @@ from cellwright.running.run import PageOptions, ServerOptions, Session, versions
 from cellwright.running.run.playback import PlaybackTarget
 from cellwright.util.errors import MessageError, UsageError
 
-_WIDEST = 1000  # columns
-_MOST_FACTS = 200  # characters of a value of the header in the table
+_MAX_WIDTH = 1000  # columns
+_MAX_FACT = 200  # characters of a value of the header in the table
 
 
 def contents_document(recording: Recording) -> dict[str, Any]:
-    """What is in it, as JSON values; times in s, rates in Hz of simulation time."""
+    """Return its content as JSON values; times in s, rates in Hz of simulation time."""
     length = seconds(recording.end_time - recording.begin)
     counts = recording.counts
     return {
@@ -75,25 +75,25 @@ def contents_document(recording: Recording) -> dict[str, Any]:
     }
 
 
-def show_contents(console: Console, told: dict[str, Any]) -> None:
-    """Print what `document` tells."""
-    say(console, f"{told['kind']} {told['name']}, recorded in {told['file']}")
+def show_contents(console: Console, contents: dict[str, Any]) -> None:
+    """Print the content document."""
+    say(console, f"{contents['kind']} {contents['name']}, recorded in {contents['file']}")
     console.print()
-    whole = _topics(told)
-    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    whole = _topics(contents)
+    needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
     if not console.is_terminal:
         console.width = max(console.width, needed)  # nothing is folded in a file or through a pipe
-    console.print(_topics(told, is_narrow=needed > console.width))
+    console.print(_topics(contents, is_narrow=needed > console.width))
     console.print()
-    for name, text in _notes(told):
+    for name, text in _notes(contents):
         if text:
             note(console, name, " ".join(text.split()))
 
 
-def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
-    """A row for each topic on which something was said; a narrow table leaves out the packages of types."""
+def _topics(contents: dict[str, Any], *, is_narrow: bool = False) -> Table:
+    """Return a table with a row for each topic with messages; a narrow table leaves out the packages of types."""
     rows: list[list[str | Text]] = []
-    for topic in told["topics"]:
+    for topic in contents["topics"]:
         if topic["own"] or not topic["messages"]:
             continue
         often = topic["measured"] if topic["rate"] not in ("", "on event") else None
@@ -104,26 +104,29 @@ def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
     return table(columns, rows, padding=(0, 1, 0, 0), collapse_padding=True)
 
 
-def _notes(told: dict[str, Any]) -> list[tuple[str, str]]:
-    header, result = told["header"], told["result"] or {}
+def _notes(contents: dict[str, Any]) -> list[tuple[str, str]]:
+    header, result = contents["header"], contents["result"] or {}
     known = _versions(header)
-    silent = sum(not topic["messages"] and not topic["own"] for topic in told["topics"])
+    silent = sum(not topic["messages"] and not topic["own"] for topic in contents["topics"])
     return [
         ("silent", f"{silent} topics" if silent else ""),
-        ("time", f"{told['begin']:.3f} to {told['end']:.3f} s: {told['duration']:.1f} s"),
-        ("ended", _ended(told)),
+        ("time", f"{contents['begin']:.3f} to {contents['end']:.3f} s: {contents['duration']:.1f} s"),
+        ("ended", _ended(contents)),
         ("score", _score(result)),
-        ("commands", f"{told['commands']} came from outside"),
-        ("verify", f"{told['state_hashes']} state hashes to compare with" if told["state_hashes"] else "no state hash"),
+        ("commands", f"{contents['commands']} came from outside"),
+        (
+            "verify",
+            f"{contents['state_hashes']} state hashes to compare with" if contents["state_hashes"] else "no state hash",
+        ),
         *((name, _fact(header[name])) for name in ("agent", "seed", "servo") if name in header),
         ("versions", ", ".join(f"{name} {each}" for name, each in known.items())),
-        ("size", f"{told['bytes'] / 1e6:.1f} MB"),
+        ("size", f"{contents['bytes'] / 1e6:.1f} MB"),
     ]
 
 
-def _ended(told: dict[str, Any]) -> str:
-    outcome = (told["result"] or {}).get("outcome")
-    if told["complete"]:
+def _ended(contents: dict[str, Any]) -> str:
+    outcome = (contents["result"] or {}).get("outcome")
+    if contents["complete"]:
         return f"as it should: {outcome}" if outcome else "as it should"
     return "cut short: it holds all that was written until then"
 
@@ -136,20 +139,20 @@ def _score(result: dict[str, Any]) -> str:
 
 def _fact(value: Any) -> str:
     text = value if isinstance(value, str) else json.dumps(value)
-    return text[:_MOST_FACTS]
+    return text[:_MAX_FACT]
 
 
 _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
 
 
 def verify_recording(recording: Recording, console: Console, *, as_json: bool) -> int:
-    """Run it again, and print what came of it; the exit status."""
+    """Run it again, and print the verdict; return the exit status."""
     recording.check_bytes()
-    with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as tell:
+    with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as show:
 
         def progress(time: int) -> None:
-            if tell is not None:
-                tell(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
+            if show is not None:
+                show(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
 
         verdict = verify.verify(rebuilt, verify.recorded_steps(recording), progress)
     others = verify.versions_that_differ(_versions(recording.header.facts), versions())
@@ -161,7 +164,7 @@ def verify_recording(recording: Recording, console: Console, *, as_json: bool) -
 
 
 def verdict_document(verdict: Verdict, others: list[str]) -> dict[str, Any]:
-    """The verdict as JSON values; times in s."""
+    """Return the verdict as JSON values; times in s."""
     return {
         "answer": verdict.answer.value,
         "state_hashes": verdict.hashes,
@@ -213,8 +216,8 @@ def _moment(moment: Moment | None) -> dict[str, Any] | None:
 
 
 def _versions(facts: Mapping[str, Any]) -> dict[str, str]:
-    found = facts.get("versions")
-    return {str(name): str(each) for name, each in found.items()} if isinstance(found, dict) else {}
+    versions = facts.get("versions")
+    return {str(name): str(each) for name, each in versions.items()} if isinstance(versions, dict) else {}
 
 
 def play_recording(
@@ -226,7 +229,7 @@ def play_recording(
     view: PageOptions | None = None,
     ros1: bool = False,
 ) -> None:
-    """Play a recording until it is over, or a signal comes."""
+    """Play a recording until it is over, or a signal stops it."""
 
     def status(session: Session) -> str:
         now, last = session.node.simulation.time, seconds(target.playing.last)
@@ -240,7 +243,7 @@ def play_recording(
         ros1=ros1,
         observers=[RunProgress(console, status=status)],
         on_ready=output.say_ready,
-        **output.words_for(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
+        **output.session_outputs(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()
@@ -250,14 +253,14 @@ def play_recording(
 
 def film_recording(
     recording: Recording,
-    wish: VideoOptions,
+    options: VideoOptions,
     *,
     start: float | None,
     until: float | None,
     warn: Callable[[str], None],
-    tell: Callable[[float], None] | None,
+    on_progress: Callable[[float], None] | None,
 ) -> Made:
-    """Make a video of a recording between two times [s]; `tell` is told how far it is, 0..1."""
+    """Make a video of a recording between two times [s]; `on_progress` receives the progress, 0..1."""
     begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
     end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
     scene = _scene(recording)
@@ -271,10 +274,10 @@ def film_recording(
     frame = sight.frame()
     if frame is None or begin > end:
         raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
-    camera = wish.camera or _camera(recording, scene, frame, wish)
+    camera = options.camera or _camera(recording, scene, frame, options)
     lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
-    video = Video(wish, scene, lamp=lamp, warn=warn)
-    period, number = period_of(wish.speed) * NANOSECONDS, 0
+    video = Video(options, scene, lamp=lamp, warn=warn)
+    period, number = period_of(options.speed) * NANOSECONDS, 0
     try:
         while (time := begin + round(number * period)) <= end and not video.error:
             while newest is not None and newest.time <= time:
@@ -283,8 +286,8 @@ def film_recording(
             frame = sight.frame() or frame
             video.take(frame, camera, _caption(time, sight.panel()))
             number += 1
-            if tell is not None:
-                tell(min(1.0, (time - begin) / max(1, end - begin)))
+            if on_progress is not None:
+                on_progress(min(1.0, (time - begin) / max(1, end - begin)))
     finally:
         video.close()
     return video.made
@@ -300,17 +303,17 @@ def _scene(recording: Recording) -> Scene:
     raise UsageError(f"{recording.path}: holds nothing that is to be seen")
 
 
-def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoOptions) -> Camera:
-    """The overview of a cell; for a robot a camera that has it whole."""
+def _camera(recording: Recording, scene: Scene, frame: Frame, options: VideoOptions) -> Camera:
+    """Return the camera: the overview of a cell; for a robot a camera that shows the whole robot."""
     if recording.header.kind == "cell":
         return VIEWS["overview"]
     shown = EngineScene(scene)
     shown.show(frame)
-    return camera_on(shown.model, shown.data, TURN, TILT, wish.width, wish.height)
+    return camera_on(shown.model, shown.data, TURN, TILT, options.width, options.height)
 
 
 def _caption(time: int, panel: dict[str, Any]) -> str:
-    """Time, and what the panel of a cell tells; it may come from anywhere."""
+    """Return the time, and a line of the cell's panel content, which may come from any file."""
     words = [f"{float(Fraction(time, NANOSECONDS)):.1f} s"]
     score, intention = panel.get("score"), panel.get("intention")
     points = score.get("total") if isinstance(score, dict) else None

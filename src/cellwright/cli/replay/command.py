@@ -1,4 +1,4 @@
-"""`cellwright replay`: a recording, looked at, played, or run again."""
+"""Command `cellwright replay`: a recording, listed, played, or run again."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def replay(
     Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, holds nothing to
     compare or to see, or the video cannot be written.
     """
-    # it takes a moment to load, which the other commands are spared
+    # slow to load, and the other commands do without it
     from cellwright.cli.replay import actions
     from cellwright.recording.format.bag import write_bag
     from cellwright.recording.format.reader import Recording
@@ -137,13 +137,13 @@ def replay(
         if not recording.is_complete:
             output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
-            with progress_bar(console, f"writing {bag_file}", 1.0) as tell:
-                left_out = write_bag(file, bag_file, **part, tell=tell)
+            with progress_bar(console, f"writing {bag_file}", 1.0) as show:
+                left_out = write_bag(file, bag_file, **part, tell=show)
             for topic in left_out:
                 output.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if mcap_file is not None:
-            with progress_bar(console, f"writing {mcap_file}", 1.0) as tell:
-                missing = write_mcap(recording, mcap_file, **part, tell=tell)
+            with progress_bar(console, f"writing {mcap_file}", 1.0) as show:
+                missing = write_mcap(recording, mcap_file, **part, tell=show)
             for line in missing:
                 output.warn(f"{mcap_file}: {line}")
         if verify:
@@ -154,29 +154,31 @@ def replay(
                 PlaybackTarget(recording, first=part["start"], last=part["until"], at_end=at_end),
                 console,
                 rate=RateControl(rate),
-                serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds it wherever it is
+                serve=ServerOptions(host, port if serve or ros1 else 0),  # a page finds any port
                 view=page,
                 ros1=ros1,
             )
-        told = actions.contents_document(recording)
+        contents = actions.contents_document(recording)
         if filmed is not None:
-            with progress_bar(console, f"drawing {filmed.file}", 1.0) as tell:
-                told["videos"] = [
-                    actions.film_recording(recording, filmed, start=start, until=until, warn=output.warn, tell=tell)
+            with progress_bar(console, f"drawing {filmed.file}", 1.0) as show:
+                contents["videos"] = [
+                    actions.film_recording(
+                        recording, filmed, start=start, until=until, warn=output.warn, on_progress=show
+                    )
                 ]
     if as_json:
-        typer.echo(json.dumps(told, indent=2))
+        typer.echo(json.dumps(contents, indent=2))
     elif filmed is not None or bag_file is not None or mcap_file is not None:
-        output.note_files(console, "video", map(arguments.video_sentence, told.get("videos", ())))
+        output.note_files(console, "video", map(arguments.video_sentence, contents.get("videos", ())))
         output.note_files(console, "bag", [bag_file] if bag_file else ())
         output.note_files(console, "mcap", [mcap_file] if mcap_file else ())
     elif not is_played:
-        actions.show_contents(console, told)
+        actions.show_contents(console, contents)
     raise typer.Exit(DONE)
 
 
 def _check_times(recording: Recording, start: float | None, until: float | None) -> None:
-    """Refuse a part that the recording does not have: it would be over before anybody has seen it."""
+    """Refuse a time range outside the recording: it would be over at once."""
     begin, end = seconds(recording.begin), seconds(recording.end_time)
     if start is not None and start > end:
         options.refuse(f"--start {start:g}: {recording.path} ends at {end:.3f} s")

@@ -1,1 +1,1 @@
-"""`cellwright run`, and what a run looks like to people and programs."""
+"""Command `cellwright run`: one run of a trial, and its output for people and programs."""

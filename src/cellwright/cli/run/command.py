@@ -30,10 +30,10 @@ from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import UsageError
 
 AGENT_IN_OWN_PROCESS = "the agent is in a process of its own: end the run, and start it again"
-"""Why a run over a socket or ROS does not begin anew at a click."""
+"""Reason why a run over a socket or ROS cannot start again from the page."""
 
 SAVE, PROCESSES = "Checkpoints", "Agent and cell in two processes"
-"""Headings in the help, under which options are listed."""
+"""Headings for options in the help."""
 
 AgentName = Annotated[
     str,
@@ -185,12 +185,12 @@ def run(
     crashed, stopped, below --min-score), or a file that was asked for is not whole; 2 bad input, and nothing was
     started.
     """
-    least = options.min_score(min_score)
+    threshold = options.min_score(min_score)
     if connect is not None:
-        _refuse_what_is_settled(context)
+        _refuse_cell_options(context)
         from cellwright.cli.run.remote import run_connected
 
-        run_connected(agent, connect, as_json=as_json, min_score=least)
+        run_connected(agent, connect, as_json=as_json, min_score=threshold)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
     arguments.refuse_camera_name(files, view=view)
@@ -202,7 +202,7 @@ def run(
     if over not in (None, "socket", "ros1"):
         options.refuse(f"--over {over}: give socket or ros1")
     rate = options.speed(speed or ("max" if page is None and (over is None or lockstep) else "1"))
-    wanted = RunOptions(
+    run_options = RunOptions(
         listen=listen or (),
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
         start=resume,
@@ -232,66 +232,66 @@ def run(
         log=log_file,
         about={"agent": agent},
         observers=[pictures, progress],
-        options=wanted,
-        **output.words_for(console, partial(progress.line, style="yellow")),
+        options=run_options,
+        **output.session_outputs(console, partial(progress.line, style="yellow")),
     )
     session.hindrance = AGENT_IN_OWN_PROCESS if over else ""
     program = _program(agent, over, has_end=until is not None, is_verbose=verbose)
     with ExitStack() as leaving:
         out = sys.stdout
-        if as_json:  # what a file brings along or an agent prints is no JSON
+        if as_json:  # output of files and agents is no JSON
             leaving.enter_context(redirect_stdout(sys.stderr))
         if over:
             leaving.enter_context(stopped_by_signals(session.stop.request))
         leaving.enter_context(session)
         cell: Cell = session.node
-        options.topics(wanted.listen, cell)
+        options.topics(run_options.listen, cell)
         spent = options.averages(averages, cell.trial)
         worker = program()
         if worker is not None and not cell.trial.has_arm:
-            _miss_arm(cell.trial.name, agent)
+            _warn_of_missing_arm(cell.trial.name, agent)
         varied = ", varied" if vary else ""
         say(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False)
         while True:
             with nullcontext() if over else ended_as_by_ctrl_c():
                 result = cell_result(session.run(worker))
-            status = exit_status_of(result, has_agent=worker is not None, min_score=least)
-            if not session.begins_again:
+            status = exit_status_of(result, has_agent=worker is not None, min_score=threshold)
+            if not session.restart_requested:
                 sys.stderr.write(result.error)
                 final = None if spent is None else finals_score(cell.trial, result.score, spent)
                 if not as_json:
                     show_result(console, result, final)
-                    if least is not None and result.score.total < least:
-                        output.note(console, "not enough", f"{least:g} points were asked for")
+                    if threshold is not None and result.score.total < threshold:
+                        output.note(console, "not enough", f"{threshold:g} points were asked for")
                 end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
                 to = out if as_json else None
                 status = show_files(console, session, agent, status, pictures, end, final, out=to)
-            if result.outcome is Outcome.INTERRUPTED or not _begins_again(session, say, keeps=not as_json):
+            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, say, keeps=not as_json):
                 raise typer.Exit(status)
             worker = program()
 
 
-def _begins_again(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
-    """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; whether the run is to begin again instead."""
-    if session.begins_again:
+def _wait_for_restart(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
+    """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; return whether to start the run again instead."""
+    if session.restart_requested:
         say("the run begins anew")
         return True
     if session.page is None or not keeps:
         return False
     with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
-        say("the page stays open; Ctrl-C ends")  # once signals are followed
+        say("the page stays open; Ctrl-C ends")  # once the handlers of signals are set
         return session.wait()
     return False
 
 
-def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
-    """Gives what works a run: an agent of its own for each, or the agent in a process of its own; None: nobody."""
+def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -> Callable[[], Agent | Program | None]:
+    """Return a factory for each run: an agent of its own, the agent in a process of its own, or None for no agent."""
     if agent == "none":
         if not has_end:
             options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
         return lambda: None
     make = find_agent(agent)
-    if way is None:
+    if over is None:
         return make
     from cellwright.running.remote.hosting import RemoteAgent
 
@@ -302,8 +302,8 @@ def _program(agent: str, way: str | None, *, has_end: bool, is_verbose: bool) ->
     return lambda: remote
 
 
-def _refuse_what_is_settled(context: typer.Context) -> None:
-    """With --connect the cell is there already: refuse options that would make one, or look into it."""
+def _refuse_cell_options(context: typer.Context) -> None:
+    """With --connect the cell runs already: refuse options that would make one, or read its state."""
     for parameter in context.command.params:
         name = parameter.name or ""
         source = context.get_parameter_source(name)
@@ -313,7 +313,7 @@ def _refuse_what_is_settled(context: typer.Context) -> None:
 
 
 def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
-    """The score of the trial; without one, such as after points in no time, the run still has its result."""
+    """Return the score of the trial in the finals; on an error the run still has its result."""
     try:
         return trial_score(trial.sensors, score.orders, spent)
     except UsageError as error:
@@ -321,8 +321,8 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
         return None
 
 
-def _miss_arm(trial: str, agent: str) -> None:
-    """Say what a trial without an arm lacks. Only somebody's own program may have a use for it."""
+def _warn_of_missing_arm(trial: str, agent: str) -> None:
+    """Warn about a trial without an arm. Only a user's own program may have a use for it."""
     remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
     if agent in BUNDLED:
         options.refuse(f"{trial}: the trial has no arm for the agent {agent} to work with; {remedy}")

@@ -1,4 +1,4 @@
-"""An agent at a cell that is served already: `cellwright run --connect`."""
+"""Agent at a cell that another process serves: `cellwright run --connect`."""
 
 import json
 import sys
@@ -18,11 +18,11 @@ from cellwright.running.remote.program import Parting, run_agent
 from cellwright.running.run import DRIVE
 from cellwright.util.errors import UsageError
 
-_STATE = "/ariac/competition_state"  # what every cell tells of
+_STATE = "/ariac/competition_state"  # every cell publishes it
 
 
 def run_connected(agent: str, address: str, *, as_json: bool, min_score: float | None) -> NoReturn:
-    """Let an agent work, in this process, a cell that is served already; print what the cell says of it."""
+    """Let an agent in this process work a served cell; print the result that the cell reports."""
     where = options.address("--connect", address)
     console = Console(stderr=as_json, highlight=False)
     worker = find_agent(agent)()
@@ -57,9 +57,9 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
 
 
 def _wait_for_kits_over_topics(client: Client) -> None:
-    """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
+    """Wait for kits on their way after the agent has returned; the competition may still end."""
     agvs = [client.latest(f"/ariac/agv{number}/state") for number in (1, 2)]
-    client.sleep(0.2)  # by then all states have been told
+    client.sleep(0.2)  # by then all states have arrived
 
     def nothing_to_come() -> bool:
         on_their_way = [agv.message is not None and agv.message.data == "preparing_to_deliver" for agv in agvs]

@@ -1,1 +1,1 @@
-"""Judging a program in many runs: each in a process of its own, its result on disk at once, a report at the end."""
+"""Evaluation of a program over many runs: a process for each run, results on disk at once, a report at the end."""

@@ -1,4 +1,4 @@
-"""Working many jobs at once: a process each, each within its limits, its result on disk as it comes."""
+"""Execution of many jobs in parallel: a process for each, within its limits, with its result on disk as it comes."""
 
 import time
 from collections import deque
@@ -25,17 +25,17 @@ from cellwright.util.errors import UsageError, showable
 LOGS, RECORDINGS = "logs", "recordings"
 """Folders beside the results."""
 
-_LOOK = 0.2  # [s] between two looks at the limits
-_START = 60.0  # [s] that a process may take until it begins with its job
-_GRACE = 5.0  # [s] after which a worker is ended that should have ended itself
-_HASTE = 0.5  # [s] by which a worker may begin to count before it is seen to
-_LONGEST_REASON = 1000  # characters
+_CHECK_PERIOD = 0.2  # [s] between two checks of the limits
+_START_TIMEOUT = 60.0  # [s] that a process may take before it starts on its job
+_END_TIMEOUT = 5.0  # [s] after which a worker is ended that should have ended by then
+_CLOCK_TOLERANCE = 0.5  # [s] by which a worker's clock may be ahead of the start that is seen here
+_MAX_REASON = 1000  # characters
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A job that is being worked: since when [s of wall time], how far [s of simulation time], with what points."""
+    """A job in progress: its start [s of wall time], its simulation time so far [s], and its points."""
 
     job: Job
     wall: float
@@ -44,12 +44,12 @@ class Running:
 
 
 class Evaluation:
-    """Works jobs in processes, as many at a time as `workers`.
+    """Runs jobs in worker processes, up to `workers` at a time.
 
     Args:
-        store: takes the results, and knows those from before.
-        on_result: called for each new result.
-        on_look: called now and then with what is being worked.
+        store: stores the results, and holds those of earlier evaluations.
+        on_result: called with each new result.
+        on_look: called periodically with the jobs in progress.
     """
 
     def __init__(
@@ -74,22 +74,22 @@ class Evaluation:
         self._wakes: SimpleQueue[Any] = SimpleQueue()
         self._stopped = False
         self.failure = ""
-        """Why it could not go on, in a line; empty when it could. What was found by then is among the results."""
+        """Reason why the evaluation could not continue, in one line; empty if it could. Results up to then are kept."""
 
     def is_settled(self, job: Job) -> bool:
-        """Whether there is a result that holds: one that was lost holds for the limits only under which it was."""
+        """Return whether a result of the job is valid. A lost run counts only under the limits that it had."""
         result = self._store.results.get(job.key)
         return result is not None and (not result.is_lost or result.limits == asdict(self._limits))
 
     def check_agent(self, agent: str) -> str:
-        """Why an agent cannot be used; empty when it can. It is made in a process of its own, within the limits.
+        """Return why an agent cannot be used; empty if it can. A process of its own makes the agent, within the limits.
 
         Raises:
-            OSError: there can be no such process, or no log of it.
+            OSError: the process or its log cannot be created.
         """
         worker = WorkerProcess(self._order(agent), self._beside(LOGS, "check.log"))
         try:
-            worker.wait(_START + self._limits.wall)
+            worker.wait(_START_TIMEOUT + self._limits.wall)
         finally:
             ending = worker.stop()
         if worker.refused:
@@ -100,13 +100,16 @@ class Evaluation:
         return ""
 
     def stop(self) -> None:
-        """Have `run` leave soon, with the results that there are; may be called by a signal's handler."""
+        """Make `run` return soon, with the results so far. A signal handler may call this."""
         self._stopped = True
 
     def run(self, jobs: Iterable[Job]) -> bool:
-        """Work all jobs that are not settled; False when it was stopped, or failed, before all were.
+        """Run all jobs that are not settled.
 
-        However it is left, no process of it goes on.
+        No worker process outlives this call, however it ends.
+
+        Returns:
+            False if it was stopped or failed before all jobs were done.
         """
         waiting = deque(job for job in jobs if not self.is_settled(job))
         looked = 0.0
@@ -116,13 +119,13 @@ class Evaluation:
                     self._begin(waiting[0])
                     waiting.popleft()
                 with suppress(Empty):
-                    self._wakes.get(timeout=_LOOK)
+                    self._wakes.get(timeout=_CHECK_PERIOD)
                 for worker in [each for each in self._running if each.is_over]:
                     self._finish(worker)
-                if time.monotonic() - looked >= _LOOK:
+                if time.monotonic() - looked >= _CHECK_PERIOD:
                     looked = time.monotonic()
                     self._enforce_limits()
-                    self._on_look([self._how_far(worker, job) for worker, job in self._running.items()])
+                    self._on_look([self._progress_of(worker, job) for worker, job in self._running.items()])
         except OSError as error:
             self.failure = f"{error.filename or self._store.path}: {error.strerror or error}"
         finally:
@@ -153,24 +156,24 @@ class Evaluation:
         folder.mkdir(exist_ok=True)
         return folder / name
 
-    def _how_far(self, worker: WorkerProcess, job: Job) -> Running:
-        told = worker.progress
-        return Running(job, time.monotonic() - worker.started, told.get("time", 0.0), told.get("points", 0.0))
+    def _progress_of(self, worker: WorkerProcess, job: Job) -> Running:
+        progress = worker.progress
+        return Running(job, time.monotonic() - worker.started, progress.get("time", 0.0), progress.get("points", 0.0))
 
     def _finish(self, worker: WorkerProcess, broken: tuple[Lost, str] | None = None) -> None:
-        """Write down what came of a job whose worker is over, or has broken a limit."""
+        """Store the result of a job whose worker has ended or has exceeded a limit."""
         job = self._running.pop(worker)
-        far = self._how_far(worker, job)
+        far = self._progress_of(worker, job)
         ending = worker.stop()
         if worker.result is not None and broken is None:
-            result = self._told(job, worker.result)
+            result = self._reported(job, worker.result)
         else:
             since = time.monotonic() - (worker.begun or worker.started)
-            if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _HASTE:
+            if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _CLOCK_TOLERANCE:
                 broken = Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"
-            kind, why = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
+            kind, reason = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
             figures = {"points": 0.0, "wall": far.wall, "simulated": far.simulated}
-            result = Result.of(job, self._limits, outcome=kind.value, reason=why, **figures)
+            result = Result.of(job, self._limits, outcome=kind.value, reason=reason, **figures)
         if not result.is_done:
             result = replace(result, log=worker.last_lines())
         try:
@@ -178,10 +181,10 @@ class Evaluation:
         finally:
             self._on_result(result)
 
-    def _told(self, job: Job, told: Mapping[str, Any]) -> Result:
-        content = dict(told)
+    def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
+        content = dict(report)
         error = content.pop("error").strip()
-        last = showable(error.splitlines()[-1], _LONGEST_REASON) if error else ""
+        last = showable(error.splitlines()[-1], _MAX_REASON) if error else ""
         result = Result.of(job, self._limits, reason=last, **content)
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
             return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")
@@ -193,7 +196,7 @@ class Evaluation:
         memory = memory_of_sessions()
         now = time.monotonic()
         for worker in list(self._running):
-            begun = worker.started + _START if worker.begun is None else worker.begun + _GRACE
+            begun = worker.started + _START_TIMEOUT if worker.begun is None else worker.begun + _END_TIMEOUT
             if memory[worker.number] > self._limits.memory:
                 self._finish(worker, (Lost.MEMORY_LIMIT, self._memory_words()))
             elif worker.log_size() > self._limits.log:

@@ -1,4 +1,4 @@
-"""One run that is to be judged, and the key by which it is known again."""
+"""One run of an evaluation, and the key that identifies it."""
 
 import hashlib
 import importlib.util
@@ -15,21 +15,21 @@ from cellwright.clients.agents.agent import BUNDLED
 from cellwright.config.trial.trial import Trial
 from cellwright.running.run import versions
 
-_LONGEST = 60  # letters of a trial's name in that of a file, which Windows wants to be short
+_MAX_NAME = 60  # letters of a trial's name in a file name, which Windows wants to be short
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluatedTrial:
-    """A trial as it takes part in an evaluation.
+    """A trial in an evaluation.
 
     Attributes:
-        name: what reports call it.
+        name: its name in reports.
         files: its files, as absolute paths.
-        reachable: the most points that anybody can earn in it.
-        best: what its orders would earn if nothing were out of reach.
+        reachable: the most points that an agent can earn in it.
+        best: points of its orders if all of them could be reached.
         time_limit: simulation time [s] that it lasts at most; not positive for one without an end.
-        models: digest of the models of its own, from `models_digest`.
-        given: its files as somebody would name them on the command line.
+        models: digest of its own models, from `models_digest`.
+        given: its files as a user names them on the command line.
     """
 
     name: str
@@ -43,11 +43,11 @@ class EvaluatedTrial:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A run to be judged: the same job has the same result, whoever works it and when.
+    """One run of an evaluation: the same job has the same result, on any machine and at any time.
 
     Attributes:
-        agent: who works it, as for `find_agent`.
-        vary: whether the cell is moved about within its bounds, by the seed.
+        agent: the agent's name, as for `find_agent`.
+        vary: whether the seed varies the cell within its bounds.
         key: digest of all that the result depends on.
     """
 
@@ -59,29 +59,25 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name of the job for people."""
         return f"{self.trial.name} seed {self.seed}"
 
     @property
     def command(self) -> str:
-        """The command that does the same run alone."""
+        """Command that repeats this run alone."""
         files = self.trial.given or tuple(map(str, self.trial.files))
         varied = ["--vary"] if self.vary else []
         return shlex.join(["cellwright", "run", *files, "--agent", self.agent, "--seed", str(self.seed), *varied])
 
     @property
     def log_name(self) -> str:
-        """Name of the file that takes what it prints."""
-        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name[:_LONGEST])
+        """Name of the file for its output."""
+        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name[:_MAX_NAME])
         return f"{trial}-{self.seed}-{self.key[:8]}.log"
 
 
 def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int], *, vary: bool) -> list[Job]:
-    """Every trial with every seed, once.
-
-    Raises:
-        OSError: a file cannot be read.
-    """
+    """Return a job for every trial with every seed."""
     program = agent_digest(agent)
     jobs: dict[str, Job] = {}
     for trial in trials:
@@ -105,11 +101,7 @@ def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
 
 
 def models_digest(trial: Trial) -> str:
-    """Digest of the part types and the furniture of somebody's own in a trial, with the files that they are made of.
-
-    Raises:
-        OSError: a file cannot be read.
-    """
+    """Return the digest of a trial's own part types and furniture, with their files."""
     models = [*trial.part_models.values(), *(each.model for each in trial.furniture)]
     files = [shape.mesh for model in models for shape in model.shapes] + [model.mjcf for model in models]
     digest = hashlib.sha256(repr((trial.part_models, trial.furniture)).encode())
@@ -119,11 +111,11 @@ def models_digest(trial: Trial) -> str:
 
 
 def agent_digest(agent: str) -> str:
-    """Digest of an agent's name and of its program, which is read and not run.
+    """Return the digest of an agent's name and of its program, which is read and not run.
 
-    The program is its file and the Python files beside it, or all of the package that its module is in.
+    The program is its file and the Python files beside it, or the whole package of its module.
     """
-    brought = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # by other packages
+    brought = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # agents of other packages
     place = BUNDLED.get(agent, brought.get(agent, agent)).rpartition(":")[0]
     return f"{agent} {_sources_digest(_sources(place))}"
 
@@ -133,9 +125,9 @@ def _sources(place: str) -> list[Path]:
         return sorted(Path(place).resolve().parent.glob("*.py"))
     top = place.partition(".")[0]
     if not top.isidentifier():
-        return []  # no module has such a name; the check of the agent says so
+        return []  # no such module; the check of the agent reports it
     local = Path(f"{top}.py")
-    if local.is_file():  # modules are looked for in the folder that the command is called in
+    if local.is_file():  # modules are found in the working folder
         return sorted(local.resolve().parent.glob("*.py"))
     spec = None if Path(top).is_dir() else importlib.util.find_spec(top)
     if spec is None or spec.origin is None:
@@ -146,13 +138,13 @@ def _sources(place: str) -> list[Path]:
 
 @cache
 def _cellwright_digest() -> str:
-    """Digest of Cellwright's own source: between two releases it has one version and changes all the same."""
+    """Return the digest of Cellwright's own source, which changes between two releases while the version stays."""
     return _sources_digest(sorted(Path(FOLDER).rglob("*.py")))
 
 
 def _sources_digest(files: Iterable[Path]) -> str:
     digest = hashlib.sha256()
-    for file in filter(Path.is_file, files):  # an editor's lock is a link that leads nowhere
+    for file in filter(Path.is_file, files):  # an editor's lock is a link without a target
         digest.update(f"{file.name}\0".encode())
         digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()

@@ -75,18 +75,18 @@ svg text.points { font-weight: 600; fill: var(--ink); font-size: 11px; }
 @media (max-width: 760px) { summary { grid-template-columns: 1fr 1fr; } }
 @media print { body { background: none; } details { break-inside: avoid; } }
 """
-"""The style sheet. It names no font, picture or file that would have to be fetched."""
+"""Style sheet. It names no font, picture or file that a browser would have to fetch."""
 
 
 _WIDTH, _LEFT, _RIGHT, _ROW, _BAR = 960, 84, 20, 24, 14
 _STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
-_MOST_BINS = 13
+_MAX_BINS = 13
 
 
 def histogram(values: Sequence[float], best: float) -> str:
-    """How often which score came, from 0 to the best [points]."""
+    """Return a histogram of the scores as SVG, from 0 to the best [points]."""
     width, height = 132, 34
-    bins = min(int(best) + 1, _MOST_BINS) if best >= 1 else 1
+    bins = min(int(best) + 1, _MAX_BINS) if best >= 1 else 1
     counts = [0] * bins
     for value in values:
         counts[min(bins - 1, max(0, round(value / best * (bins - 1)))) if best > 0 else 0] += 1
@@ -106,7 +106,7 @@ def histogram(values: Sequence[float], best: float) -> str:
 
 
 def timeline_picture(timeline: Mapping[str, Any]) -> str:
-    """What happened when in a run: orders, what the gripper held, AGVs and the kits that they took away."""
+    """Return the timeline of a run as SVG: orders, what the gripper held, AGVs and the kits that they took away."""
     end = max(float(timeline["end"]), 1e-3)
     rows = [*((each["order"], _order(each)) for each in timeline["orders"])]
     rows.append(("gripper", [(held["begin"], held["end"], "held", held["part"]) for held in timeline["held"]]))
@@ -139,7 +139,7 @@ def _x(time: float, end: float) -> float:
 
 def _row(y: int, name: str, spans: Sequence[tuple[float, float | None, str, str]], end: float) -> str:
     middle = y + _ROW / 2
-    found = [
+    parts = [
         f'<text class="name" x="{_LEFT - 10}" y="{middle + 4}" text-anchor="end">{escape(name)}</text>',
         f'<rect class="lane" x="{_LEFT}" y="{middle - _BAR / 2}" width="{_WIDTH - _LEFT - _RIGHT}" height="{_BAR}"/>',
     ]
@@ -147,11 +147,11 @@ def _row(y: int, name: str, spans: Sequence[tuple[float, float | None, str, str]
         last = end if stop is None else stop
         width = max(1.5, _x(last, end) - _x(begin, end))
         title = f"{escape(words)}, {begin:.1f} s to {last:.1f} s"
-        found.append(
+        parts.append(
             f'<rect class="{kind}" x="{_x(begin, end):.1f}" y="{middle - _BAR / 2}" width="{width:.1f}" '
             f'height="{_BAR}" rx="2"><title>{title}</title></rect>'
         )
-    return "".join(found)
+    return "".join(parts)
 
 
 def _kit_mark(kit: Mapping[str, Any], y: float, end: float) -> str:
@@ -182,7 +182,7 @@ def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
     return f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">{content}</svg>'
 
 
-_OPEN = 3  # runs that are shown at length from the start, if they lost points
+_OPEN = 3  # runs that the page shows opened, if they lost points
 _SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
 
 _LEGEND = (
@@ -195,7 +195,7 @@ _LEGEND = (
 
 
 def report(results: Sequence[Result], threshold: Threshold | None) -> str:
-    """The page."""
+    """Return the page."""
     agents = ", ".join(sorted({result.agent for result in results})) or "nobody"
     known = ", ".join(f"{name} {version}" for name, version in versions().items())
     body = [
@@ -220,8 +220,8 @@ def report(results: Sequence[Result], threshold: Threshold | None) -> str:
 def _subtitle(results: Sequence[Result], threshold: Threshold | None) -> str:
     trials, seeds = len({each.trial for each in results}), len({each.seed for each in results})
     varied = ", varied" if any(each.vary for each in results) else ""
-    asked = "" if threshold is None else f"; every run was to reach {threshold}"
-    return f"{_count(trials, 'trial')}, {_count(seeds, 'seed')}{varied}{asked}"
+    requirement = "" if threshold is None else f"; every run was to reach {threshold}"
+    return f"{_count(trials, 'trial')}, {_count(seeds, 'seed')}{varied}{requirement}"
 
 
 def _count(number: int, thing: str) -> str:
@@ -251,7 +251,7 @@ def _trials(results: Sequence[Result]) -> str:
 
 
 def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
-    """A table; heads are texts and the kinds of their columns."""
+    """Return a table; heads are texts and the kinds of their columns."""
     head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
@@ -296,21 +296,21 @@ def _head(result: Result, threshold: Threshold | None) -> str:
 
 
 def _inside(result: Result, threshold: Threshold | None) -> str:
-    found = []
-    why = shortcoming(result, threshold)
-    if why:
-        found.append(f'<p class="bad">{escape(why)}</p>')
+    parts = []
+    reason = shortcoming(result, threshold)
+    if reason:
+        parts.append(f'<p class="bad">{escape(reason)}</p>')
     if result.timeline:
-        found.append(f'<div class="scroll">{timeline_picture(result.timeline)}</div>')
-    found += [_kit(order, kit) for order in result.score.get("orders", ()) for kit in order["kits"]]
+        parts.append(f'<div class="scroll">{timeline_picture(result.timeline)}</div>')
+    parts += [_kit(order, kit) for order in result.score.get("orders", ()) for kit in order["kits"]]
     if result.log:
-        found.append(f"<h3>Last lines of its log</h3><pre>{escape(chr(10).join(result.log))}</pre>")
-    told = f"{result.ending}; {result.simulated:.1f} s simulated in {result.wall:.1f} s"
+        parts.append(f"<h3>Last lines of its log</h3><pre>{escape(chr(10).join(result.log))}</pre>")
+    ending = f"{result.ending}; {result.simulated:.1f} s simulated in {result.wall:.1f} s"
     state = f"; state <code>{escape(result.state_hash)}</code>" if result.state_hash else ""
-    found.append(f'<p class="soft">{escape(told)}{state}</p>')
+    parts.append(f'<p class="soft">{escape(ending)}{state}</p>')
     if result.command:
-        found.append(f'<p class="soft">again: <code>{escape(result.command)}</code></p>')
-    return f'<div class="inside">{"".join(found)}</div>'
+        parts.append(f'<p class="soft">again: <code>{escape(result.command)}</code></p>')
+    return f'<div class="inside">{"".join(parts)}</div>'
 
 
 def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
@@ -322,8 +322,8 @@ def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
 
 
 def _part(part: Mapping[str, Any]) -> str:
-    earned, could = part["presence"] + part["pose"], part["reachable_presence"] + part["reachable_pose"]
-    kind = "good" if earned >= could else "fair" if earned else "bad"
+    earned, attainable = part["presence"] + part["pose"], part["reachable_presence"] + part["reachable_pose"]
+    kind = "good" if earned >= attainable else "fair" if earned else "bad"
     cells = [(part["type"], ""), (f"{part['presence']:g}", "n"), (f"{part['pose']:g}", "n"), (part["sentence"], kind)]
     row = "".join(f'<td class="tight {kind}">{escape(text)}</td>' for text, kind in cells)
     return f"<tr>{row}</tr>"

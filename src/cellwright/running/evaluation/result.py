@@ -1,7 +1,7 @@
 """Results of an evaluation: their form, and the file that holds them.
 
-A form is a type, `Maybe` one, a list with the form of its items, a mapping with the forms of the entries that it has to
-have, or `Each` with the form of all values of a mapping.
+A form is a type, `Maybe` one, a list with the form of its items, a mapping or `Each`. A mapping holds the forms of the
+required entries, `Each` the form of all values.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from cellwright.util.errors import CellwrightError, UsageError
 
 @dataclass(frozen=True, slots=True)
 class Maybe:
-    """Either nothing, which is None or an empty mapping, or of a form."""
+    """Form of an optional value: None, an empty mapping, or a value of `form`."""
 
     form: Any
 
 
 @dataclass(frozen=True, slots=True)
 class Each:
-    """A mapping whose values all have a form."""
+    """Form of a mapping whose values all have one form."""
 
     form: Any
 
@@ -70,11 +70,11 @@ RESULT_FORM: Mapping[str, Any] = {
     "timeline": Maybe(_TIMELINE),
     "log": [str],
 }
-"""The form of a result."""
+"""Form of a result."""
 
 
 def find_misfit(value: object, form: Any, key: str = "") -> str:
-    """The first place where a JSON value has not the form, and what should be there; empty where it fits."""
+    """Return the first place where a JSON value does not fit the form, and what belongs there; empty if it fits."""
     match form:
         case Maybe():
             return "" if value in (None, {}) else find_misfit(value, form.form, key)
@@ -89,10 +89,10 @@ def find_misfit(value: object, form: Any, key: str = "") -> str:
         case Mapping():
             if not isinstance(value, Mapping):
                 return f"{key} should be an object"
-            way = f"{key}." if key else ""
+            prefix = f"{key}." if key else ""
             if missing := [name for name in form if name not in value]:
-                return f"{way}{missing[0]} is missing"
-            return _first(find_misfit(value[name], inner, f"{way}{name}") for name, inner in form.items())
+                return f"{prefix}{missing[0]} is missing"
+            return _first(find_misfit(value[name], inner, f"{prefix}{name}") for name, inner in form.items())
         case _:
             return "" if _is_of(value, form) else f"{key} should be {_NAMES[form]}"
 
@@ -111,41 +111,41 @@ def _first(misfits: Iterable[str]) -> str:
 
 
 OUTCOMES = {outcome.name.lower(): str(outcome) for outcome in Outcome}
-"""How a run can end, in the words of files and of people."""
+"""Outcomes of a run, by their words in files; the values are for people."""
 
 
 class Lost(StrEnum):
-    """How a run can be lost."""
+    """Ways to lose a run."""
 
     WALL_LIMIT = "wall_limit"
-    """It was still at work when its time on the wall clock was over."""
+    """Its wall time was over while it still worked."""
     MEMORY_LIMIT = "memory_limit"
-    """It wanted more memory than it was allowed."""
+    """It requested more memory than its limit."""
     LOG_LIMIT = "log_limit"
-    """It wrote more than its log may hold."""
+    """It wrote more to its log than its limit."""
     DIED = "died"
-    """Its process ended by itself."""
+    """Its process ended without a result."""
 
 
 class ResultError(CellwrightError):
-    """Text that should have been a result and is not."""
+    """A text is no result."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a job.
+    """Result of a job.
 
     Attributes:
         outcome: a name of `Outcome` in small letters, or a value of `Lost`.
-        points: what it earned; 0 when its process could not say so any more.
-        reachable: the most points that anybody can earn in the trial.
-        best: what its orders would earn if nothing were out of reach.
-        wall: time it took on the wall clock [s].
+        points: points that it earned; 0 if its process could not report them.
+        reachable: the most points that an agent can earn in the trial.
+        best: points of its orders if all of them could be reached.
+        wall: wall time that it took [s].
         simulated: simulation time that passed [s].
-        reason: why it was not done, in a line; empty when it was.
+        reason: why it was not done, in one line; empty if it was.
         state_hash: SHA-256 of the whole last state.
-        log: the last lines of its log, when it was not done.
-        command: the command that does the same run alone.
+        log: the last lines of its log, if it was not done.
+        command: the command that repeats the run alone.
     """
 
     key: str
@@ -169,7 +169,7 @@ class Result:
 
     @classmethod
     def of(cls, job: Job, limits: Limits, **content: Any) -> Result:
-        """The result of a job that was worked within these limits; `content` are the fields that neither says."""
+        """Return the result of a job within these limits; `content` holds the remaining fields."""
         return cls(
             key=job.key,
             trial=job.trial.name,
@@ -185,39 +185,39 @@ class Result:
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Name of the run for people."""
         return f"{self.trial} seed {self.seed}"
 
     @property
     def is_done(self) -> bool:
-        """Whether the competition was brought to its end."""
+        """True if the competition came to its end."""
         return self.outcome == Outcome.DONE.name.lower()
 
     @property
     def is_lost(self) -> bool:
-        """Whether the run was ended, or ended, before it was over."""
+        """True if the run was ended, or ended, before it was over."""
         return self.outcome in tuple(Lost)
 
     @property
     def share(self) -> float:
-        """The share of the points within reach; 1 for a trial that has none."""
+        """Share of the reachable points; 1 for a trial that has none."""
         return self.points / self.reachable if self.reachable > 0 else 1.0
 
     @property
     def ending(self) -> str:
-        """How it ended, in words."""
+        """Ending of the run, in words."""
         return OUTCOMES.get(self.outcome, "lost: " + self.outcome.replace("_", " "))
 
     def as_json(self) -> dict[str, Any]:
-        """As JSON values."""
+        """Return the result as JSON values."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, document: Any) -> Result:
-        """Read what `as_json` made.
+        """Read the output of `as_json`.
 
         Raises:
-            ResultError: it is something else.
+            ResultError: the document is no result.
         """
         names = {each.name for each in fields(cls)}
         if not isinstance(document, Mapping) or set(document) != names:
@@ -231,17 +231,17 @@ RESULTS_NAME = "results.jsonl"
 
 
 class ResultsFile:
-    """The results in a folder, which one evaluation at a time may have.
+    """The results in a folder, which one evaluation at a time may use.
 
-    Where a key comes twice, the later line counts. A last line that was only half written, because the process was
-    killed, is taken away.
+    If a key comes twice, the later line counts. A last line that was only half written, because the process was killed,
+    is removed.
 
     Args:
-        folder: made if it is not there.
+        folder: created if it does not exist.
 
     Raises:
-        UsageError: another evaluation has the folder, or the file holds something else.
-        OSError: the folder cannot be written to.
+        UsageError: another evaluation uses the folder, or the file holds something else.
+        OSError: the folder is not writable.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -251,7 +251,7 @@ class ResultsFile:
             raise UsageError(f"{self.path}: no plain file; take another folder")
         self._results: dict[str, Result] = {}
         self._file: FileIO = self.path.open("a+b", buffering=0)
-        self._size = 0  # of what is known to be sound
+        self._size = 0  # bytes that are known to be sound
         try:
             if not _lock(self._file.fileno()):
                 raise UsageError(f"{folder}: another evaluation is at work in this folder")
@@ -262,14 +262,14 @@ class ResultsFile:
 
     @property
     def results(self) -> Mapping[str, Result]:
-        """The results by key."""
+        """Results by key."""
         return self._results
 
     def append(self, result: Result) -> None:
-        """Add a result; when this returns, it is on the disk.
+        """Add a result; it is on the disk when this returns.
 
         Raises:
-            OSError: it is not, nor is a half of it; it is among the results all the same.
+            OSError: nothing of it could be written; `results` holds it all the same.
         """
         self._results[result.key] = result
         line = json.dumps(result.as_json(), separators=(",", ":"), allow_nan=False)
@@ -288,7 +288,7 @@ class ResultsFile:
         self._size = size
 
     def close(self) -> None:
-        """Let others have the folder."""
+        """Release the folder for other evaluations."""
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -313,7 +313,7 @@ class ResultsFile:
 
 
 def _lock(descriptor: int) -> bool:
-    """Take the file for this process, until it closes it or ends; False when another process has it."""
+    """Lock the file for this process, until it closes the file or ends; False if another process has locked it."""
     try:
         if sys.platform == "win32":
             import msvcrt
@@ -323,7 +323,7 @@ def _lock(descriptor: int) -> bool:
             try:
                 msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
             finally:
-                os.lseek(descriptor, before, os.SEEK_SET)  # where those who read and write believe to be
+                os.lseek(descriptor, before, os.SEEK_SET)  # where readers and writers expect to be
         else:
             import fcntl
 

@@ -17,7 +17,7 @@ from cellwright.util.errors import UsageError
 
 
 def evidence_lines(result: Result) -> Iterator[str]:
-    """How a run ended and what it earned; a line for each ordered part and for each object that was of no use."""
+    """Yield how a run ended and what it earned; a line for each ordered part and for each object without use."""
     yield f"{result.ending}: {result.points:g} of {result.reachable:g} points"
     for order in result.score.get("orders", ()):
         for kit in order["kits"]:
@@ -29,7 +29,7 @@ def evidence_lines(result: Result) -> Iterator[str]:
 
 
 def kit_words(kit: Mapping[str, Any]) -> str:
-    """The sums of a kit."""
+    """Return the sums of a kit in words."""
     count = len(kit["parts"])
     words = f"{kit['total']:g} of {kit['reachable']:g} points"
     if kit["reachable"] < kit["best"]:
@@ -44,17 +44,17 @@ def kit_words(kit: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """A score that every run is to reach: points, or a share of those within reach (0 to 1)."""
+    """Score that every run must reach: points, or a share of the reachable ones (0 to 1)."""
 
     value: float
     is_share: bool
 
     @classmethod
     def read(cls, text: str) -> Threshold:
-        """What `8` or `75%` says.
+        """Read a threshold such as `8` or `75%`.
 
         Raises:
-            UsageError: neither.
+            UsageError: the text is neither.
         """
         number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
         try:
@@ -66,7 +66,7 @@ class Threshold:
         return cls(value / 100.0 if percent else value, percent)
 
     def is_reached(self, result: Result) -> bool:
-        """Whether a result is as good as that."""
+        """Return whether a result reaches the threshold."""
         return (result.share if self.is_share else result.points) >= self.value - 1e-9
 
     def __str__(self) -> str:
@@ -74,7 +74,7 @@ class Threshold:
 
 
 def shortcoming(result: Result, threshold: Threshold | None) -> str:
-    """Why a run did not pass, in a line; empty when it did."""
+    """Return why a run did not pass, in one line; empty if it did."""
     if not result.is_done:
         return result.reason
     if threshold is not None and not threshold.is_reached(result):
@@ -84,12 +84,12 @@ def shortcoming(result: Result, threshold: Threshold | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TrialSummary:
-    """What the runs of one trial come to.
+    """Figures over the runs of one trial.
 
     Attributes:
-        reachable: the most points that anybody can earn in it.
-        best: what its orders would earn if nothing were out of reach.
-        mean: mean of the points; a run that has told nothing counts as 0.
+        reachable: the most points that an agent can earn in it.
+        best: points of its orders if all of them could be reached.
+        mean: mean of the points; a run without a report counts as 0.
         share: mean over reachable.
     """
 
@@ -106,7 +106,7 @@ class TrialSummary:
 
 
 def summarize(results: Iterable[Result]) -> list[TrialSummary]:
-    """A summary for each trial, in the order in which they first come."""
+    """Return a summary of each trial, in the order of their first results."""
     groups: dict[str, list[Result]] = {}
     for result in results:
         groups.setdefault(result.trial, []).append(result)
@@ -128,19 +128,19 @@ def summarize(results: Iterable[Result]) -> list[TrialSummary]:
 
 
 def real_time_factor(results: Iterable[Result]) -> float:
-    """All simulated seconds over all wall seconds of the runs, lost ones left out."""
-    told = [result for result in results if not result.is_lost]
-    wall = sum(result.wall for result in told)
-    return sum(result.simulated for result in told) / wall if wall > 0 else 0.0
+    """Return all simulated seconds over all wall seconds of the runs, without the lost ones."""
+    finished = [result for result in results if not result.is_lost]
+    wall = sum(result.wall for result in finished)
+    return sum(result.simulated for result in finished) / wall if wall > 0 else 0.0
 
 
 def worst_first(results: Iterable[Result]) -> list[Result]:
-    """Lost runs, then those that were not done, then the others, each from the smallest share of the points on."""
+    """Return lost runs, then runs that were not done, then the others, each from the smallest share of points on."""
     return sorted(results, key=lambda each: (not each.is_lost, each.is_done, each.share))
 
 
 def summary_document(results: Sequence[Result], threshold: Threshold | None, status: int) -> dict[str, Any]:
-    """All results as JSON values, for programs; times in s."""
+    """Return all results as JSON values, for programs; times in s."""
     return {
         "exit_status": status,
         "min_score": None if threshold is None else str(threshold),
@@ -158,30 +158,30 @@ def _run(result: Result, threshold: Threshold | None) -> dict[str, Any]:
 
 
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What cannot stand in an XML file, in any form."""
+"""Characters that an XML file cannot hold in any form."""
 
 
 def junit(results: Sequence[Result], threshold: Threshold | None) -> bytes:
-    """The file: a test case for each run, of the class of its trial."""
+    """Return the JUnit file: a test case for each run, in a class for each trial."""
     short = [shortcoming(result, threshold) for result in results]
     counts = {"tests": str(len(results)), "failures": str(sum(map(bool, short))), "errors": "0", "skipped": "0"}
     times = {"time": f"{sum(result.wall for result in results):.3f}"}
     suites = ElementTree.Element("testsuites", counts | times)
     suite = ElementTree.SubElement(suites, "testsuite", {"name": "cellwright eval", **counts, **times})
-    for result, why in zip(results, short, strict=True):
-        _add_case(suite, result, why)
+    for result, reason in zip(results, short, strict=True):
+        _add_case(suite, result, reason)
     ElementTree.indent(suites)
     return bytes(ElementTree.tostring(suites, encoding="utf-8", xml_declaration=True))
 
 
-def _add_case(suite: ElementTree.Element, result: Result, why: str) -> None:
+def _add_case(suite: ElementTree.Element, result: Result, reason: str) -> None:
     name = f"seed {result.seed}{' varied' if result.vary else ''}"
     case = ElementTree.SubElement(
         suite, "testcase", {"classname": _clean(result.trial), "name": name, "time": f"{result.wall:.3f}"}
     )
     evidence = "\n".join(evidence_lines(result))
-    if why:
-        failure = ElementTree.SubElement(case, "failure", {"message": _clean(why), "type": result.outcome})
+    if reason:
+        failure = ElementTree.SubElement(case, "failure", {"message": _clean(reason), "type": result.outcome})
         failure.text = _clean(evidence)
     ElementTree.SubElement(case, "system-out").text = _clean(evidence)
     if result.log:

@@ -1,7 +1,7 @@
-"""Worker program of an evaluation: reads one job on stdin, and writes on stdout how it goes and what came of it.
+"""Worker program of an evaluation: reads one job from stdin, and writes progress and the result to stdout.
 
-What the agent prints, logs or leaves behind when it crashes goes to stderr, which is the log of the job. The process
-ends when its stdin ends, so that it never outlives the evaluation that started it, however that ended.
+What the agent prints, logs or leaves behind when it crashes goes to stderr, the log of the job. The process ends when
+its stdin ends. So it never outlives the evaluation that started it, however that ended.
 """
 
 import faulthandler
@@ -31,9 +31,9 @@ from cellwright.util.errors import UsageError
 
 
 class Timeline:
-    """Looks on at a cell in one run; it leaves the run as it is.
+    """Timeline of one run of a cell; it does not affect the run.
 
-    `look` is to be called some ten times a simulated second: the states of the AGVs are read there.
+    Call `look` some ten times a simulated second: it reads the states of the AGVs.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -57,7 +57,7 @@ class Timeline:
                 spans.append({"begin": now, "end": None, "state": agv.state})
 
     def as_json(self) -> dict[str, Any]:
-        """What has happened so far, as JSON values; times in s, `end` None for what goes on."""
+        """Return the events so far as JSON values; times in s, `end` None for what still lasts."""
         return {
             "end": self._cell.simulation.time,
             "orders": list(self._orders.values()),
@@ -89,17 +89,17 @@ class Timeline:
             self._held.append({"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)})
 
 
-_TELL = 0.5  # [s] of wall time between two lines about how it goes
+_PROGRESS_PERIOD = 0.5  # [s] of wall time between two lines of progress
 
 
-def tell(channel: TextIO, kind: str, content: object) -> None:
-    """Tell the evaluation something, in a line of JSON; `kind` is `begun`, `progress`, `result` or `refused`."""
+def send(channel: TextIO, kind: str, content: object) -> None:
+    """Send the evaluation a line of JSON; `kind` is `begun`, `progress`, `result` or `refused`."""
     channel.write(json.dumps({kind: content}, allow_nan=False) + "\n")
     channel.flush()
 
 
 def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
-    """Run what was ordered: a trial's files, an agent, a seed; the result goes to `Result.of`."""
+    """Run a job: a trial's files, an agent, a seed. Return the fields for `Result.of`."""
     agent = find_agent(order.agent)()
     with sources_collected() as sources:
         cell = make_cell(order)
@@ -110,9 +110,9 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
         nonlocal shown
         timeline.look()
         now = time.monotonic()
-        if now - shown >= _TELL:
+        if now - shown >= _PROGRESS_PERIOD:
             shown = now
-            tell(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+            send(channel, "progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 
     log = make_log(order)
     result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
@@ -131,7 +131,7 @@ def work(order: JobOrder, channel: TextIO) -> dict[str, Any]:
 
 
 def make_cell(order: JobOrder) -> Cell:
-    """The cell of a job, made anew from its files."""
+    """Return a new cell for a job, from its files."""
     trial = load_trial(list(map(Path, order.files))).trial
     return Cell(vary(trial, order.seed) if order.vary else trial, seed=order.seed, report=_warn)
 
@@ -141,7 +141,7 @@ def _warn(line: str) -> None:
 
 
 def make_log(order: JobOrder) -> RunLog | None:
-    """The log of a job; a run that cannot have one is worth no less."""
+    """Return the log of a job; without one the run counts all the same."""
     try:
         return RunLog(Path(order.run_log), about={"agent": order.agent}, report=_warn)
     except UsageError as error:
@@ -150,7 +150,7 @@ def make_log(order: JobOrder) -> RunLog | None:
 
 
 def make_record(order: JobOrder, sources: Sources) -> RecordOptions | None:
-    """How a job is recorded, if it is; a run that cannot be is worth no less."""
+    """Return how a job is recorded, if it is; without a recording the run counts all the same."""
     if not order.record:
         return None
     path = Path(order.record)
@@ -164,7 +164,7 @@ def make_record(order: JobOrder, sources: Sources) -> RecordOptions | None:
 
 
 def main() -> NoReturn:
-    """Work the job that is told on stdin, and end."""
+    """Run the job from stdin, and exit."""
     lifeline, channel = _take_over_standard_streams()
     order = JobOrder(**json.loads(lifeline.readline()))
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
@@ -172,24 +172,24 @@ def main() -> NoReturn:
     faulthandler.enable()
     if order.memory:
         limit_memory(order.memory)
-    tell(channel, "begun", os.getpid())
-    # a watch of C's own: it ends a program that hangs inside a library too, and the log says where
+    send(channel, "begun", os.getpid())
+    # C's own timer: it ends a program that hangs inside a library too, and the log shows where
     faulthandler.dump_traceback_later(order.wall, exit=True)
     try:
         if order.files:
-            tell(channel, "result", work(order, channel))
+            send(channel, "result", work(order, channel))
         else:
             find_agent(order.agent)()
-            tell(channel, "result", {})
+            send(channel, "result", {})
     except AgentError as error:
-        tell(channel, "refused", str(error))
+        send(channel, "refused", str(error))
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(0)  # threads that the agent has left behind are not waited for
+    os._exit(0)  # does not wait for threads that the agent has left behind
 
 
 def _take_over_standard_streams() -> tuple[BinaryIO, TextIO]:
-    """Keep stdin and stdout for this module; others read nothing and write to stderr."""
+    """Keep stdin and stdout for this module; all else reads nothing and writes to stderr."""
     lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     empty = os.open(os.devnull, os.O_RDONLY)

@@ -1,1 +1,1 @@
-"""Programs in a process of their own: what hosts a cell for one, and what such a process does."""
+"""Agents in a process of their own: the host of the cell, and the program of that process."""

@@ -18,7 +18,7 @@ from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.client import Client
 from cellwright.middleware import wire as link
 from cellwright.running.remote.program import REFUSED, AgentExit, Parting
-from cellwright.running.run import Outcome, Program, Session, how_it_ended, wait_for_kits
+from cellwright.running.run import Outcome, Program, Session, final_outcome, wait_for_kits
 from cellwright.util.errors import RunEndedError, UsageError, showable
 from cellwright.util.files import open_to_read
 from cellwright.util.process import ChildProcess
@@ -26,21 +26,21 @@ from cellwright.viewer.services import names
 
 _GUARD = Path(link.__file__).with_name("guard.py")
 
-_LEAVING = 2.0
-"""So long [s] a process that is over may take to end by itself, and again when it is told to."""
+_LEAVE_TIMEOUT = 2.0
+"""Time [s] that a process may take to end without a signal, and again after it got one."""
 
-_LONGEST_REPORT = 1 << 20
-"""Bytes of a report that are read; the agent may have written it."""
+_MAX_REPORT = 1 << 20
+"""Size limit of a report [bytes]; the agent may have written it."""
 
 
 class AgentProcess(ChildProcess):
-    """Runs an agent in a process of its own, which ends when this one does, or its connection to the cell.
+    """Runs an agent in a process of its own, which ends with this process or with its connection to the cell.
 
     Args:
-        way: how it comes to the cell, `socket` or `ros1`.
-        level: what the agent logs from this level on is passed on.
-        say: takes each line that the process prints; called from another thread.
-        environment: what the process has in its environment besides that of this one.
+        over: its connection to the cell, `socket` or `ros1`.
+        level: log level from which on the agent's log lines are passed on.
+        say: receives each line that the process prints, in another thread.
+        environment: variables for the process, besides those of this one.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class AgentProcess(ChildProcess):
         address: tuple[str, int],
         *,
         node: str,
-        way: str = "socket",
+        over: str = "socket",
         level: int,
         say: Callable[[str], None],
         environment: Mapping[str, str] | None = None,
@@ -59,7 +59,7 @@ class AgentProcess(ChildProcess):
         self._said: AgentExit | str = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.running.remote.program"]
-        if sys.platform == "linux":  # elsewhere it ends with its connection
+        if sys.platform == "linux":  # elsewhere the process ends with its connection
             command = [sys.executable, "-I", "-S", str(_GUARD), self._folder.name, *command]
 
         def pass_on(output: IO[bytes]) -> None:
@@ -68,27 +68,27 @@ class AgentProcess(ChildProcess):
                     say(line.rstrip("\n"))
 
         super().__init__(
-            [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
+            [*command, over, address[0], str(address[1]), node, agent, str(self._report), str(level)],
             environment={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
             stderr=subprocess.STDOUT,
             read=pass_on,
         )
 
-    def end(self, patience: float = _LEAVING) -> None:
-        """Wait for the process, so long [s]; end it if need be."""
+    def end(self, patience: float = _LEAVE_TIMEOUT) -> None:
+        """Wait `patience` [s] for the process to end; then end it."""
         if not self._ends_within(patience):
             self._was_ended = True
             self._process.terminate()
-            self._ends_within(_LEAVING)
-        super().end(_LEAVING)  # where there is a guard, it kills whatever the agent has started as well
+            self._ends_within(_LEAVE_TIMEOUT)
+        super().end(_LEAVE_TIMEOUT)  # where there is a guard, it also kills what the agent has started
         self._said = read_report(self._report)
         self._folder.cleanup()
 
     def worked(self, *, was_there: bool) -> AgentExit:
-        """How the agent left its cell, when the process has ended.
+        """Return how the agent left its cell, after the process has ended.
 
         Args:
-            was_there: whether the agent has come to its cell: then it was made, whatever its process says.
+            was_there: whether the agent had connected to its cell: then it was made, whatever its process reports.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
@@ -97,17 +97,17 @@ class AgentProcess(ChildProcess):
             return self._said
         if self._said and not was_there:
             raise AgentError(self._said)
-        if self._was_ended:  # it did not take note that its run is over
+        if self._was_ended:  # it did not notice that its run is over
             return AgentExit(Parting.RUN_ENDED)
         return AgentExit(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
 
 
 def read_report(path: Path) -> AgentExit | str:
-    """How the agent left its cell, or why it could not be made; empty for nonsense, which it may have written."""
+    """Return how the agent left its cell, or why it could not be made; empty for an invalid report."""
     with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             return ""
-        said = json.loads(file.read(_LONGEST_REPORT))
+        said = json.loads(file.read(_MAX_REPORT))
         if isinstance(said, dict) and isinstance(error := said.get("error"), str):
             if said.get("parting") == REFUSED:
                 return showable(error) or "the agent could not be made"
@@ -117,12 +117,12 @@ def read_report(path: Path) -> AgentExit | str:
 
 NODE = "/agent"
 
-_NAP = 0.02  # [s]
+_POLL_PERIOD = 0.02  # [s]
 
 _HAS_ENDED = "the agent's process has ended"
 
-_PATIENCE = 60.0
-"""So long [s] of wall time an agent may go on when its run is over."""
+_EXIT_TIMEOUT = 60.0
+"""Wall time [s] that an agent may go on after its run is over."""
 
 
 class RemoteAgent(Program):
@@ -136,15 +136,15 @@ class RemoteAgent(Program):
 
     Args:
         agent: the agent's name, as `find_agent` takes it.
-        level: what the agent logs from this level on is passed on.
-        say: takes each line that the agent prints; called from another thread.
+        level: log level from which on the agent's log lines are passed on.
+        say: receives each line that the agent prints, in another thread.
     """
 
     def __init__(self, agent: str, *, level: int = logging.WARNING, say: Callable[[str], None] = print) -> None:
         self.agent, self.level, self.say = agent, level, say
 
     def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let the agent work until the run is over; it comes over ROS 1 where the session is a node there.
+        """Let the agent work until the run is over; it connects over ROS 1 if the session is a node there.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
@@ -155,9 +155,9 @@ class RemoteAgent(Program):
             raise UsageError("an agent in a process of its own needs a session that serves clients: serve=True")
         if session.stop.is_requested:
             return Outcome.INTERRUPTED, ""
-        way, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
+        over, more = ("socket", {}) if session.ros is None else ("ros1", session.ros.for_programs)
         child = AgentProcess(
-            self.agent, server.address, node=NODE, way=way, level=self.level, say=self.say, environment=more
+            self.agent, server.address, node=NODE, over=over, level=self.level, say=self.say, environment=more
         )
         was_there = False
 
@@ -168,11 +168,11 @@ class RemoteAgent(Program):
                 session.stop.request(_HAS_ENDED)
 
         session.on_poll.append(look_after)
-        session.loop.patience = _PATIENCE
+        session.loop.patience = _EXIT_TIMEOUT
         try:
-            # over a socket no time passes before the agent is there
+            # over a socket no time passes before the agent has connected
             while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
-                server.wait(_NAP)
+                server.wait(_POLL_PERIOD)
                 was_there = NODE in server.guests
             session.loop.pacer.begin()
             outcome, error = session.target.loop(session)
@@ -190,7 +190,7 @@ class RemoteAgent(Program):
             if stop.reason != _HAS_ENDED:
                 return Outcome.INTERRUPTED, ""
             stop.withdraw()
-        has_begun = cell.competition.state is not CompetitionState.INIT  # over ROS 1 its name is not known here
+        has_begun = cell.competition.state is not CompetitionState.INIT  # the agent's name in ROS 1 is unknown here
         ended = child.worked(was_there=was_there or has_begun)
         if outcome == Outcome.UNSTABLE:
             return Outcome.UNSTABLE, error
@@ -201,4 +201,4 @@ class RemoteAgent(Program):
             with contextlib.suppress(RunEndedError), contextlib.closing(client):
                 wait_for_kits(cell, client)
         is_stopped = cell.simulation.now >= stop.deadline
-        return how_it_ended(cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""
+        return final_outcome(cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""

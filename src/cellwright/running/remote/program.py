@@ -1,7 +1,7 @@
-"""Process of an agent: `python -m cellwright.running.remote.program WAY HOST PORT NODE AGENT REPORT LEVEL`.
+"""Process of an agent: `python -m cellwright.running.remote.program OVER HOST PORT NODE AGENT REPORT LEVEL`.
 
-It connects, over a socket to HOST and PORT or to the cell that ROS 1 knows; lets the agent work; and writes to the file
-REPORT how that ended, as JSON. What the agent logs at LEVEL or above is printed with the simulation time.
+It connects over a socket to HOST and PORT, or to the cell in ROS 1, and lets the agent work. Then it writes to the file
+REPORT how that ended, as JSON. It prints what the agent logs at LEVEL or above, with the simulation time.
 """
 
 import json
@@ -26,7 +26,7 @@ from cellwright.util.process import end_despite_threads
 
 
 class Parting(StrEnum):
-    """How an agent left its cell."""
+    """Reason for which an agent left its cell."""
 
     RETURNED = "returned"
     RUN_ENDED = "run ended"
@@ -36,7 +36,7 @@ class Parting(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AgentExit:
-    """How an agent left its cell, and what it failed of."""
+    """End of an agent's work: how it left its cell, and the error it failed with."""
 
     parting: Parting
     error: str = ""
@@ -45,17 +45,17 @@ class AgentExit:
 def run_agent(
     agent: Agent, transport: Transport, afterwards: Callable[[Client], None] = lambda _client: None
 ) -> AgentExit:
-    """Let an agent work a cell, and close its way there; nothing that it raises comes out."""
+    """Let an agent work a cell, and close its connection; this raises none of the agent's errors."""
     parting, error = Parting.RETURNED, ""
     try:
         client = Client(transport)
         call_agent(agent, client)
         afterwards(client)
     except RunEndedError:
-        parting = Parting.RUN_ENDED  # the ordinary end of a program that works until it is stopped
+        parting = Parting.RUN_ENDED  # the normal end of a program that works until it is stopped
     except KeyboardInterrupt:
         parting = Parting.INTERRUPTED
-    except BaseException as raised:  # whatever it is, it is told
+    except BaseException as raised:  # whatever it is, it is reported
         parting, error = Parting.CRASHED, agent_traceback(raised, __file__)
     finally:
         transport.close()
@@ -63,21 +63,21 @@ def run_agent(
 
 
 REFUSED = "refused"
-"""Said in place of how the agent left: it could not begin."""
+"""Key of a report instead of the agent's exit: the agent could not begin."""
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Work the cell as the command line says."""
+    """Run the agent of the command line."""
     before = threading.enumerate()
-    way, host, port, node, name, report, level = arguments
+    over, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()
-        if way == "ros1":
-            found = installation.find()
-            transport: SocketTransport = Ros1Transport(found.python, node=node, environment=found.environment)
+        if over == "ros1":
+            ros = installation.find()
+            transport: SocketTransport = Ros1Transport(ros.python, node=node, environment=ros.environment)
         else:
             transport = SocketTransport((host, int(port)), node=node)
-    except RunEndedError:  # it was a short one
+    except RunEndedError:  # the run was a short one
         said = {"parting": Parting.RUN_ENDED, "error": ""}
     except CellwrightError as error:
         said = {"parting": REFUSED, "error": str(error)}
@@ -93,7 +93,7 @@ def main(arguments: Sequence[str]) -> None:
 
 
 class _LogLines(logging.Handler):
-    """Prints what is logged, with the simulation time."""
+    """Logging handler that prints records with the simulation time."""
 
     def __init__(self, transport: SocketTransport) -> None:
         super().__init__()
@@ -106,7 +106,7 @@ class _LogLines(logging.Handler):
             sys.stdout.write(f"{self._now() / 1e9:9.3f} s  {line}\n")
 
     def _now(self) -> int:
-        """Simulation time [ns]; the agent's other threads may not listen to its connection, and log the time before."""
+        """Return the simulation time [ns]; only the agent's own thread may read it, others get the last one."""
         if get_ident() == self._thread:
             self._known = self._transport.now()
         return self._known

@@ -1,7 +1,8 @@
-"""The process of an assembled robot: its controller node, for the program that started it and whoever comes by.
+"""Process of an assembled robot: its controller node, for the program that started it and for other clients.
 
-It reads its order from stdin, a JSON object: `urdf`, a path; `configs`, the robot configuration; `window` and
-`sliders`; `parent`, the process that it belongs to. It prints one line, JSON too: `host` and `port`, or `error`.
+It reads its order from stdin, a JSON object: `urdf` is a path, `configs` the robot configuration, `parent` the id of
+the process that started it. `window` and `sliders` are true or false. It prints one line of JSON: `host` and `port`, or
+`error`.
 """
 
 import json
@@ -26,11 +27,11 @@ from cellwright.robot.services import RobotServices
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.window import Window, WindowError
 
-_PATIENCE = 30.0  # [s] of wall time until the program has to have come
+_CONNECT_TIMEOUT = 30.0  # [s] of wall time within which the program must connect
 
 
 def main() -> int:
-    """Run a robot until its program is gone; the exit status."""
+    """Run a robot until its program is gone; return the exit status."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the program
     order = json.load(sys.stdin)
     try:
@@ -43,7 +44,7 @@ def main() -> int:
     if order["window"]:
         try:
             Window(node.world.model, server.address, sliders=bool(order["sliders"]))
-        except WindowError as error:  # the robot moves all the same
+        except WindowError as error:  # the robot moves without it
             _report(str(error))
     host, port = server.address
     _say({"host": host, "port": port})
@@ -52,14 +53,14 @@ def main() -> int:
 
 
 def _run(node: RobotNode, server: Server, parent: int) -> None:
-    """Let time pass until the program is gone."""
+    """Step the robot until the program is gone."""
     begun, has_come = time.monotonic(), False
 
     def look() -> None:
         nonlocal has_come
         is_here = OWNER in server.guests
         has_come = has_come or is_here
-        is_late = not has_come and time.monotonic() - begun > _PATIENCE
+        is_late = not has_come and time.monotonic() - begun > _CONNECT_TIMEOUT
         is_orphan = os.name == "posix" and os.getppid() != parent
         if (has_come and not is_here) or is_late or is_orphan:
             loop.stop.request()
@@ -76,10 +77,10 @@ def _run(node: RobotNode, server: Server, parent: int) -> None:
 
 
 def configuration(order: dict[str, Any]) -> RobotConfig:
-    """The robot of an order. The reader knows files; what it says of one is said of the configuration.
+    """Return the robot of an order. Errors of its file are reported as errors of the configuration.
 
     Raises:
-        CellwrightError: it is no configuration, or not of this robot.
+        CellwrightError: it is no configuration, or not one of this robot.
     """
     configs = order["configs"]
     if not isinstance(configs, dict):

@@ -1,7 +1,7 @@
-"""A session, from start to result."""
+"""Session of a cell, a robot or a recording, from start to result."""
 
 from cellwright.running.run.options import GRACE, PageOptions, RecordOptions, RunOptions, ServerOptions
-from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended, versions
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, final_outcome, versions
 from cellwright.running.run.session import (
     DRIVE,
     Program,
@@ -30,7 +30,7 @@ __all__ = [
     "SessionResult",
     "agent_traceback",
     "call_agent",
-    "how_it_ended",
+    "final_outcome",
     "load_robot",
     "load_trial",
     "run_cell",

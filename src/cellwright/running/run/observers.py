@@ -1,6 +1,6 @@
-"""Observers of a run: each is called with the session, and gives a context manager that is left when the run is over.
+"""Observers of a run: each is called with the session, and returns a context manager that is left when the run is over.
 
-What they need is loaded when they are asked for, so that a plain run loads none of it.
+They load their modules when they are called, so that a plain run loads none.
 """
 
 import os
@@ -24,7 +24,7 @@ from cellwright.util.errors import RenderingError, UsageError
 
 @contextmanager
 def keep_log(session: SessionState) -> Iterator[None]:
-    """Write what happens in a run of a cell to the session's log, as it happens."""
+    """Write the events of a run of a cell to the session's log as they happen."""
     from cellwright.recording.format.run_log import RunLog
 
     target, log = session.target, session.options.log
@@ -33,7 +33,7 @@ def keep_log(session: SessionState) -> Iterator[None]:
     cell = target.node
     if log is None:
         assert session.log is not None
-        log = RunLog(session.numbered(session.log), about=session.about, report=session.report)
+        log = RunLog(session.numbered_file(session.log), about=session.about, report=session.report)
     session.on_reset.append(log.reset)
     try:
         with target.events(log, {"time": cell.simulation.time}):
@@ -50,7 +50,7 @@ def keep_log(session: SessionState) -> Iterator[None]:
 
 @contextmanager
 def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
-    """Record a run until it is over, or broken off.
+    """Record a run until it is over or broken off.
 
     Raises:
         UsageError: a file cannot be opened.
@@ -60,7 +60,7 @@ def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
     from cellwright.recording.format.recorder import Recorder
 
     target = session.target
-    files = RecordingFiles([session.numbered(path) for path in record.paths], report=record.report)
+    files = RecordingFiles([session.numbered_file(path) for path in record.paths], report=record.report)
     sources = {} if record.sources is None else record.sources.files()
     attachments = {f"{SOURCES}{name}": content for name, content in sources.items()}
     if session.options.start is not None:
@@ -90,14 +90,14 @@ def record_run(session: SessionState, record: RecordOptions) -> Iterator[None]:
 
 @contextmanager
 def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
-    """Take a video of a run; time waits for it, unless it keeps to the wall clock.
+    """Take a video of a run; simulation time waits for it, unless it follows the wall clock.
 
     Raises:
-        RenderingError: it cannot be written.
+        RenderingError: the file cannot be written.
     """
-    wanted = replace(options, file=session.numbered(options.file))
+    numbered = replace(options, file=session.numbered_file(options.file))
     waits = session.lockstep or session.rate.speed is None
-    film = session.target.film(wanted, waits=waits, report=session.report)
+    film = session.target.film(numbered, waits=waits, report=session.report)
     film.start()
     try:
         yield
@@ -109,37 +109,37 @@ def take_video(session: SessionState, options: VideoOptions) -> Iterator[None]:
 
 
 class Quality(StrEnum):
-    """How pictures are drawn."""
+    """Quality of pictures."""
 
     FINE = "fine"
     """By rays, with soft shadows from many lamps: some seconds each."""
     FAST = "fast"
-    """As a video is, by OpenGL: a second each, most of it for its start."""
+    """By OpenGL, as videos are: a second each, most of it for its start."""
 
 
 class Pictures:
-    """Pictures of a cell: an observer that takes them at their times, and knows which were taken.
+    """Pictures of a cell: an observer that takes them at their times, and lists those it has taken.
 
     Args:
-        wanted: simulation times [s] and files.
-        say: takes a line about a picture that could not be written or was never taken.
+        requests: simulation times [s] and files.
+        on_miss: receives a line about each picture that could not be written or was never taken.
     """
 
     def __init__(
         self,
         camera: Camera,
-        wanted: Sequence[tuple[Fraction, Path]],
-        say: Callable[[str], None],
+        requests: Sequence[tuple[Fraction, Path]],
+        on_miss: Callable[[str], None],
         quality: Quality = Quality.FINE,
     ) -> None:
         self._quality = quality
         self._camera = camera
-        self._wanted = wanted
-        self._say = say
+        self._requests = requests
+        self._on_miss = on_miss
         self.written: list[str] = []
-        """The files that were written, in order."""
+        """Files written, in order."""
         self.missed: list[str] = []
-        """The files that were asked for and not written."""
+        """Files requested but not written."""
 
     @contextmanager
     def __call__(self, session: SessionState) -> Iterator[None]:
@@ -147,13 +147,13 @@ class Pictures:
         cell = session.node
         self.written, self.missed = [], []
         with ExitStack() as run:
-            for when, file in self._wanted:
+            for when, file in self._requests:
                 at(cell, when, partial(self.take, file), run)
             yield
-        if session.begins_again:
+        if session.restart_requested:
             return
         ended = f"the run ended at {cell.simulation.time:g} s"
-        for when, file in self._wanted:
+        for when, file in self._requests:
             if str(file) not in (*self.written, *self.missed):
                 self._miss(file, f"{file} was not taken: {ended}, before {float(when):g} s")
 
@@ -164,7 +164,7 @@ class Pictures:
                 _save_opengl_picture(file, cell, self._camera)
             else:
                 save_png(file, render(*cell.seen, self._camera, progress=progress))
-        # the disk is full, the folder is gone: the run is worth more than its picture
+        # the disk is full or the folder is gone: the run is worth more than its picture
         except (UsageError, RenderingError) as error:
             self._miss(file, str(error))
         else:
@@ -172,11 +172,11 @@ class Pictures:
 
     def _miss(self, file: Path, reason: str) -> None:
         self.missed.append(str(file))
-        self._say(reason)
+        self._on_miss(reason)
 
 
 def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
-    from cellwright.rendering.worker import RenderWorker  # it takes a moment to load
+    from cellwright.rendering.worker import RenderWorker  # slow to load
 
     cell.simulation.refresh()
     taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
@@ -187,7 +187,7 @@ def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
 
 
 def has_desktop() -> bool:
-    """Whether there is a desktop here, on which a browser can be opened."""
+    """Return whether this machine has a desktop on which a browser can be opened."""
     return (
         os.name == "nt"
         or os.uname().sysname == "Darwin"

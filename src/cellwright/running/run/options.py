@@ -1,4 +1,4 @@
-"""Options of a session: what a run is told, how it is served, and how it is recorded."""
+"""Options of a session: the run itself, its server, its page and its recording."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
     from cellwright.recording.format.run_log import RunLog
 
 GRACE = 2.0
-"""Simulation time [s] that an agent may go on after the competition is done, to see that it is."""
+"""Simulation time [s] that an agent may go on after the competition is done, to notice it."""
 
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """How a run is recorded.
+    """Options of a recording.
 
     Attributes:
         paths: files to write: `.mcap`, or `.bag` for the tools of ROS 1.
-        about: what the caller knows of the run besides, such as the agent's name.
+        about: further facts of the caller about the run, such as the agent's name.
         sources: the files that the trial was read from, so that the recording needs no other.
-        files: those that were named, in their order.
-        is_varied: whether the trial was varied by its seed after it was read.
-        report: takes a line about a file that can be written no more.
+        files: those files that were named, in their order.
+        is_varied: whether the seed varied the trial after it was read.
+        report: receives a line about a file that can no longer be written.
     """
 
     paths: Sequence[Path]
@@ -43,19 +43,19 @@ class RecordOptions:
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What a run may be told besides its cell and its agent.
+    """Options of a run besides its cell and its agent.
 
     Attributes:
         speed: simulated seconds a wall second; None: as fast as it goes.
         until: stop at this simulation time [s]; None: when the run is over.
-        ends_when_done: whether the run is over soon after the competition is; else it goes on.
-        listen: topics to listen to besides; "all" stands for every topic.
+        ends_when_done: whether the run ends soon after the competition does; else it goes on.
+        listen: further topics to listen to; "all" stands for every topic.
         at: actions at given simulation times [s], such as taking a picture.
         on_progress: called ten times a simulated second.
         checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
-        log: takes what happens, to keep it on disk as it grows.
+        log: receives events, to write them to disk as they happen.
         record: how the run is recorded, if it is.
-        start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
+        start: a checkpoint to start from, instead of time 0. The agent starts from its beginning all the same.
     """
 
     speed: float | None = None
@@ -72,7 +72,7 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class ServerOptions:
-    """Where a session listens for clients.
+    """Address at which a session serves clients.
 
     Attributes:
         host: address to listen at.
@@ -85,12 +85,12 @@ class ServerOptions:
 
 @dataclass(frozen=True)
 class PageOptions:
-    """How a session is shown on a page in a browser.
+    """Options of a session's page in a browser.
 
     Attributes:
-        host: where it listens for browsers.
-        port: at which port, or one of the next ones.
-        token: what its address has to hold; empty where only this machine can reach it.
+        host: address to listen at for browsers.
+        port: port to listen at, or one of the next ones.
+        token: token that its address must hold; empty if only this machine can reach it.
         opens: open it in a browser here.
     """
 
@@ -101,6 +101,6 @@ class PageOptions:
 
 
 def reachable_address(address: tuple[str, int]) -> tuple[str, int]:
-    """Host and port at which a program on this machine reaches what listens at an address."""
+    """Return host and port at which a program on this machine reaches a server that listens at `address`."""
     host, port = address
     return (LOOPBACK if ip_address(host).is_unspecified else host, port)

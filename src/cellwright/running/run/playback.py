@@ -1,4 +1,4 @@
-"""A recording as what a session plays."""
+"""Session target that plays a recording."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class PlaybackTarget(Target):
     Args:
         recording: the recording, or its file, which is closed with the session.
         first, last: simulation times [ns] from which and up to which it is played; None: all of it.
-        at_end: what becomes of time then.
+        at_end: whether playback then stops, pauses or repeats.
     """
 
     acts, stopped, has_end = "see the recording", "the recording is over", True
     node: Recorded
-    # it tells the time; frames are those that were recorded
+    # supplies the time; frames are those of the recording
     identity = Identity(REPLAY_NODE, "recording", makes_frames=False)
 
     def __init__(
@@ -44,7 +44,7 @@ class PlaybackTarget(Target):
         self._opened: Recording | None = None
 
     def open(self, session: SessionState) -> None:
-        """Open the recording; it stands at its begin.
+        """Open the recording at its start.
 
         Raises:
             UsageError: the session is to record or film it.
@@ -65,22 +65,22 @@ class PlaybackTarget(Target):
             self._opened.close()
 
     def begin(self, session: SessionState, _run: ExitStack) -> None:
-        """Play up to the last moment that is asked for."""
+        """Play up to the last time that a client requests."""
         session.stop.limit(self.playing.last, "time is over")
 
     def reset(self) -> None:
-        """Go to where it begins."""
+        """Go to its start."""
         self.playing.begin_anew()
 
     def pass_time(self, loop: Loop) -> None:
-        """Play until it is over, or on request."""
+        """Play until it is over, or until a request stops it."""
         self.playing.run(loop)
 
     def offer(self, session: SessionState) -> None:
-        """Offer a server's services for pages and their like."""
+        """Offer the services of a server for pages and other viewers."""
         assert session.server is not None
         RecordingServices(self.playing).offer(session.server)
 
     def ros_parameters(self) -> dict[str, Any]:
-        """What belongs on the parameter server of ROS 1."""
+        """Parameters for the parameter server of ROS 1."""
         return {"use_sim_time": True}

@@ -1,4 +1,4 @@
-"""Result of a run: its outcome, its score, and what links of the arm hit."""
+"""Result of a run: its outcome, its score, and the collisions of the arm."""
 
 import platform
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from cellwright.engine.loop import Pace
 from cellwright.viewer.services.names import MIN_DEVIATION
 
 PERIOD = Fraction(1, 20)
-"""Simulation time [s] between two looks at the contacts."""
+"""Simulation time [s] between two checks of the contacts."""
 
 MIN_DURATION = 0.2
 """Shorter contacts [s] are no collisions: the arm brushes a bin's rim as it takes a part."""
@@ -30,18 +30,18 @@ GAP = 0.5
 """A contact that comes again within this time [s] is the same collision: an arm that is held up rattles."""
 
 MAX_SHOWN = 20
-"""A panel shows this many collisions, the newest ones."""
+"""Number of collisions in a panel, the newest ones."""
 
 
 @dataclass(slots=True)
 class Collision:
-    """A contact of a link of the arm with something; the suction cup's own contacts are none.
+    """A contact of a link of the arm with an obstacle; the suction cup's own contacts do not count.
 
     Attributes:
         link: name of the link.
-        obstacle: what it hit, such as `camera frame 2`, `bin8` or a part.
+        obstacle: name of the body that it hit, such as `camera frame 2`, `bin8` or a part.
         begin: simulation time [s].
-        end: simulation time [s] of the last look at which they touched.
+        end: simulation time [s] of the last check at which they touched.
         deviation: largest distance [m] of the tool from its setpoint meanwhile.
     """
 
@@ -57,19 +57,19 @@ class Collision:
         return self.end - self.begin
 
     def sentence(self) -> str:
-        """The collision in words.
+        """Return the collision in words.
 
         Example:
             >>> Collision("forearm_link", "camera frame 2", 12.3, 15.4, 0.041).sentence()
             'forearm_link against camera frame 2, 12.3 to 15.4 s; the tool was held up 41 mm from its goal'
         """
         held_up = f"; the tool was held up {self.deviation * 1e3:.0f} mm from its goal"
-        what = f"{self.link} against {self.obstacle}, {self.begin:.1f} to {self.end:.1f} s"
-        return what + (held_up if self.deviation > MIN_DEVIATION else "")
+        text = f"{self.link} against {self.obstacle}, {self.begin:.1f} to {self.end:.1f} s"
+        return text + (held_up if self.deviation > MIN_DEVIATION else "")
 
 
 class CollisionWatch:
-    """Watches the contacts of a cell's arm. The run stays as it is.
+    """Collision monitor of a cell's arm; it does not affect the run.
 
     Args:
         on_collision: called with each collision that is over.
@@ -80,7 +80,7 @@ class CollisionWatch:
         self._on_collision = on_collision
         self._open: dict[tuple[int, int], Collision] = {}
         self.collisions: list[Collision] = []
-        """Those that are over, in the order of their ends."""
+        """Collisions that are over, in the order of their ends."""
         model = cell.simulation.model
         links = [model.body(joint.link).id for joint in JOINTS]
         self._is_link = np.zeros(model.nbody, dtype=bool)
@@ -91,13 +91,13 @@ class CollisionWatch:
         self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
 
     def end(self) -> list[Collision]:
-        """Watch no longer; all collisions, those included that still last."""
+        """Stop watching; return all collisions, including those that still last."""
         self._watch.cancel()
         self._close(float("inf"))
         return self.collisions
 
     def panel(self) -> dict[str, Any]:
-        """What a panel shows: the `count`, and the `latest` collisions as JSON values, in the order of their ends.
+        """Return the content of a panel as JSON values: the `count` of collisions, and the `latest` by their ends.
 
         Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
         """
@@ -107,7 +107,7 @@ class CollisionWatch:
         return {"count": len(self.collisions) + len(lasting), "latest": latest}
 
     def reset(self, _stood: int = 0) -> None:
-        """Forget what was: the run has begun anew."""
+        """Forget all collisions: the run has started again."""
         self._open.clear()
         self.collisions = []
 
@@ -137,7 +137,7 @@ class CollisionWatch:
                 self._on_collision(collision)
 
     def _deviation(self) -> float:
-        """Distance [m] of the gripper link from where the controller wants it."""
+        """Return the distance [m] of the gripper link from its setpoint."""
         cell = self._cell
         assert cell.arm is not None
         if self._setpoint is None:
@@ -146,19 +146,19 @@ class CollisionWatch:
         self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
         mujoco.mj_kinematics(cell.simulation.model, self._setpoint)
         cell.simulation.refresh()
-        found = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
-        return float(np.linalg.norm(found))
+        offset = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
+        return float(np.linalg.norm(offset))
 
 
 def _shown(body: str) -> str:
-    """The words for a body of the model that is no link of the arm."""
+    """Return the words for a body of the model that is no link of the arm."""
     if body == "world":
         return "floor"
     return body.replace("_frame", " frame").replace("frame_", "frame ").replace("_belt", " belt")
 
 
 class Outcome(StrEnum):
-    """How a run ended."""
+    """Outcome of a run."""
 
     DONE = "done"
     TIME_LIMIT = "time limit"
@@ -171,20 +171,20 @@ class Outcome(StrEnum):
 
 @dataclass(kw_only=True)
 class SessionResult:
-    """What came of a session's run. Times in seconds.
+    """Result of a session's run. Times in seconds.
 
     Attributes:
         outcome: how it ended: an `Outcome` for a cell; else `stopped`, `until` (its time was over) or `unstable`.
-        error: what went wrong, in words; empty if nothing did.
+        error: the error in words; empty if there was none.
         simulated: simulation time that passed.
         wall: wall time that passed.
-        steps: number of ticks.
-        state_hash: of the state at the end.
-        pace: how time kept to the wall clock; None where it did not have to.
-        recordings: the recordings that were written.
-        videos: the videos that were written: `file`, `length` [s], `frames` and `dropped` of each.
-        is_recorded: whether everything that was to be recorded is in the recordings.
-        is_complete: whether every file that was asked for is whole.
+        steps: number of steps.
+        state_hash: state hash at the end.
+        pace: how simulation time kept up with the wall clock; None if it did not have to.
+        recordings: the recordings written.
+        videos: the videos written: `file`, `length` [s], `frames` and `dropped` of each.
+        is_recorded: whether the recordings hold everything that they should.
+        is_complete: whether every requested file is whole.
     """
 
     outcome: str
@@ -207,14 +207,14 @@ class SessionResult:
 
 @dataclass(kw_only=True)
 class RunResult(SessionResult):
-    """What came of a run of a cell: as of any session, and what the referee says.
+    """Result of a run of a cell: that of any session, and the referee's.
 
     Attributes:
         competition_state: the last one.
         score: points and times.
-        evidence: the score with what it was found from.
+        evidence: the score with the facts that it follows from.
         heard: number of messages of each topic that was listened to.
-        collisions: what links of the arm hit.
+        collisions: collisions of the arm's links.
     """
 
     outcome: Outcome
@@ -225,15 +225,15 @@ class RunResult(SessionResult):
     collisions: list[Collision] = field(default_factory=list)
 
 
-def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
-    """How a run ended that came to its end: by the competition, or otherwise."""
+def final_outcome(cell: Cell, *, otherwise: Outcome) -> Outcome:
+    """Return the outcome of a run that came to its end: that of the competition, or `otherwise`."""
     if cell.competition.state != "done":
         return otherwise
     return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
 
 
 def versions() -> dict[str, str]:
-    """What a result depends on besides trial, agent and seed."""
+    """Return the versions that a result depends on, besides trial, agent and seed."""
     return {
         "cellwright": VERSION,
         "mujoco": mujoco.__version__,

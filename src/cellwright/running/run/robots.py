@@ -1,4 +1,4 @@
-"""A robot's node as what a session runs."""
+"""Session target that runs a robot controller node."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ _RESET = "/io_teleop_reset_robot"
 
 
 class RobotTarget(Target):
-    """A robot's node.
+    """A robot controller node.
 
     Args:
         sim_time: whether messages carry simulation time.
 
     Raises:
-        UsageError: no node can have this name.
+        UsageError: the name is not valid for a node.
     """
 
     acts, stopped = "drive the robot", "the node has stopped"
@@ -53,7 +53,7 @@ class RobotTarget(Target):
 
     @classmethod
     def of(cls, robot: RobotNode | RobotConfig | Callable[[], RobotConfig], *, is_real_time: bool) -> RobotTarget:
-        """A node that is there, or one that is made of a robot: in real time it lives by the wall clock."""
+        """Return the target of a node, or of one that is made from a robot; in real time it follows the wall clock."""
         if isinstance(robot, RobotNode):
             made = robot.made_with
             return cls(lambda: robot, node=str(made["node"]), sim_time=bool(made["sim_time"]))
@@ -65,54 +65,54 @@ class RobotTarget(Target):
         return cls(make, sim_time=not is_real_time)
 
     def open(self, session: SessionState) -> None:
-        """Make the node."""
+        """Create the node."""
         super().open(session)
         self._panel = RobotPanel(self.node)
         self.can_stand = not self.node.made_with["driver"]
         self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
-        """The robot's configuration."""
+        """Configuration file of the robot."""
         return [self.node.config.path]
 
     def close(self) -> None:
-        """Close the node; again is no error."""
+        """Close the node; a second call does nothing."""
         self.node.close()
 
     def ready_note(self) -> str:
-        """What there is to say of a node that takes no commands yet."""
+        """Note about a node that takes no commands yet."""
         return "" if self.node.commander.is_enabled else ", takes no commands until /io_teleop/set_enabled says so"
 
     def reset(self) -> None:
-        """Bring the robot home."""
+        """Move the robot to its home posture."""
         self.node.bus.call(_RESET, TriggerRequest(), node="/page")
 
     def end(self, _session: SessionState, _result: SessionResult) -> None:
-        """The run is over: a real robot is let go of at once."""
+        """Release a real robot at once: the run is over."""
         if self.node.made_with["driver"]:
             self.node.close()
         self.node.bus.refusals.flush()
 
     def refused(self) -> dict[str, str]:
-        """Actions on its time that are refused, and why: that of a real robot passes as it does."""
+        """Refused actions on its time, with the reasons: the time of a real robot cannot be controlled."""
         if self.node.made_with["driver"]:
             return dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot keeps real time")
         if not self.node.made_with["sim_time"]:
             return {"speed": "messages carry the wall clock's time: --sim-time lets it go at another speed"}
         return {}
 
-    def panel(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """What a panel shows, as JSON values."""
-        return self._panel.tell(asked)
+    def panel(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the content of a panel as JSON values."""
+        return self._panel.tell(request)
 
     def ros_parameters(self) -> dict[str, Any]:
-        """What belongs on the parameter server of ROS 1."""
+        """Parameters for the parameter server of ROS 1."""
         assert self.identity is not None
         text = urdf_text(self.node.config)
         return dict(ros_parameters(text, node=self.identity.node, sim_time=self.identity.tells_time))
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
-        """A video of the robot, which is seen whole as it stands now, with the time in its corner."""
+        """Return a video of the whole robot at its present place, with the time in a corner."""
         from cellwright.viewer.filming import Filming
 
         node = self.node
@@ -130,18 +130,18 @@ class RobotTarget(Target):
         )
 
     def header(self, _session: SessionState, record: RecordOptions) -> RecordingHeader:
-        """What the node was made with."""
+        """Return the header of a recording: the facts that the node was made from."""
         facts = {**common_facts(record), **self.node.made_with, **source_facts(record)}
         return RecordingHeader("robot", self.node.name, facts)
 
 
 @dataclass(frozen=True)
 class RobotWindow:
-    """MuJoCo's window on a robot: an observer that has it open while a session runs.
+    """Observer that shows a robot in MuJoCo's window while a session runs.
 
     Attributes:
-        sliders: with a slider for each joint in it.
-        snapshot: file for a picture of how the robot stands at the end.
+        sliders: show a slider for each joint.
+        snapshot: file for a picture of the robot at the end.
     """
 
     is_shown: bool = True
@@ -150,10 +150,10 @@ class RobotWindow:
 
     @contextmanager
     def __call__(self, session: SessionState) -> Iterator[None]:
-        """Have the window open.
+        """Keep the window open.
 
         Raises:
-            WindowError: there can be none.
+            WindowError: no window can be opened.
         """
         node, server = session.node, session.server
         if not self.is_shown or server is None:
@@ -167,17 +167,17 @@ class RobotWindow:
             window.close()
 
     def save(self, node: RobotNode, progress: Progress | None = None) -> None:
-        """Write the picture, if one is wanted; it takes some seconds.
+        """Write the picture, if one is requested; it takes some seconds.
 
         Raises:
-            UsageError: it cannot be written.
+            UsageError: the file cannot be written.
         """
         if self.snapshot is not None:
             save_robot_picture(self.snapshot, node.world, node.simulation.data, progress=progress)
 
 
 def urdf_text(config: RobotConfig) -> str:
-    """The text of a robot's URDF, for programs elsewhere; empty where there is none to be read."""
+    """Return the text of a robot's URDF, for programs elsewhere; empty if there is no file."""
     try:
         return with_absolute_meshes(read_text(config.urdf_path), config.urdf_path)
     except DescriptionError:  # a robot that was made in memory has none

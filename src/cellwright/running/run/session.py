@@ -1,4 +1,4 @@
-"""Session: one object that runs a cell, a robot's node or a recording, and serves, shows, records and films it."""
+"""Session of a cell, a robot controller node or a recording: it runs, serves, shows, records and films it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
 from cellwright.running.run.options import PageOptions, RecordOptions, RunOptions, ServerOptions, reachable_address
-from cellwright.running.run.result import Outcome, RunResult, SessionResult, how_it_ended
+from cellwright.running.run.result import Outcome, RunResult, SessionResult, final_outcome
 from cellwright.running.run.targets import (
     CellTarget,
     SessionState,
@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from cellwright.viewer.web.start import WebPage
 
 
-_NAP = 0.1  # [s]
-_LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
+_POLL_PERIOD = 0.1  # [s]
+_LAST_POLL = 0.7  # [s]: a page asks for its panel four times a second
 
 
 def _warn(line: str) -> None:
@@ -69,17 +69,17 @@ def _warn_of_name(old: str, new: str) -> None:
 
 
 class Program(ABC):
-    """What works a session in place of an agent in this process, such as an agent in a process of its own."""
+    """Program that works a session in place of an agent in this process, such as an agent in a process of its own."""
 
     @abstractmethod
     def work(self, session: Session) -> tuple[Outcome, str]:
-        """Let time pass until the run is over; how it ended, and what went wrong."""
+        """Let time pass until the run is over; return how it ended, and the error."""
 
 
 class Session(SessionState):
-    """Runs a cell, a robot's node or a recording, and serves, shows, records, films and logs it.
+    """Session of a cell, a robot controller node or a recording: it runs, serves, shows, records, films and logs it.
 
-    What it holds is open within a `with` block. A run of a cell begins at time 0, and there may be several.
+    Its resources are open within a `with` block. A run of a cell starts at time 0; a session may have several runs.
 
     Example:
         >>> with Session("lesson", until=0.1) as session:
@@ -89,36 +89,36 @@ class Session(SessionState):
     Args:
         target: a trial or a robot, by its name or the path of its file; a recording (`run.mcap`); a `Trial`, `Cell`,
             `RobotConfig` or `RobotNode`.
-        seed: root of all chance of a trial; None takes the trial's own.
+        seed: seed of all random streams of a trial; None takes the trial's own.
         until: stop at this simulation time [s]; None: when the run is over, or on request.
         rate: simulated seconds a wall second, or a `RateControl`, which may change; None: as fast as it goes.
-        lockstep: let time pass only when a client asks.
-        serve: listen for clients in other processes; the options say where.
-        view: show it on a page in a browser; the options say where.
-        ros1: be a node of ROS 1 too.
-        record: a file to record each run to (`run.mcap`, `run.bag`), or how. A second run has a file of its own.
-        video: a file for a video of each run (`run.mp4`), or what it is to be.
-        log: a file for what happens in each run of a cell (`run.jsonl`).
-        about: what the caller knows of the run besides, such as the agent's name: for log and recording.
-        observers: called with the session when a run begins; each gives a context manager that is left when it is over.
-        options: what a run of a cell may be told besides.
-        on_ready: called when clients can come and time is about to pass.
-        report: takes a line about a file or an address that is not as it should be.
-        notice: takes a line about clients and ROS 1 meanwhile; None: as `report`.
-        say: takes a line for people, such as the address of the page.
+        lockstep: advance simulation time only on a client's request.
+        serve: serve clients in other processes; the options hold the address.
+        view: show it on a page in a browser; the options hold the address.
+        ros1: also be a node of ROS 1.
+        record: a file to record each run to (`run.mcap`, `run.bag`), or options. A second run has a file of its own.
+        video: a file for a video of each run (`run.mp4`), or options.
+        log: a file for the events of each run of a cell (`run.jsonl`).
+        about: further facts of the caller about the run, such as the agent's name: for log and recording.
+        observers: called with the session when a run starts; each returns a context manager, left when it is over.
+        options: further options of a run of a cell.
+        on_ready: called when clients can connect and time is about to pass.
+        report: receives a line about a file or an address that is not as it should be.
+        notice: receives a line about clients and ROS 1 meanwhile; None: as `report`.
+        say: receives a line for people, such as the address of the page.
 
     Attributes:
-        node: the cell, the robot's node, or what plays the recording.
-        rate: how time passes.
-        stop: when the run stops; `stop.request()` ends it from anywhere.
-        server: serves the clients; None where there is none.
-        page: the page; None where there is none.
-        result: what came of the newest run; None before.
-        number: of the newest run, from 1.
+        node: the cell, the robot controller node, or the player of the recording.
+        rate: rate at which time passes.
+        stop: stop condition of the run; `stop.request()` ends it from anywhere.
+        server: serves the clients; None if there is none.
+        page: the page; None if there is none.
+        result: result of the newest run; None before.
+        number: number of the newest run, from 1.
 
     Raises:
         UnknownNameError: there is no such trial, robot or file.
-        UsageError: the name is that of a trial and of a robot, the port is taken, or there can be no page.
+        UsageError: a trial and a robot share the name, the port is taken, or the page cannot be opened.
     """
 
     def __init__(
@@ -180,13 +180,13 @@ class Session(SessionState):
 
     @classmethod
     def in_process(cls, node: Cell | RobotNode, **more: Any) -> NodeClient:
-        """`NodeClient.in_process`, under the name that it had in version 0.1."""
+        """`NodeClient.in_process`, under its name of version 0.1."""
         _warn_of_name("Session.in_process", "NodeClient.in_process")
         return NodeClient.in_process(node, **more)
 
     @classmethod
     def connect(cls, address: str | tuple[str, int], **more: Any) -> NodeClient:
-        """`NodeClient.connect`, under the name that it had in version 0.1."""
+        """`NodeClient.connect`, under its name of version 0.1."""
         _warn_of_name("Session.connect", "NodeClient.connect")
         return NodeClient.connect(address, **more)
 
@@ -224,9 +224,9 @@ class Session(SessionState):
 
         server = Server(self.node, host=options.host, port=options.port, lockstep=self.lockstep, report=self.notice)
         self.server = server
-        opened.callback(self._close_page)  # last, for it says that the run is over
+        opened.callback(self._close_page)  # closed last: it reports that the run is over
         opened.callback(lambda: server.close(self._closing_reason()))
-        opened.callback(self.target.close)  # first, for it may answer what clients wait for
+        opened.callback(self.target.close)  # closed first: it may answer what clients wait for
         if not server.is_local:
             self.report(f"{options.host}: anybody who reaches this machine can {self.target.acts}")
         self.target.offer(self)
@@ -244,17 +244,17 @@ class Session(SessionState):
 
     @property
     def title(self) -> str:
-        """What stands above a page."""
+        """Title of the page."""
         return f"{self.node.name} · Cellwright"
 
     @property
     def address(self) -> tuple[str, int] | None:
-        """Host and port at which clients are served; None where none are."""
+        """Host and port of the server; None if there is none."""
         return None if self.server is None else self.server.address
 
     @property
     def url(self) -> str | None:
-        """Address of the page; None where there is none."""
+        """Address of the page; None if there is none."""
         return None if self.page is None else self.page.url
 
     def run(
@@ -263,16 +263,17 @@ class Session(SessionState):
         """Let time pass until the run is over.
 
         Args:
-            program: what works a cell: an object with a method `run(client)`, its class, the name of an agent that
-                comes along, `"path.py:Class"`, or a `Program`; None: nobody here, until `until` or on request.
+            program: works a cell: an object with a method `run(client)`, its class, the name of a bundled agent,
+                `"path.py:Class"`, or a `Program`. None: no agent here; the run lasts until `until` or a request to
+                stop.
             until: stop at this simulation time [s], if nothing else comes before.
 
         Returns:
-            The result; of a cell a `RunResult`. What an agent raises is in it.
+            The result; of a cell a `RunResult`. It holds what an agent raises.
 
         Raises:
             AgentError: there is no such agent, or it cannot be made.
-            UsageError: neither a program, nor clients, nor a time to stop at.
+            UsageError: there is neither a program, nor clients, nor a time to stop at.
         """
         if self.node is None:
             with self:
@@ -293,12 +294,17 @@ class Session(SessionState):
             else:
                 outcome, error = work_in_process(program, self.node, self.transport("/agent"))
             result = self._end(outcome, error)
-        if self.page is not None and self.server is not None and self.target.runs_from_start and not self.begins_again:
-            self.server.wait(_LAST_LOOK, until_asked=False)
+        if (
+            self.page is not None
+            and self.server is not None
+            and self.target.runs_from_start
+            and not self.restart_requested
+        ):
+            self.server.wait(_LAST_POLL, until_asked=False)
         return result
 
     def client(self, node: str = "/client") -> NodeClient:
-        """A client in this process; time passes in its `sleep` and `wait_until`, and observers follow.
+        """Return a client in this process; time passes in its `sleep` and `wait_until`, and observers follow.
 
         Args:
             node: its node name, as the cell or the robot sees it.
@@ -309,18 +315,18 @@ class Session(SessionState):
         return (Client if isinstance(self.node, Cell) else NodeClient)(self.transport(node))
 
     def transport(self, node: str) -> InProcess:
-        """A way to the node for a client in this process."""
+        """Return a connection to the node for a client in this process."""
         transport = InProcess(self.node, node=node, stop=self.stop)
         transport.step = self.loop.tick if self._is_paced or self.server is not None else self.node.simulation.step
         return transport
 
     def _begin(self, run: ExitStack, until: float | None, *, has_agent: bool) -> None:
-        if self.begins_again:
+        if self.restart_requested:
             self.stop.withdraw()
         self.stop.reset()
         if until is not None:
             self.stop.limit(nanoseconds(until))
-        self.begins_again, self._is_over = False, False
+        self.restart_requested, self._is_over = False, False
         self.number += 1
         self.loop = Loop(
             self.node.simulation,
@@ -350,15 +356,15 @@ class Session(SessionState):
             poll()
 
     def _files(self) -> list[Callable[[Session], AbstractContextManager[Any]]]:
-        """What writes the files that were asked for."""
-        found: list[Callable[[Session], AbstractContextManager[Any]]] = []
+        """Return the observers that write the requested files."""
+        observers: list[Callable[[Session], AbstractContextManager[Any]]] = []
         if self.video is not None:
-            found.append(partial(take_video, options=self.video))
+            observers.append(partial(take_video, options=self.video))
         if self.log is not None or self.options.log is not None:
-            found.append(keep_log)
+            observers.append(keep_log)
         if self.record is not None:
-            found.append(partial(record_run, record=self.record))
-        return found
+            observers.append(partial(record_run, record=self.record))
+        return observers
 
     def _end(self, outcome: str, error: str) -> SessionResult:
         result = self.result = self.target.result(self, outcome, error)
@@ -367,13 +373,13 @@ class Session(SessionState):
         return result
 
     def result_by_now(self) -> SessionResult:
-        """What has come of the run so far."""
+        """Return the result of the run so far."""
         return self.target.result(self, self.target.outcome_by_now(), "")
 
     def reset(self) -> None:
-        """Have the run begin again at its start, while clients stay; with an agent in this process it is run again."""
+        """Restart the run while clients stay connected; an agent in this process is run again."""
         if self.target.runs_from_start and (self.number == 0 or self._is_over or self._has_agent):
-            self.begins_again = True
+            self.restart_requested = True
             self.stop.request("the run begins again")
             return
         simulation = self.node.simulation
@@ -386,23 +392,27 @@ class Session(SessionState):
                 listener(before)
 
     def wait(self) -> bool:
-        """Keep the page until it is closed, on request or until Ctrl-C; whether the run is to begin again instead."""
+        """Keep the page until it is closed, on request or until Ctrl-C; return whether to start the run again."""
         try:
-            while self.page is not None and self.page.is_running and not (self.begins_again or self.stop.is_requested):
+            while (
+                self.page is not None
+                and self.page.is_running
+                and not (self.restart_requested or self.stop.is_requested)
+            ):
                 assert self.server is not None
-                self.server.wait(_NAP, until_asked=False)
+                self.server.wait(_POLL_PERIOD, until_asked=False)
         except KeyboardInterrupt:
             return False
-        return self.begins_again
+        return self.restart_requested
 
 
 def open_page(
     address: tuple[str, int], options: PageOptions, title: str, say: Callable[[str], None], *, key: str = ""
 ) -> WebPage:
-    """Open a page on what is served at an address; a server tells some things to the page with its key alone.
+    """Open the page of a server at an address; `key` proves to the server that a request comes from the page.
 
     Raises:
-        UsageError: there can be none.
+        UsageError: the page cannot be opened.
     """
     from cellwright.viewer.web.start import WebPage
 
@@ -422,15 +432,15 @@ def open_page(
 
 
 RECORDINGS = (".mcap", ".bag")
-"""Suffixes of files that are recordings."""
+"""Suffixes of recordings."""
 
 
 def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = False) -> Target:
-    """What a session of this runs.
+    """Return the target for a session.
 
     Raises:
         UnknownNameError: there is no such trial, robot or file.
-        UsageError: the name is that of a trial and of a robot.
+        UsageError: a trial and a robot share the name.
     """
     if isinstance(target, Target):
         return target
@@ -453,27 +463,27 @@ def target_of(target: Any, *, seed: int | None = None, is_real_time: bool = Fals
 
 
 def is_robot(word: str | Path) -> bool:
-    """Whether a name or a path is that of a robot; what is neither is taken for a trial.
+    """Return whether a name or a path is that of a robot; a name of neither counts as a trial's.
 
     Raises:
-        UsageError: it is the name of a trial as well.
+        UsageError: a trial has this name as well.
     """
     if word in bundled_robots():
         if word in bundled_trials():
             raise UsageError(f"{word}: is the name of a trial and of a robot: give the path of its file")
         return True
-    with suppress(CellwrightError, OSError, ValueError):  # what it lacks is said when it is loaded
+    with suppress(CellwrightError, OSError, ValueError):  # loading it reports the errors
         return Path(word).is_dir() or is_robot_file(find_robot(word))
     return False
 
 
 def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
-    """Run a cell from the start until it is over; without an agent, until the time asked for.
+    """Run a cell from the start until it is over; without an agent, until `options.until`.
 
     Raises:
-        UsageError: neither an agent nor a time to stop at.
-        UnknownNameError: a topic to listen to that does not exist.
-        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+        UsageError: there is neither an agent nor a time to stop at.
+        UnknownNameError: a topic to listen to does not exist.
+        CheckpointError: the checkpoint to start from cannot be read, or is of another cell.
     """
     with Session(cell, options=options) as session:
         return cell_result(session.run(agent))
@@ -491,18 +501,18 @@ def run_trial(
 
     Args:
         trial: the trial, its name, or the path of its file.
-        agent: who works the cell: an object with a method `run(client)` or its class, the name of an agent that comes
-            along, `"path.py:Class"`, or None for nobody; `options` then say until when.
-        seed: root of all chance; None takes the trial's own.
-        record: a file to record the run to, such as `run.mcap`. Of a trial that is named here it holds the files as
-            well, and can be run again from that alone.
-        options: what the run may be told besides.
+        agent: works the cell: an object with a method `run(client)` or its class, the name of a bundled agent, or
+            `"path.py:Class"`. None for no agent; `options` then holds the time to stop at.
+        seed: seed of all random streams; None takes the trial's own.
+        record: a file to record the run to, such as `run.mcap`. The recording of a trial that is given by name holds
+            its files too, and can be run again from that alone.
+        options: further options of the run.
 
     Raises:
         UnknownNameError: there is no such trial.
-        DescriptionError: the trial's file cannot be used.
-        AgentError: there is no such agent, or it cannot be made. What it raises at work is in the result.
-        UsageError: neither an agent nor a time to stop at.
+        DescriptionError: the trial's file is not valid.
+        AgentError: there is no such agent, or it cannot be made. The result holds what it raises at work.
+        UsageError: there is neither an agent nor a time to stop at.
     """
     path = None if isinstance(trial, Trial) else find_trial(trial)
     lines: list[object] = []
@@ -522,7 +532,7 @@ def run_trial(
 
 
 def _name_of(agent: Agent | type[Agent] | str | None) -> str:
-    """An agent as a recording names it."""
+    """Return the name of an agent for a recording."""
     if agent is None or isinstance(agent, str):
         return agent or "none"
     return agent.__qualname__ if isinstance(agent, type) else type(agent).__qualname__
@@ -535,9 +545,9 @@ _SIGNALS = tuple(
 
 @contextmanager
 def restored_environment() -> Iterator[None]:
-    """Put back the working folder, what numpy does about errors, signal handlers, locale, streams and other switches.
+    """Restore the working folder, numpy's error handling, signal handlers, locale, streams and other switches.
 
-    What cannot be put back is left: a folder that is gone, a handler that was not set in Python.
+    It leaves what it cannot restore: a folder that is gone, a handler that was not set in Python.
     """
     folder, errors, language = _folder(), np.geterr(), locale.setlocale(locale.LC_ALL)
     streams, depth = (sys.stdin, sys.stdout, sys.stderr), sys.getrecursionlimit()
@@ -561,7 +571,7 @@ def restored_environment() -> Iterator[None]:
 
 
 def _folder() -> str:
-    """The working folder; empty if it is gone."""
+    """Return the working folder; empty if it is gone."""
     try:
         return os.getcwd()
     except OSError:
@@ -569,11 +579,11 @@ def _folder() -> str:
 
 
 DRIVE = 30.0
-"""Simulation time [s] for which a kit that is on its way is waited for after the agent has returned."""
+"""Simulation time [s] to wait for a kit that is on its way after the agent has returned."""
 
 
 def wait_for_kits(cell: Cell, client: Client) -> None:
-    """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
+    """Wait for kits on their way after the agent has returned; the competition may still end."""
     competition, agvs = cell.competition, tuple(cell.agvs.values())
 
     def nothing_to_come() -> bool:
@@ -583,32 +593,32 @@ def wait_for_kits(cell: Cell, client: Client) -> None:
     client.wait_until(lambda: competition.state == "done", 0.1)
 
 
-_LONGEST = 20_000  # characters of what is told of an error
+_MAX_ERROR = 20_000  # characters of an error
 
 
 def work_in_process(agent: Agent, cell: Cell, transport: InProcess) -> tuple[Outcome, str]:
-    """Let an agent work a run in this process. How it ended, and what went wrong."""
+    """Let an agent work a run in this process; return how it ended, and the error."""
     client = Client(transport)
     try:
         with restored_environment():
             call_agent(agent, client)
         wait_for_kits(cell, client)
     except RunEndedError:
-        pass  # the ordinary end of a program that works until it is stopped
+        pass  # the normal end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
     except SimulationError as error:
         return Outcome.UNSTABLE, f"{error}\n"
-    except BaseException as raised:  # whatever somebody's program raises is reported, and the run still has its score
+    except BaseException as raised:  # any error of an agent is reported, and the run still has its score
         return Outcome.CRASHED, agent_traceback(raised)
     finally:
         client.close()
     stopped = cell.simulation.now >= transport.stop.deadline
-    return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+    return final_outcome(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 
 def call_agent(agent: Agent, client: Client) -> None:
-    """Let an agent work. A program may end itself, and says with its status whether it came to its end."""
+    """Let an agent work. A program may exit, and reports with its status whether it came to its end."""
     try:
         agent.run(client)
     except SystemExit as stop:
@@ -617,11 +627,11 @@ def call_agent(agent: Agent, client: Client) -> None:
 
 
 def agent_traceback(error: BaseException, *files: str) -> str:
-    """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
+    """Return the error with the agent's traceback, without frames of this file and of `files`."""
     if isinstance(error, SystemExit):
         code = error.code if isinstance(error.code, int | str) else type(error.code)
-        return showable(f"the agent exited with {code!r}", _LONGEST) + "\n"
+        return showable(f"the agent exited with {code!r}", _MAX_ERROR) + "\n"
     inner = error.__traceback__
     while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
         inner = inner.tb_next
-    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _LONGEST)
+    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _MAX_ERROR)

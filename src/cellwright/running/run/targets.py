@@ -1,4 +1,4 @@
-"""What a session runs: a cell here; a robot's node in `robots`, a recording in `playback`; and how a name is read."""
+"""Targets of a session: a cell here, a robot in `robots`, a recording in `playback`; and the lookup of names."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from cellwright.running.run.result import (
     Outcome,
     RunResult,
     SessionResult,
-    how_it_ended,
+    final_outcome,
     versions,
 )
 from cellwright.util.errors import SimulationError
@@ -53,20 +53,20 @@ if TYPE_CHECKING:
 
 
 class DescriptionWarning(UserWarning):
-    """Something in a file that its author should know, `path:line: key: what`, and that stops nothing."""
+    """A warning for a file's author that stops nothing, as `path:line: key: message`."""
 
 
 def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
-    """A trial by its name or its files, or from a text. What a file's author should know is a `DescriptionWarning`.
+    """Load a trial by its name or its files, or from a text. Notes for its author come as `DescriptionWarning`.
 
     Args:
-        sources: a trial that comes along (`"lesson"`) or the path of a YAML file; of several the texts are joined.
+        sources: a bundled trial (`"lesson"`) or the path of a YAML file; the texts of several are joined.
         text: the configuration itself, instead.
 
     Raises:
         UnknownNameError: there is no such trial or file.
-        DescriptionError: the configuration cannot be used; the error lists everything that was found wrong.
-        UsageError: neither a name nor a text, or both.
+        DescriptionError: the configuration is not valid; the error lists everything that is wrong.
+        UsageError: there is neither a name nor a text, or both.
     """
     loaded = gear2017.load_trial([find_trial(source) for source in sources], text=text)
     warn_of(loaded.warnings, 3)
@@ -74,14 +74,14 @@ def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
 
 
 def load_robot(name_or_path: str | Path) -> RobotConfig:
-    """A robot by its name, or by its file. What the file's author should know is a `DescriptionWarning`.
+    """Load a robot by its name or its file. Notes for the file's author come as `DescriptionWarning`.
 
     Args:
-        name_or_path: a robot that comes along (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
+        name_or_path: a bundled robot (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
 
     Raises:
         UnknownNameError: there is no robot of this name.
-        DescriptionError: the files cannot be used; the error lists everything that was found wrong.
+        DescriptionError: the files are not valid; the error lists everything that is wrong.
     """
     lines: list[str] = []
     config = robots.load_robot(name_or_path, lines.append)
@@ -90,13 +90,13 @@ def load_robot(name_or_path: str | Path) -> RobotConfig:
 
 
 def warn_of(lines: Iterable[object], level: int) -> None:
-    """Warn the caller so many calls up."""
+    """Issue the lines as warnings of the caller `level` calls up."""
     for line in lines:
         warnings.warn(str(line), DescriptionWarning, stacklevel=level)
 
 
 class SessionState:
-    """What a session's target and its observers know of it; `Session` says what each attribute is."""
+    """State of a session for its target and its observers; `Session` documents each attribute."""
 
     target: Target
     options: RunOptions
@@ -110,24 +110,24 @@ class SessionState:
     log: Path | None
     report: Callable[[str], None]
     on_reset: list[Callable[[int], object]]
-    """Called with the time [ns] that it was when a run has begun again under way."""
+    """Called with the old time [ns] when a run has started again under way."""
     node: Any = None
     server: Server | None = None
     result: SessionResult | None = None
     number = 0
     hindrance = ""
-    """Why a run may not begin again, besides what its target says."""
-    begins_again = False
-    """Whether somebody has had the run begin again, which is to be run once more."""
+    """Reason why a run may not start again, besides those of its target."""
+    restart_requested = False
+    """True if a restart was requested, so that the run is run once more."""
     _first_tick = 0
     _begun = 0.0  # [s] of `time.perf_counter`
 
     def reset(self) -> None:
-        """Have the run begin again at its start, while clients stay; with an agent in this process it is run again."""
+        """Restart the run while clients stay connected; an agent in this process is run again."""
         raise NotImplementedError
 
     def measured(self) -> dict[str, Any]:
-        """What every result says of the run so far, as a `SessionResult` takes it."""
+        """Return the common figures of the run so far, as keyword arguments of `SessionResult`."""
         simulation = self.node.simulation
         return {
             "simulated": simulation.time - self._first_tick * float(simulation.clock.timestep),
@@ -137,39 +137,39 @@ class SessionState:
             "pace": self.loop.pace,
         }
 
-    def numbered(self, file: Path) -> Path:
-        """The file of this name for the newest run: run.mp4, run_2.mp4."""
+    def numbered_file(self, file: Path) -> Path:
+        """Return the file of this name for the newest run: run.mp4, run_2.mp4."""
         return file if self.number == 1 else file.with_stem(f"{file.stem}_{self.number}")
 
 
 class Target:
-    """What a session runs: a node whose time passes, and what is particular about its kind.
+    """Target of a session: a node whose time passes, and the particulars of its kind.
 
     Args:
-        make: makes the node when the session opens, or gives one that is there.
+        make: returns the node when the session opens: a new one, or an existing one.
     """
 
     acts = ""
-    """What clients can do, as a warning says it."""
+    """Verb phrase for what clients can do, for a warning."""
     stopped = ""
-    """Why the server closes when nothing else is known."""
+    """Reason for the end of the server if no other is known."""
     has_end = False
-    """Whether it comes to an end by itself."""
+    """True if the target has an end of its own."""
     can_stand = True
-    """Whether time may stand for clients that are behind."""
+    """True if time may wait for slow clients."""
     runs_from_start = False
-    """Whether a run begins at time 0, and has a result that a page shows before the server closes."""
+    """True if a run starts at time 0, and has a result that a page shows before the server closes."""
     identity: Identity | None = None
-    """The node that it is in ROS 1; None: the simulator of 2017."""
+    """Its node in ROS 1; None: the simulator of 2017."""
 
     def __init__(self, make: Callable[[], Any]) -> None:
         self._make = make
         self.node: Any = None
         self.control: Control | None = None
-        """How time passes, for those who look on; None where nobody can."""
+        """Control of time for viewers; None if there is none."""
 
     def open(self, session: SessionState) -> None:
-        """Make the node; where it is to be recorded, the files that are read for it are kept."""
+        """Create the node; if it is to be recorded, the files that are read for it are kept."""
         record = session.record
         if record is None or record.sources is not None:
             self.node = self._make()
@@ -179,20 +179,20 @@ class Target:
         session.record = replace(record, sources=sources, files=record.files or self.named_files())
 
     def named_files(self) -> list[Path]:
-        """The files that were named to read it."""
+        """Files that were named to read it."""
         return []
 
     def close(self) -> None:
-        """Let go of the node."""
+        """Release the node."""
 
     def begin(self, session: SessionState, run: ExitStack) -> None:
-        """Begin a run; `run` puts back what is to be put back."""
+        """Start a run; `run` restores the state before it."""
 
     def reset(self) -> None:
-        """Begin again at the start, while clients stay."""
+        """Start again while clients stay connected."""
 
     def loop(self, session: SessionState) -> tuple[str, str]:
-        """Let time pass until the run stops; how it ended, and what went wrong."""
+        """Let time pass until the run stops; return how it ended, and the error."""
         try:
             self.pass_time(session.loop)
         except SimulationError as error:
@@ -206,34 +206,34 @@ class Target:
         loop.run()
 
     def result(self, session: SessionState, outcome: str, error: str) -> SessionResult:
-        """What has come of the run by now."""
+        """Return the result of the run so far."""
         return SessionResult(outcome=outcome, error=error, **session.measured())
 
     def outcome_by_now(self) -> str:
-        """How a run ends that is stopped now."""
+        """Return the outcome of a run that is stopped now."""
         return "stopped"
 
     def ready_note(self) -> str:
-        """What there is to say of it when it is ready."""
+        """Note for the user when the target is ready."""
         return ""
 
     def end(self, session: SessionState, result: SessionResult) -> None:
-        """The run is over, and its clients are still there."""
+        """End the run; its clients are still connected."""
 
     def hindrance(self) -> str:
-        """Why it may not begin again; empty when it may."""
+        """Return why the run may not start again; empty if it may."""
         return ""
 
     def refused(self) -> dict[str, str]:
-        """Actions on its time that are refused, and why."""
+        """Refused actions on its time, with the reasons."""
         return {}
 
-    def panel(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """What a panel shows, as JSON values."""
+    def panel(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the content of a panel as JSON values."""
         raise NotImplementedError
 
     def offer(self, session: SessionState) -> None:
-        """Offer a server's services for pages and their like."""
+        """Offer the services of a server for pages and other viewers."""
         from cellwright.viewer.services.control import Control, Reset
         from cellwright.viewer.services.scene import offer_viewer_services
 
@@ -247,46 +247,46 @@ class Target:
         offer_viewer_services(session.server, self.node, self.panel, self.control)
 
     def ros_parameters(self) -> dict[str, Any]:
-        """What belongs on the parameter server of ROS 1."""
+        """Parameters for the parameter server of ROS 1."""
         return {}
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
-        """A video of it, not begun.
+        """Return a video of it, not started.
 
         Raises:
-            RenderingError: it cannot be written.
+            RenderingError: the file cannot be written.
         """
         raise NotImplementedError
 
     def header(self, session: SessionState, record: RecordOptions) -> RecordingHeader:
-        """What a recording says of itself."""
+        """Return the header of a recording."""
         raise NotImplementedError
 
     def recorded_panel(self, _record: RecordOptions) -> dict[str, Any]:
-        """What goes into a recording of what a panel shows."""
+        """Return the panel content for a recording."""
         return self.panel({})
 
     stamp: Callable[[], int] | None = None
-    """What else tells when a command came."""
+    """Source of a second time stamp for commands."""
 
     def recorded_events(
         self, _session: SessionState, _recorder: Recorder, _record: RecordOptions
     ) -> AbstractContextManager[None]:
-        """Record what happens besides."""
+        """Record further events."""
         return nullcontext()
 
     def recorded_end(self, result: SessionResult) -> dict[str, Any]:
-        """What a recording says of the result."""
+        """Return the result for a recording."""
         return {"outcome": result.outcome, "error": result.error, "wall": result.wall}
 
 
 def common_facts(record: RecordOptions) -> dict[str, Any]:
-    """What every recording says of itself, as JSON values."""
+    """Return the facts of every recording as JSON values."""
     return {"versions": versions(), "recorded": datetime.now(UTC).isoformat(timespec="seconds"), **record.about}
 
 
 def source_facts(record: RecordOptions) -> dict[str, Any]:
-    """Which of the files in a recording were named, in their order, and the folders of ROS packages among them."""
+    """Return which files in a recording were named, in their order, and which are folders of ROS packages."""
     sources = record.sources
     if sources is None:
         return {"files": [], "packages": []}
@@ -297,8 +297,8 @@ class CellTarget(Target):
     """A cell, run from the start.
 
     Args:
-        files: gives the files of its trial, as they were named.
-        about: what a panel says of the run besides, such as the agent's name.
+        files: returns the files of its trial, as they were named.
+        about: further facts about the run for a panel, such as the agent's name.
     """
 
     acts, stopped, runs_from_start = "drive the cell", "the cell has stopped", True
@@ -316,18 +316,18 @@ class CellTarget(Target):
         """Called with each collision of the arm that is over."""
 
     def named_files(self) -> list[Path]:
-        """The files of the trial."""
+        """Files of the trial."""
         return self._named_files()
 
     def hindrance(self) -> str:
-        """Why it may not begin again: a competition goes on."""
+        """Return why the run may not start again: a competition goes on."""
         return IN_COMPETITION if self.node.in_competition else ""
 
     def begin(self, session: SessionState, run: ExitStack) -> None:
-        """Begin a run at time 0, or at a checkpoint.
+        """Start a run at time 0, or at a checkpoint.
 
         Raises:
-            UnknownNameError: a topic to listen to that does not exist.
+            UnknownNameError: a topic to listen to does not exist.
             CheckpointError: the checkpoint cannot be read, or is of another cell.
         """
         cell, options = self.node, session.options
@@ -354,9 +354,9 @@ class CellTarget(Target):
             run.callback(self._collisions.end)
             subscribe(session.on_reset, self._collisions.reset, run)
 
-    def _keep_collision(self, found: Collision) -> None:
+    def _keep_collision(self, collision: Collision) -> None:
         for keep in self.on_collision:
-            keep(found)
+            keep(collision)
 
     def _watch_for_the_end(self, session: SessionState, run: ExitStack) -> None:
         cell = self.node
@@ -369,7 +369,7 @@ class CellTarget(Target):
                 end_soon()
 
         subscribe(cell.competition.on_effect, watch, run)
-        if cell.competition.state == "done":  # it was so in the checkpoint
+        if cell.competition.state == "done":  # the checkpoint was in this state
             end_soon()
 
     def _listen(self, options: RunOptions, run: ExitStack) -> None:
@@ -380,11 +380,11 @@ class CellTarget(Target):
         self._heard = heard
 
     def reset(self) -> None:
-        """Begin again at time 0."""
+        """Start again at time 0."""
         self.node.reset()
 
     def loop(self, session: SessionState) -> tuple[str, str]:
-        """Let time pass until the run stops; how it ended, and what went wrong."""
+        """Let time pass until the run stops; return how it ended, and the error."""
         try:
             session.loop.run()
         except SimulationError as error:
@@ -394,11 +394,11 @@ class CellTarget(Target):
         return self.outcome_by_now(), ""
 
     def outcome_by_now(self) -> Outcome:
-        """How a run ends that is stopped now."""
-        return how_it_ended(self.node, otherwise=Outcome.UNTIL)
+        """Return the outcome of a run that is stopped now."""
+        return final_outcome(self.node, otherwise=Outcome.UNTIL)
 
     def result(self, session: SessionState, outcome: str, error: str = "") -> RunResult:
-        """What has come of the run by now."""
+        """Return the result of the run so far."""
         cell = self.node
         return RunResult(
             **session.measured(),
@@ -410,38 +410,38 @@ class CellTarget(Target):
             heard=dict(self._heard),
         )
 
-    def end(self, session: SessionState, found: SessionResult) -> None:
-        """The run is over: no more collisions; panels show the result."""
-        result = cell_result(found)
+    def end(self, session: SessionState, session_result: SessionResult) -> None:
+        """End the run: no more collisions; panels show the result."""
+        result = cell_result(session_result)
         self.node.bus.refusals.flush()
         if self._collisions is not None:
             result.collisions = self._collisions.end()
-        if not session.begins_again:
+        if not session.restart_requested:
             facts = {"outcome": outcome_word(result), "error": result.error, "state_hash": result.state_hash}
             self.cell_panel.end(facts | {"simulated": result.simulated, "wall": result.wall})
-        if self.control is not None and not session.begins_again:
+        if self.control is not None and not session.restart_requested:
             self.control.over = OVER
 
     @cached_property
     def cell_panel(self) -> CellPanel:
-        """Panel of the cell; made when something shows or records it."""
+        """Panel of the cell; created at its first use."""
         panel = CellPanel(self.node, self._about)
         panel.collisions = lambda: None if self._collisions is None else self._collisions.panel()
         return panel
 
     def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
-        """What a panel shows, as JSON values."""
+        """Return the content of a panel as JSON values."""
         return self.cell_panel.panel()
 
     def ros_parameters(self) -> dict[str, Any]:
-        """What belongs on the parameter server of ROS 1."""
+        """Parameters for the parameter server of ROS 1."""
         from cellwright.cell.interface.parameters import parameters
 
         return dict(parameters(self.node.trial, competition=self.node.in_competition))
 
     def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
-        """A video of the cell, with time, points and what the agent is about in its corner."""
-        from cellwright.viewer.filming import Filming  # it takes a moment to load
+        """Return a video of the cell, with time, points and the agent's activity in a corner."""
+        from cellwright.viewer.filming import Filming  # slow to load
 
         cell = self.node
 
@@ -455,7 +455,7 @@ class CellTarget(Target):
 
     @contextmanager
     def events(self, events: RunEvents, more: Mapping[str, Any]) -> Iterator[Callable[[], None]]:
-        """Tell a log what happens in a run; gives what begins it, as after a reset."""
+        """Report the events of a run to a log; the result starts it, as after a reset."""
         cell = self.node
 
         def begin() -> None:
@@ -466,11 +466,11 @@ class CellTarget(Target):
         with ExitStack() as leaving:
             begin()
             subscribe(cell.competition.on_effect, lambda effect: events.effect(effect, cell.simulation.now), leaving)
-            subscribe(self.on_collision, lambda found: events.collision(asdict(found)), leaving)
+            subscribe(self.on_collision, lambda collision: events.collision(asdict(collision)), leaving)
             yield begin
 
     def header(self, session: SessionState, record: RecordOptions) -> RecordingHeader:
-        """What the run depends on besides what comes from outside."""
+        """Return the header of a recording: the facts that the run depends on, besides external input."""
         from cellwright.recording.format.format import RecordingHeader
 
         cell, timestep = self.node, self.node.simulation.clock.timestep
@@ -488,13 +488,13 @@ class CellTarget(Target):
         return RecordingHeader("cell", cell.name, facts)
 
     def recorded_panel(self, record: RecordOptions) -> dict[str, Any]:
-        """What goes into a recording of what a panel shows."""
+        """Return the panel content for a recording."""
         panel = self.panel({})
         return panel | {"about": {**panel["about"], **record.about}}
 
     @contextmanager
     def recorded_events(self, session: SessionState, recorder: Recorder, record: RecordOptions) -> Iterator[None]:
-        """Record what the referee does, and collisions."""
+        """Record the referee's actions, and collisions."""
         events = RunEvents(recorder.event, record.about)
         with self.events(events, {}) as begin:
             recorder.on_begin = begin
@@ -503,13 +503,13 @@ class CellTarget(Target):
             events.end(outcome_word(result), result.evidence, self.node.simulation.now, _facts(result))
 
     def recorded_end(self, result: SessionResult) -> dict[str, Any]:
-        """What a recording says of the result."""
+        """Return the result for a recording."""
         run = cell_result(result)
         return {"outcome": outcome_word(run), "score": run.score.total, "wall": run.wall, **_facts(run)}
 
 
 def cell_result(result: SessionResult | None) -> RunResult:
-    """The result of a run of a cell."""
+    """Return the result of a run of a cell."""
     assert isinstance(result, RunResult)
     return result
 
@@ -520,7 +520,7 @@ def _facts(result: RunResult) -> dict[str, Any]:
 
 
 def outcome_word(result: RunResult) -> str:
-    """How a run ended, as logs, recordings and JSON say it."""
+    """Return the word for how a run ended, in logs, recordings and JSON."""
     return result.outcome.name.lower()
 
 
@@ -531,7 +531,7 @@ def subscribe(listeners: list[Any], listener: Callable[..., Any], leaving: ExitS
 
 
 def at(cell: Cell, when: Fraction, action: Callable[[Cell], None], run: ExitStack) -> None:
-    """Have something done once, at a simulation time [s]; at once where that has gone by."""
+    """Call an action once at a simulation time [s]; at once if that time has passed."""
     if nanoseconds(when) <= cell.simulation.now:
         action(cell)
         return

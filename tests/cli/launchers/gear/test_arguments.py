@@ -1,4 +1,4 @@
-"""The command line of 2017's launcher."""
+"""Tests of the command line of 2017's launcher."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def test_the_environment_may_ask_for_a_competition() -> None:
     assert not parse(["-d"], {"ARIAC": "1"}).competition
 
 
-def test_what_a_launch_file_adds_is_dropped() -> None:
+def test_arguments_of_a_launch_file_are_dropped() -> None:
     given = ["-f", "a.yaml", "__name:=ariac_node", "__log:=/tmp/a.log", "/a:=/b", "_rate:=3"]
     assert parse(given, {}).file == ["a.yaml"]
 

@@ -1,4 +1,4 @@
-"""The files that say what is started."""
+"""Tests of the files that describe the started cell."""
 
 import os
 import xml.etree.ElementTree as ET

@@ -1,4 +1,4 @@
-"""The launcher as a whole; that it starts the cell is tested against ROS itself, in tests/ros1/test_gear.py."""
+"""Tests of the whole launcher; tests/ros1/test_gear.py checks against ROS itself that it starts the cell."""
 
 from pathlib import Path
 
@@ -75,7 +75,7 @@ def test_warnings_do_not_end_it(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_machine_without_ros(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Everything is written, then the cell cannot be started: status 1, and one line."""
+    """It writes everything, then it cannot start the cell: status 1, and one line."""
     monkeypatch.setenv("CELLWRIGHT_ROS1_PYTHON", str(tmp_path / "no-python"))
     assert main(["-o", "out"], {}) == 1
     err = capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The launcher's way in."""
+"""Tests of the launcher's entry point."""
 
 import os
 import signal
@@ -27,7 +27,7 @@ def test_the_module_is_the_launcher() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 def test_ctrl_c_while_it_is_being_loaded_says_nothing(tmp_path: Path) -> None:
-    # it sleeps for longer than the bound of the wait: it has ended in time only if the signal has ended it
+    # it sleeps for longer than the bound of the wait: only the signal can have ended it in time
     (tmp_path / "numpy.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(100_000)\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     process = Process([sys.executable, "-m", "cellwright.cli.launchers.gear"], environment, tmp_path)
@@ -43,7 +43,7 @@ def test_ctrl_c_while_it_is_being_loaded_says_nothing(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 def test_ctrl_c_before_there_is_a_cell(tmp_path: Path) -> None:
-    """It waits for the rest of a configuration that never comes, and is interrupted."""
+    """It waits for the rest of a configuration that never comes, until it is interrupted."""
     from fcntl import ioctl
     from termios import FIONREAD
 

@@ -1,4 +1,4 @@
-"""The log that scripts of the time look through."""
+"""Tests of the log that scripts of 2017 search."""
 
 import os
 import re
@@ -92,7 +92,7 @@ def test_a_trial_in_lines(tmp_path: Path) -> None:
         "[5.000] Order complete: order_0: [5]",
         "[6.000] Trial over: ended by command",
     ]
-    log.score(GAME, 1)  # it is there already
+    log.score(GAME, 1)  # it is written already
     log.close()
     assert path.read_text() == text
     assert re.findall(r"<game_score>\nTotal game score: \[(.*)\]", text) == ["5"]
@@ -107,18 +107,18 @@ def test_a_trial_that_was_broken_off_has_its_score(tmp_path: Path) -> None:
     assert (tmp_path / "log").read_text().startswith("<game_score>\nTotal game score: [5]\n")
 
 
-def test_the_log_begins_anew_and_not_where_a_link_of_old_leads(tmp_path: Path) -> None:
+def test_a_new_log_replaces_an_old_link(tmp_path: Path) -> None:
     path = log_path(tmp_path)
     path.parent.mkdir(parents=True)
     elsewhere = tmp_path / "default.log"
-    elsewhere.write_text("of somebody else\n")
+    elsewhere.write_text("of another user\n")
     path.symlink_to(elsewhere)
     PerformanceLog(path, refuse_to_report).close()
     assert path.read_text() == ""
-    assert elsewhere.read_text() == "of somebody else\n"
+    assert elsewhere.read_text() == "of another user\n"
 
 
-def test_a_place_that_cannot_be_written_is_told_once(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_reported_once(tmp_path: Path) -> None:
     (tmp_path / ".ariac").touch()
     said: list[str] = []
     log = PerformanceLog(log_path(tmp_path), said.append)
@@ -129,7 +129,7 @@ def test_a_place_that_cannot_be_written_is_told_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-def test_a_disk_that_is_full_is_told_once(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_once(tmp_path: Path) -> None:
     said: list[str] = []
     log = PerformanceLog(Path("/dev/full"), said.append)
     log.effect(StateChanged(CompetitionState.GO), 0)

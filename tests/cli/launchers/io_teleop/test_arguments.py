@@ -1,4 +1,4 @@
-"""Command lines of the vendor's scripts, and what becomes of them."""
+"""Tests of the translation of the vendor's command lines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cellwright.util.errors import UnknownNameError
 
 @pytest.fixture
 def scripts(tmp_path: Path) -> Path:
-    """The scripts of a package that has two robots."""
+    """Return the folder of a package's scripts, with two robots."""
     for name in ("OpenLoong", "Marvin"):
         folder = tmp_path / "pkg" / "io_teleop_robot_descriptions" / name
         folder.mkdir(parents=True)
@@ -21,7 +21,7 @@ def scripts(tmp_path: Path) -> Path:
 
 
 def of(script: Path, *arguments: str) -> list[str]:
-    """What becomes of a command line that nobody is warned about."""
+    """Return the translation of a command line that causes no warning."""
     warnings: list[str] = []
     found = command(str(script), arguments, warnings.append)
     assert warnings == []
@@ -42,7 +42,7 @@ def test_the_qinglong_s_own_node(scripts: Path) -> None:
     ]
 
 
-def test_the_general_node_puts_joints_where_they_are_told(scripts: Path) -> None:
+def test_the_general_node_sets_joints_to_their_targets(scripts: Path) -> None:
     found = of(scripts / "general_sim_robot_control_node.py", "--robot_name", "Marvin")
     assert found[1] == configuration(scripts, "Marvin")
     assert found[2:] == ["--ros1", "--node=sim_robot_controller_node", "--port=0", "--motion=teleport"]
@@ -57,12 +57,12 @@ def test_other_options_come_last_so_that_they_count(scripts: Path) -> None:
     assert of(script, "--motion", "servo", "--init_debug")[-3:] == ["--init-debug", "--motion", "servo"]
 
 
-def test_what_roslaunch_adds(scripts: Path) -> None:
+def test_arguments_of_roslaunch_are_dropped(scripts: Path) -> None:
     found = of(scripts / "openloong_controller_node.py", "__name:=robot", "__log:=/tmp/x.log", "_rate:=3")
     assert found[2:] == ["--ros1", "--node=robot", "--port=0"]
 
 
-def test_names_that_cannot_be_changed_are_told(scripts: Path) -> None:
+def test_names_that_cannot_be_changed_are_reported(scripts: Path) -> None:
     said: list[str] = []
     command(str(scripts / "openloong_controller_node.py"), ["/io_teleop/joint_cmd:=/mine"], said.append)
     assert said == ["/io_teleop/joint_cmd:=/mine is not followed: the names of topics and services are absolute"]

@@ -1,4 +1,4 @@
-"""The launcher's way in: the script `gear.py` of `osrf_gear`, or `python -m cellwright.cli.launchers.gear`."""
+"""Entry point of the launcher: the script `gear.py` of `osrf_gear`, or `python -m cellwright.cli.launchers.gear`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _INTERRUPTED = 130
 
 
 def main() -> int:
-    """Run the launcher with the arguments of the process; its exit status."""
+    """Run the launcher with the arguments of the process; return its exit status."""
     try:
         with interrupts_end_the_process():
             streams = StandardStreams()

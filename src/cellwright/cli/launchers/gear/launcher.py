@@ -1,12 +1,12 @@
 """Launcher `gear.py` of 2017: its command line, the files it leaves, the log of a trial, and the cell it starts.
 
 config.yaml   the configuration as it was given, files joined
-gear.yaml     what it comes to: every part, sensor, order and drop region with its figures
+gear.yaml     the resolved configuration: every part, sensor, order and drop region with its figures
 gear.urdf     the robot description
 gear.launch   starts the same cell again: `roslaunch DIR/gear.launch`
 
-The log is `~/.ariac/log/performance.log`: lines as things happen, and the score in a block at the end, which scripts of
-the time look for; times are simulation time [s].
+The log is `~/.ariac/log/performance.log`: a line for each event, and the score in a block at the end, which scripts of
+2017 look for. Times are simulation time [s].
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ from cellwright.util.files import LineFile, write_whole
 
 
 def log_path(home: Path) -> Path:
-    """Where the log of a user lies."""
+    """Return the path of a user's log."""
     return home / ".ariac" / "log" / "performance.log"
 
 
 class PerformanceLog:
-    """Writes the log of one trial. Each line is with the operating system at once.
+    """Log of one trial. Each line is flushed to the operating system at once.
 
-    A file that cannot be written is told of once, and the cell goes on without it.
+    If the file cannot be written, that is reported once, and the cell goes on without it.
 
     Args:
-        path: the file; it is begun anew.
-        report: takes a line when it cannot be written.
+        path: the file; its old content is removed.
+        report: receives a line if the file cannot be written.
     """
 
     def __init__(self, path: Path, report: Callable[[str], None]) -> None:
@@ -60,27 +60,27 @@ class PerformanceLog:
         self._file: LineFile | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            if path.is_symlink():  # the original left one, which may lead nowhere by now
+            if path.is_symlink():  # the original left one, which may be dangling by now
                 path.unlink()
             self._file = LineFile(path, report=report)
         except OSError as error:
             report(f"{path}: there will be no score log: {error.strerror or error}")
 
     def effect(self, effect: effects.Effect, now: int) -> None:
-        """Note what the referee did at the time `now` [ns]."""
+        """Log an action of the referee at the time `now` [ns]."""
         for line in _lines(effect):
             self._write(f"[{seconds(now):.3f}] {line}")
         if isinstance(effect, effects.TrialEnded):
             self.score(effect.score, effect.process_time)
 
     def score(self, score: GameScore, process_time: int) -> None:
-        """Write the score, and how long the game took [ns], unless that has been done."""
+        """Write the score and the duration of the game [ns], unless they are written already."""
         if not self._has_score:
             self._has_score = True
             self._write("\n".join(score_lines(score, process_time)))
 
     def close(self) -> None:
-        """Write no more."""
+        """Close the log."""
         if self._file is not None:
             self._file.close()
 
@@ -106,7 +106,7 @@ def _lines(effect: effects.Effect) -> Iterator[str]:
 
 
 def score_lines(score: GameScore, process_time: int) -> Iterator[str]:
-    """The block of the score: the game, which took so long [ns], its orders, their kits."""
+    """Yield the block of the score: the game, its duration [ns], its orders, their kits."""
     yield "<game_score>"
     yield f"Total game score: [{score.total:g}]"
     yield f"Total process time: [{seconds(process_time):.3f}]"
@@ -142,7 +142,7 @@ def _word(truth: bool) -> str:  # noqa: FBT001
 
 
 OUTPUT = Path("/tmp/ariac")  # noqa: S108 - where the original put its files, and programs look for them
-"""Where the files go that say what is started."""
+"""Folder for the files that describe the started cell."""
 
 COMPETITION = "ARIAC_COMPETITION"
 """Environment variable: with any value the cell is in competition mode."""
@@ -151,12 +151,12 @@ _REMAPPING = ":="
 
 
 def without_remappings(arguments: Sequence[str]) -> list[str]:
-    """The arguments that are the program's own: `roslaunch` adds remappings, such as `__name:=ariac_node`."""
+    """Return the program's own arguments: `roslaunch` adds remappings, such as `__name:=ariac_node`."""
     return [argument for argument in arguments if _REMAPPING not in argument]
 
 
 def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> argparse.Namespace:
-    """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used."""
+    """Read the command line; an error ends the program with status 2 and a line on its usage."""
     parsed = _parser().parse_args(without_remappings(arguments))
     parsed.file = parsed.file or []
     parsed.competition = not parsed.development_mode or COMPETITION in variables
@@ -209,7 +209,7 @@ _LAUNCH = """\
 
 
 def launch_files(loaded: Loaded, text: str, *, competition: bool, verbose: bool = False) -> dict[str, str]:
-    """The content of each file, by its name."""
+    """Return the content of each file by its name."""
     options = ("" if competition else "--development-mode ") + ("--verbose " if verbose else "")
     return {
         CONFIG: text,
@@ -220,7 +220,7 @@ def launch_files(loaded: Loaded, text: str, *, competition: bool, verbose: bool 
 
 
 def resolved_text(loaded: Loaded) -> str:
-    """What a configuration comes to, as YAML; poses in m and rad."""
+    """Return the resolved configuration as YAML; poses in m and rad."""
     trial = loaded.trial
     facts: dict[str, Any] = {
         "name": trial.name,
@@ -250,52 +250,52 @@ _FAILED = 1
 
 
 def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) -> int:
-    """Start the cell, and stay until it ends; the exit status, 1 for whatever is wrong or could not be started."""
-    wanted = parse(arguments, variables)
+    """Start the cell, and stay until it ends; return the exit status, 1 for any error."""
+    options = parse(arguments, variables)
     try:
-        return _launch(wanted, variables)
+        return _launch(options, variables)
     except CellwrightError as error:
         for line in str(error).splitlines():
             sys.stderr.write(f"Error: {line}\n")
         return _FAILED
 
 
-def _launch(wanted: argparse.Namespace, variables: Mapping[str, str]) -> int:
+def _launch(options: argparse.Namespace, variables: Mapping[str, str]) -> int:
     speed = default_speed(variables)
-    text, loaded = _load(wanted)
+    text, loaded = _load(options)
     for warning in loaded.warnings:
         _warn(str(warning))
-    files = launch_files(loaded, text, competition=wanted.competition, verbose=wanted.verbose)
-    if wanted.dry_run:
+    files = launch_files(loaded, text, competition=options.competition, verbose=options.verbose)
+    if options.dry_run:
         for name, content in files.items():
             sys.stdout.write(f"# file: {name}\n{content.rstrip()}\n\n")
         return 0
     try:
-        write_launch_files(files, wanted.output)
+        write_launch_files(files, options.output)
     except UsageError as error:
         _warn(str(error))
-    if wanted.verbose:
+    if options.verbose:
         sys.stdout.write(files["gear.yaml"])
         sys.stdout.flush()
-    return _serve(loaded, wanted, variables, speed)
+    return _serve(loaded, options, variables, speed)
 
 
-def _load(wanted: argparse.Namespace) -> tuple[str, Loaded]:
-    """The configuration as it was given, and what it says. Nothing at all is a cell without arm and sensors."""
-    if not wanted.file:
-        return wanted.config, load_trial(text=wanted.config)
-    paths = [Path(file) for file in wanted.file]
+def _load(options: argparse.Namespace) -> tuple[str, Loaded]:
+    """Return the configuration as given, and the cell it describes. An empty one is a cell without arm and sensors."""
+    if not options.file:
+        return options.config, load_trial(text=options.config)
+    paths = [Path(file) for file in options.file]
     return read_texts(paths).content, load_trial(paths)
 
 
-def _serve(loaded: Loaded, wanted: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:
+def _serve(loaded: Loaded, given: argparse.Namespace, variables: Mapping[str, str], speed: float | None) -> int:
     log = PerformanceLog(log_path(Path.home()), _warn)
     console = Console(highlight=False)
     cell: list[Cell] = []
 
     def make() -> Cell:
         report = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-        cell.append(Cell(loaded.trial, competition=wanted.competition, report=report))
+        cell.append(Cell(loaded.trial, competition=given.competition, report=report))
         competition, simulation = cell[0].competition, cell[0].simulation
         competition.on_effect.append(lambda effect: log.effect(effect, simulation.now))
         return cell[0]
@@ -310,7 +310,7 @@ def _serve(loaded: Loaded, wanted: argparse.Namespace, variables: Mapping[str, s
         options=RunOptions(ends_when_done=EXIT_ON_COMPLETION in variables),
     )
     try:
-        return run_served(session, console, verbose=wanted.verbose)
+        return run_served(session, console, verbose=given.verbose)
     finally:
         for each in cell:
             log.score(each.competition.score(), each.competition.process_time)

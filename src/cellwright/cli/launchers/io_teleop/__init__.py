@@ -1,1 +1,1 @@
-"""The nodes of the io_teleop workspace, as their scripts are started: options in front of `cellwright teleop`."""
+"""Nodes of the io_teleop workspace, with the options of their scripts, in front of `cellwright teleop`."""

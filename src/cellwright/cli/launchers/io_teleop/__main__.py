@@ -1,4 +1,4 @@
-"""The way in of the scripts in the package `io_teleop_robot_control_node`; the first argument is the script's path."""
+"""Entry point of the scripts in the package `io_teleop_robot_control_node`; the first argument is the script's path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _INTERRUPTED = 130
 
 
 def main() -> int:
-    """Run the node that a script stands for, with the arguments of the process; its exit status."""
+    """Run the node of a script with the arguments of the process; return its exit status."""
     with interrupts_end_the_process():
         streams = StandardStreams()
         from cellwright.cli.launchers.io_teleop.arguments import command

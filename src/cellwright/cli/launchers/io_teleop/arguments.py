@@ -1,4 +1,4 @@
-"""The command lines of the vendor's scripts, and of copies of them, as those of `cellwright teleop`."""
+"""Translation of the command lines of the vendor's scripts, and of copies of them, to those of `cellwright teleop`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ GENERAL = "general_sim_robot_control_node"
 """The script for any robot."""
 
 GENERAL_NODE = "sim_robot_controller_node"
-"""The node that it is; other scripts are nodes of their own names."""
+"""Its node name; other scripts have their own names as node names."""
 
 CONFIGURATION = "vr_configs.yml"
 
@@ -23,9 +23,9 @@ _NAME = "__name"
 
 
 def command(script: str, arguments: Sequence[str], warn: Callable[[str], None]) -> list[str]:
-    """What `cellwright` is to be given for a script, by its path, and its arguments.
+    """Return the arguments of `cellwright` for a script, by its path, and its arguments.
 
-    Options of the vendor's are translated, all others handed on: those of `cellwright teleop` may be given too.
+    Options of the vendor's are translated, all others passed on: options of `cellwright teleop` work too.
 
     Raises:
         UnknownNameError: there is no such robot.
@@ -59,12 +59,12 @@ def command(script: str, arguments: Sequence[str], warn: Callable[[str], None]) 
 
 
 def find_robot(name: str, script: Path) -> str:
-    """Where a robot's configuration is: in a folder of its name beside the scripts, or at a path; else a bundled name.
+    """Return a robot's configuration: a folder of its name beside the scripts, or a path; else a bundled name.
 
     Raises:
         UnknownNameError: there is no such robot.
     """
-    # The sources of a package, or what `catkin_make install` makes of them.
+    # The sources of a package, or their copies by `catkin_make install`.
     folders = [script.parents[1] / ROBOTS, *(each / "share" / IO_TELEOP / ROBOTS for each in script.parents[2:3])]
     candidates = [place for folder in folders for place in (folder / name / CONFIGURATION, folder / name)]
     for place in (*candidates, Path(name)):

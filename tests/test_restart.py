@@ -1,4 +1,4 @@
-"""A served run that begins anew under way: time 0 again, with the same guests, its end where it was."""
+"""Tests of a served run that is restarted under way: time 0 again, with the same clients, its end where it was."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cellwright.util.files import read_json_lines
 from tests.cells import KITTING, call
 
 
-def test_it_begins_anew_once_and_ends_when_it_would_have(tmp_path: Path) -> None:
+def test_it_restarts_once_and_ends_when_it_would_have(tmp_path: Path) -> None:
     cell = Cell(KITTING)
     times: list[float] = []
 
