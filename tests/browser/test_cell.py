@@ -1,6 +1,6 @@
-"""A cell on the page: it looks as rays see it, its time obeys, several look on, and it comes back when it was gone.
+"""Cell page: it looks like the ray-cast picture, controls time, serves several viewers, and survives a restart.
 
-The tests share a cell and a window, and so they follow each other.
+The tests share a cell and a window, so their order matters.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ADDRESS = ("127.0.0.1", free_port())
 
 @contextmanager
 def served(folder: Path, trial: str) -> Iterator[Process]:
-    """A cell at the address, until the end."""
+    """Serve a cell at the address until the end."""
     command = [sys.executable, "-m", "cellwright", "serve", trial, "--development-mode", "--port", str(ADDRESS[1])]
     process = Process(command, os.environ, folder, warm=warm_start())
     try:
@@ -47,14 +47,14 @@ def served(folder: Path, trial: str) -> Iterator[Process]:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Process]:
-    """The lesson's cell in real time, for whoever wants to look."""
+    """Cell of the lesson in real time, for any client."""
     with served(tmp_path_factory.mktemp("cell"), "lesson") as process:
         yield process
 
 
 @pytest.fixture(scope="module")
 def page(cell: Process) -> Iterator[WebPage]:
-    """A page on it, which does not end with the cell."""
+    """Page of the cell, which outlives it."""
     assert cell.running
     page = WebPage(ADDRESS, port=0)
     yield page
@@ -63,13 +63,13 @@ def page(cell: Process) -> Iterator[WebPage]:
 
 @pytest.fixture(scope="module")
 def onlooker(page: WebPage, visit_all: Visit) -> Visitor:
-    """Somebody who looks on at it."""
+    """Browser on the page."""
     return visit_all(page.url)
 
 
 @pytest.fixture(scope="module")
 def cast() -> Pixels:
-    """The same cell, drawn by casting rays."""
+    """Ray-cast picture of the same cell."""
     simulation = Cell(load_trial([find_trial("lesson")]).trial).simulation
     simulation.refresh()
     size = round(WIDTH * COARSE), round(HEIGHT * COARSE)
@@ -77,7 +77,7 @@ def cast() -> Pixels:
 
 
 def seconds(visitor: Visitor) -> float:
-    """The time that the page tells [s]."""
+    """Time on the page [s]."""
     return float(visitor.read(CLOCK)[1])
 
 
@@ -124,5 +124,5 @@ def test_one_that_was_gone_and_comes_back_is_another(cell: Process, onlooker: Vi
     with served(tmp_path, "sample"):
         onlooker.wait(lambda: onlooker.find("Not connected:") is None, "cell that is back")
         onlooker.read("^sample$")
-        seen = onlooker.change(before, 3e-4)  # other parts lie in other bins
+        seen = onlooker.change(before, 3e-4)  # other parts are in other bins
         assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt

@@ -1,4 +1,4 @@
-"""Other pages: that of a robot, and one that is open to the network."""
+"""Other pages: of a robot, and one that is open to the network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A trial on the page while the bundled agent works it, to the end; then its recording, which shows it again."""
+"""Trial on the page while the bundled agent works it, to the end; then its recording."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
         onlooker = visit(cell.url)
         onlooker.read(r"^0\s+points")
         begin = onlooker.scene()
-        assert onlooker.find("order_0") is None  # it has not been announced, and this is a competition
+        assert onlooker.find("order_0") is None  # it is not announced yet, and this is a competition
         host, port = cell.address
         command = [sys.executable, "-m", "cellwright", "run", "--connect", f"{host}:{port}", "--no-picture"]
         agent = Process(command, os.environ, tmp_path)
@@ -37,14 +37,14 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
             agent.kill()
         onlooker.change(begin)
         onlooker.page.get_by_role("tab", name="Score").click()
-        onlooker.read(r"lies [\d.]+ m off the tray")  # why there are no more
+        onlooker.read(r"lies [\d.]+ m off the tray")  # the reason for the missing points
         onlooker.close()
         cell.interrupt()
     replayed(tmp_path, visit)
 
 
 def test_a_run_that_is_over_says_so_and_its_page_says_when_it_has_ended(tmp_path: Path, visit: Visit) -> None:
-    """An AGV is on its way at that moment: it is shown where it is, and nothing claims that it moves on."""
+    """An AGV is moving at that moment: the page shows its place, and does not claim that it still moves."""
     (tmp_path / "sends.py").write_text(SENDS)
     command = ("run", "lesson", "--agent", "sends.py:Sends", "--no-picture", "--speed", "0.02")
     with viewed(tmp_path, *command) as run:
@@ -76,7 +76,7 @@ class Sends:
 
 
 def replayed(folder: Path, visit: Visit) -> None:
-    """The recording's page: begun at its start, and at another moment at a click on its timeline."""
+    """Page of the recording: shown from the start, and at a time clicked on its timeline."""
     with viewed(folder, "view", "run.mcap") as recording:
         onlooker = visit(recording.url)
         onlooker.read("^paused$")

@@ -1,4 +1,4 @@
-"""The visitor of pages, at a page whose content is known."""
+"""Visitor of pages, on a page with known content."""
 
 import threading
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ GREEN = Hues(120.0)
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[str]:
-    """A green box, a text, and a button that changes the text."""
+    """Green box, text, and a button that changes the text."""
     server = viser.ViserServer(host="127.0.0.1", port=(port := free_port()), verbose=False)
     server.scene.add_box("/box", dimensions=(1, 1, 1), color=(20, 200, 40))
     said = server.gui.add_markdown("waiting")

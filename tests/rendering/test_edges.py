@@ -10,7 +10,7 @@ COUNT = WIDTH * HEIGHT
 
 
 def flat_layer() -> Layer:
-    """A picture of one level grey surface."""
+    """Layer of one level grey surface."""
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     zeros = np.zeros(COUNT, np.float32)
     albedo = np.full((COUNT, 3), 0.5, np.float32)
@@ -18,7 +18,7 @@ def flat_layer() -> Layer:
 
 
 def around(row: int, column: int) -> set[int]:
-    """A pixel and its neighbours in the same row and column."""
+    """Pixel and its neighbours in the same row and column."""
     places = {(row, column), (row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)}
     return {r * WIDTH + c for r, c in places if 0 <= r < HEIGHT and 0 <= c < WIDTH}
 

@@ -1,4 +1,4 @@
-"""The way to draw that somebody has settled: one that exists, or a line that says which do."""
+"""Backend in the environment: an existing one, or an error that lists them."""
 
 from __future__ import annotations
 

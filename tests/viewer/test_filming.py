@@ -86,4 +86,4 @@ def test_a_video_that_comes_to_an_end_is_told_once_and_the_run_goes_on(tmp_path:
     (warning,) = filmed.warnings
     assert "a.mp4: the video is not whole: the process that draws has ended" in warning
     assert not filmed.film.is_whole
-    assert len(filmed.times) < 21  # nothing is drawn for nobody
+    assert len(filmed.times) < 21  # the dropped frames were not drawn

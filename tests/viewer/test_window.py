@@ -1,4 +1,4 @@
-"""The window on a robot: why there is none, what it shows, and a real one where there is a virtual display."""
+"""Window on a robot: reasons against it, its content, and a real one on a virtual display."""
 
 import importlib.util
 import math
@@ -36,7 +36,7 @@ def node() -> RobotNode:
 
 @pytest.fixture
 def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A display that nobody sees."""
+    """Virtual display."""
     command = ["Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert process.stdout is not None
@@ -98,7 +98,7 @@ def test_the_first_view_has_the_robot_in_front(node: RobotNode) -> None:
 
 
 class Unseen:
-    """A window that nobody sees: what its sliders are moved to, one value a look."""
+    """Window without a display: its sliders take one value per update."""
 
     def __init__(self, data: mujoco.MjData, slider: int, values: list[float]) -> None:
         self.cam = mujoco.MjvCamera()
@@ -161,7 +161,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
     assert shown.is_running, capfd.readouterr().err
     os.kill(shown._process.pid, signal.SIGSTOP)
     for _ in range(24):
-        loop.tick()  # the physics does not wait for the window
+        loop.tick()  # physics does not wait for the window
     os.kill(shown._process.pid, signal.SIGCONT)
     answered = len(asked)
     wait_until(lambda: len(asked) > answered, "more questions of the window", between=loop.tick)

@@ -1,4 +1,4 @@
-"""Cameras that take pictures: when they are drawn and delivered, and what becomes of them when it is late."""
+"""Cameras that take pictures: their drawing and delivery, and late pictures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EYE = Camera("eye", "rgbd_camera", Pose((2.0, 0.0, 0.0)), width=16, height=8, no
 
 
 class Room:
-    """A part that glides by, a camera, and what it reported."""
+    """Part that glides by, a camera, and its reports."""
 
     def __init__(self, camera: Camera = EYE) -> None:
         spec = empty_spec()
@@ -121,7 +121,7 @@ def test_what_several_want_is_drawn_once() -> None:
     leave()
     room.run(250)
     assert [kinds for _, _, kinds in room.worker.asked[1:]] == [["depth"]]
-    ((_, picture),) = room.pictures  # the one that is still there gets what was begun for both
+    ((_, picture),) = room.pictures  # the remaining listener gets the channels requested for both
     assert picture.colour is not None
 
 
@@ -195,7 +195,7 @@ def test_time_waits_for_a_picture() -> None:
     room.simulation.is_paced = True
     room.look()
     room.run(150)
-    room.worker.is_quick = False  # what is fetched then is waited for
+    room.worker.is_quick = False  # fetching waits
     room.run(410)
     assert [picture.sample for _, picture in room.pictures] == [1, 2, 3]
     assert room.camera.dropped == 0

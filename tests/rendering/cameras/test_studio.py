@@ -1,4 +1,4 @@
-"""Where pictures are drawn: a process, which may fail, and ends with those who need it."""
+"""Render service of cameras: its process may fail, and ends with its users."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
         move(simulation, "part", Pose((x, 0.0, 0.0)))
         simulation.step()
         orders.append(ask(studio))
-    for order, distance in zip(orders, (0.8, 1.3), strict=True):  # what is drawn of a part is four times as large
+    for order, distance in zip(orders, (0.8, 1.3), strict=True):  # the drawn part is four times as large
         assert order is not None
         drawn = studio.fetch(order)
         assert drawn is not None

@@ -1,4 +1,4 @@
-"""Frames as bytes: what goes in comes out, in whole and in changes, and nonsense is refused."""
+"""Frames as bytes: round trip, whole and as changes, and refusal of nonsense."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is told of a cell: all that one may know, and nothing that a competition keeps secret."""
+"""Panel of a cell: complete, without the secrets of a competition."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ FAULTY = replace(KITTING, faulty_parts=frozenset({"gear_part_2"}))
 
 
 def panel(cell: Cell) -> dict[str, Any]:
-    """The panel, as it comes over a wire."""
+    """Panel as it arrives at a client."""
     told: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel(), allow_nan=False))
     return told
 
 
 def deliver(cell: Cell) -> None:
-    """Have the kit on tray 1 judged."""
+    """Submit the kit on tray 1."""
     assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
     run(cell, 1.0)
 
@@ -66,7 +66,7 @@ def test_looking_is_no_submission() -> None:
 
 @pytest.mark.parametrize("competition", [True, False])
 def test_who_looks_on_all_along_sees_what_somebody_new_sees(*, competition: bool) -> None:
-    """What is kept from one look to the next is not what was true then."""
+    """Values cached between two requests are not stale."""
     cell = Cell(FAULTY, competition=competition)
     watching = CellPanel(cell, {"agent": "me"})
     seen = []

@@ -1,4 +1,4 @@
-"""How time passes is told and changed by guests, and nonsense is refused."""
+"""Time control by clients, and refusal of nonsense."""
 
 from __future__ import annotations
 

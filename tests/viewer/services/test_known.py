@@ -1,4 +1,4 @@
-"""What may be known of a cell: everything, but in a competition that is not over nothing that is to come."""
+"""Visibility of a cell's ground truth: all of it, but in a running competition nothing of the future."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tests.cells import KITTING, call, order, run, start
 SECRETIVE = replace(
     KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_1", "gear_part_2"})
 )
-"""Both parts that are ordered are faulty, and another order comes late."""
+"""Trial with two faulty ordered parts, and another order that comes late."""
 
 
 def told(cell: Cell) -> dict[str, Any]:
-    """The evidence, as programs are told it."""
+    """Evidence as clients receive it."""
     found: dict[str, Any] = json.loads(json.dumps(evidence_to_json(known_evidence(cell))))
     return found
 
 
 def begun(*, competition: bool = True) -> Cell:
-    """The cell, a moment after the first order has come up."""
+    """Cell a moment after the first order was announced."""
     cell = Cell(SECRETIVE, competition=competition)
     start(cell)
     run(cell, 0.1)

@@ -1,4 +1,4 @@
-"""Who is told what there is to be seen: anybody in development mode, the server's own page alone in a competition."""
+"""Access to the viewer services: any client in development mode, the server's own page alone in a competition."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def asked(guest: Talker, service: str, **asked: Any) -> Frame:
 
 
 def shows(hall: Hall, key: Any) -> Talker:
-    """A guest that shows something in place of a key."""
+    """Client that shows a value in place of a key."""
     guest = hall.guest("")
     said = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
     guest.say(Frame(Kind.HELLO, payload=json.dumps(said).encode()))

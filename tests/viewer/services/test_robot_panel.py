@@ -1,4 +1,4 @@
-"""What is told of a robot for its panel: true, as JSON, and without a trace in the robot's state."""
+"""Panel of a robot: correct, as JSON, and without effect on the robot's state."""
 
 import json
 import math
@@ -30,7 +30,7 @@ def node(shared: RobotNode) -> RobotNode:
 
 
 def told(node: RobotNode, **asked: Any) -> dict[str, Any]:
-    """The panel as it comes over a wire."""
+    """Panel as it arrives at a client."""
     return dict(json.loads(json.dumps(RobotPanel(node).tell(asked), allow_nan=False)))
 
 

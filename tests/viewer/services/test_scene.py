@@ -1,4 +1,4 @@
-"""What is to be seen, as guests are told it: whole, at any time, and without a trace in what is looked at."""
+"""Scene and frames as clients receive them: whole, at any time, and without effect on the state."""
 
 import hashlib
 import json
@@ -73,7 +73,7 @@ def test_looking_leaves_no_trace(every: int) -> None:
 
 
 class Looker:
-    """Asks as a page does: with the number of the frame that it has."""
+    """Client that polls as a page does: with the number of its newest frame."""
 
     def __init__(self, services: SceneServices) -> None:
         self.services = services
@@ -82,14 +82,14 @@ class Looker:
         self.data = b""
 
     def look(self) -> int:
-        """Ask for a frame; its sequence number."""
+        """Request a frame; return its sequence number."""
         said, self.data = self.services.frame(self.asked)
         self.frame = decode_frame(self.data, self.frame)
         self.asked = {"since": said["sequence"]}
         return int(said["sequence"])
 
     def has(self, cell: Cell) -> bool:
-        """Whether it knows where everything is now."""
+        """Return whether its poses are the current ones."""
         whole = decode_frame(self.services.frame({})[1])
         return self.frame is not None and self.frame.equals(whole) and self.frame.time == cell.simulation.now
 
@@ -118,7 +118,7 @@ def test_frame_of_same_state_keeps_its_sequence_number(monkeypatch: pytest.Monke
     number = one.look()
     assert number == other.look() == one.look()
     now = source.frame()
-    hidden = Frame(now.time, now.poses, ~now.shown)  # a part is taken away while time stands
+    hidden = Frame(now.time, now.poses, ~now.shown)  # a part disappears while time is paused
     monkeypatch.setattr(source, "frame", lambda: hidden)
     assert one.look() == other.look() == number + 1
     assert one.has(cell)

@@ -1,4 +1,4 @@
-"""What else there is to be seen of a cell and of a robot."""
+"""Sensor and contact overlays of a cell and of a robot."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""A page for features, over a real viser, and a link that takes note of what is asked."""
+"""Page for features, over a real viser, and a connection that records its requests."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from cellwright.util.errors import RejectedCommandError
 
 
 class NotingLink:
-    """Stands for the way to what is served."""
+    """Fake connection to the server."""
 
     def __init__(self) -> None:
         self.welcome: dict[str, Any] = {"timestep": [1, 500]}
         self.asked: list[dict[str, Any]] = []
         self.called: list[tuple[str, Any]] = []
         self.refuses = ""
-        """Why everything is refused; empty where nothing is."""
+        """Reason to refuse all requests; empty to accept them."""
         self.succeeds = True
 
     def ask(self, service: str, **asked: Any) -> dict[str, Any]:
@@ -37,7 +37,7 @@ class NotingLink:
 
 
 class StubPage:
-    """Has what features use of a page; what is said to people is in `said`."""
+    """Page, as far as features use it; its notifications are in `said`."""
 
     def __init__(self, server: viser.ViserServer, panel: dict[str, Any]) -> None:
         self.server, self.link, self.scene = server, NotingLink(), None
@@ -57,7 +57,7 @@ class StubPage:
 
 @contextmanager
 def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
-    """A page that ends with the block."""
+    """Page for the block."""
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:
         yield StubPage(server, panel or {})
@@ -66,7 +66,7 @@ def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
 
 
 def clicked(handle: Any, value: Any, *, by_somebody: bool = True) -> None:
-    """Have somebody at a browser click or move something, or the page itself."""
+    """Click or move something, as a browser or as the page itself."""
     handle._impl.value = value
     for act in handle._impl.update_cb:
         act(SimpleNamespace(client=object() if by_somebody else None, target=handle))

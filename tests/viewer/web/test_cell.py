@@ -1,4 +1,4 @@
-"""A cell beside its scene: what one may do is done over the same services as by everyone."""
+"""Cell panels: their controls use the same services as every client."""
 
 from __future__ import annotations
 

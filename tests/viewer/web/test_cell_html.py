@@ -1,4 +1,4 @@
-"""A cell's panel as people read it: ticks, points with their reasons, and nothing of others' as markup."""
+"""Panels of a cell as read: ticks, points with their reasons, and no foreign markup."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PIECES = (
 
 
 class Words(HTMLParser):
-    """The text in HTML, and which elements there are."""
+    """Text of an HTML document, and its elements."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -56,7 +56,7 @@ class Words(HTMLParser):
 
 
 def words(text: str) -> str:
-    """What one reads; all that was opened is closed."""
+    """Visible text; every element is closed."""
     found = Words(text)
     assert not found.open
     assert found.elements <= {"div", "span", "b", "pre"}
@@ -64,13 +64,13 @@ def words(text: str) -> str:
 
 
 def told(cell: Cell) -> dict[str, Any]:
-    """The panel, as it comes over a wire."""
+    """Panel as it arrives at a client."""
     panel: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel()))
     return panel
 
 
 def judged() -> Cell:
-    """A cell whose kit has been sent off."""
+    """Cell with a submitted kit."""
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)

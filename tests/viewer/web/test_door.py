@@ -1,4 +1,4 @@
-"""Who is let in to a page, and who is not."""
+"""Access to a page."""
 
 import http.client
 import socket
@@ -34,7 +34,7 @@ def door(token: str = "") -> Iterator[Door]:
 
 @contextmanager
 def page(token: str = "") -> Iterator[Door]:
-    """A door with viser behind it."""
+    """Access guard with viser behind it."""
     with door(token) as found:
         with found.guards_viser():
             server = Server(found.host, found.port, verbose=False)
@@ -156,7 +156,7 @@ def _has_dropped(found: Door, count: int) -> bool:
 
 
 def _is_cut_off(connection: Connection) -> bool:
-    """Whether a connection has ended; what comes on it is passed over."""
+    """Return whether a connection has ended; ignore its data."""
     try:
         connection.recv(timeout=0.01)
     except TimeoutError:

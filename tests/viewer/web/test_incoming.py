@@ -1,4 +1,4 @@
-"""Messages of browsers: what the page's own client sends is taken, all else is dropped before viser sees it."""
+"""Messages of browsers: those of the page's own client pass, all others are dropped before viser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page's way to what is served: there, gone, back, and refused."""
+"""Connection of the page to the server: there, gone, back, and refused."""
 
 import threading
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ from tests.waiting import TIMEOUT, wait_until
 
 @contextmanager
 def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
-    """Served in a thread of its own, where no time passes."""
+    """Server in a thread of its own, where no time passes."""
     server = Server(served, port=port)
     SceneServices(ServedScene(served)).offer(server)
     is_over = threading.Event()
@@ -127,7 +127,7 @@ def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
 
 
 class Pause(threading.Event):
-    """A pause between two questions that notes its length, and ends when the test ends it."""
+    """Pause between two polls that records its length, and ends when the test ends it."""
 
     def __init__(self) -> None:
         super().__init__()

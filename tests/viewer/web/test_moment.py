@@ -1,4 +1,4 @@
-"""Even motion between frames, and none where there was none."""
+"""Even motion between frames, and none without a cause."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def at(x: float, time: int = 0, shown: bool = True) -> Frame:
 def test_motion_is_even() -> None:
     moments, seen = Moments(), list[float]()
     for number in range(30):
-        wall = number * PERIOD + (0.004 if number % 2 else 0.0)  # they never come quite evenly
+        wall = number * PERIOD + (0.004 if number % 2 else 0.0)  # their intervals vary a little
         moments.take(at(0.01 * wall / PERIOD, number), run=1, wall=wall)
         for part in range(2):
             moment = moments.at(number * PERIOD + part * PERIOD / 2 + 0.005)

@@ -1,4 +1,4 @@
-"""How fast time is seen to pass."""
+"""Measured real-time factor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page in its own process, on something that is served, with those who look on: nothing is drawn here."""
+"""Page in its own process, with a server and viewers: nothing is drawn here."""
 
 import json
 import os
@@ -29,7 +29,7 @@ TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 
 
 class Hall:
-    """Something that is served, and a page on it."""
+    """Server, and a page on it."""
 
     def __init__(self, served: ViewedNode, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
         self.served = served
@@ -47,11 +47,11 @@ class Hall:
         self.server.offer(FRAME, note)
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Let time pass and serve, until something is so."""
+        """Step and serve until a condition holds."""
         wait_until(condition, "change on the page", seen=lambda: f"{len(self.asked)} questions", between=self.step)
 
     def step(self) -> None:
-        """Let a tick pass, and serve."""
+        """Step once, and serve."""
         self.served.simulation.step()
         self.server.wait(0.001)
 
@@ -111,7 +111,7 @@ def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
 @QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_asks_little_until_there_is_a_browser() -> None:
-    """Its panel's questions are counted here; the pauses between two questions are tested with `Asking`."""
+    """Its panel requests are counted here; the tests of `Asking` cover the pauses between two polls."""
     panels: list[dict[str, Any]] = []
 
     def panel(asked: dict[str, Any]) -> dict[str, Any]:
@@ -121,7 +121,7 @@ def test_a_page_asks_little_until_there_is_a_browser() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         hall.server.offer(PANEL, panel)
         hall.until(lambda: len(hall.asked) >= 3)
-        assert len(panels) <= 2  # those of its features when there is another scene
+        assert len(panels) <= 2  # those of its features for another scene
         before = len(hall.asked)
         someone = Onlooker(page.url)
         hall.until(lambda: len(hall.asked) > before + 10)
@@ -155,7 +155,7 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
 @QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_that_ends_leaves_word_of_why() -> None:
-    """What stays in a browser's window says that it is no longer of the present."""
+    """The text that stays in a browser's window says that it is not current."""
     hall = Hall(Cell(KITTING))
     page = WebPage(hall.server.address, port=0)
     someone = Onlooker(page.url)

@@ -1,4 +1,4 @@
-"""A page's own part: a feature with a defect is left out, and the others stay."""
+"""Features of a page: one that raises is dropped, and the others stay."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOLD = (0.0, FRAME, {"run": 0})
 
 
 class Sound(Feature):
-    """Notes what it is told."""
+    """Feature that records its calls."""
 
     def __init__(self) -> None:
         self.told_of: list[str] = []
@@ -48,10 +48,10 @@ class Sound(Feature):
 
 
 class Broken(Sound):
-    """Fails at one of them.
+    """Feature that fails in one method.
 
     Args:
-        at: which.
+        at: name of the method.
     """
 
     def __init__(self, at: str) -> None:

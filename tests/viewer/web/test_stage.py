@@ -1,4 +1,4 @@
-"""The stage: with shadows, or plain for those whose processor draws."""
+"""Lights and ground: with shadows, or plain for software rendering."""
 
 from unittest.mock import MagicMock
 
@@ -9,7 +9,7 @@ from cellwright.viewer.web.scene import PLAIN, Stage
 
 
 def stage() -> Stage:
-    """The one of a page."""
+    """Those of a page."""
     return next(each for each in program.features() if isinstance(each, Stage))
 
 

@@ -1,4 +1,4 @@
-"""How time passes, at the top of the panel: over a real viser, which refuses what it cannot do."""
+"""Time controls, at the top of the panel: over a real viser, which refuses what it cannot do."""
 
 from __future__ import annotations
 

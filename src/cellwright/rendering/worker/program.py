@@ -1,8 +1,7 @@
-"""Render process: chooses a backend, draws what it is asked for, and writes videos.
+"""Render process: chooses a backend, draws pictures on request, and writes videos.
 
-It is told a scene, and then what to draw of it; see `client`. It tries what there is of OpenGL, each way in a program
-of its own, for a driver stays loaded once it is, and casts rays in the end. When nobody asks any more, it finishes and
-ends.
+Its requests are a scene, and then what to draw of it; see `client`. It tries the OpenGL backends, each in a process of
+its own, since a driver stays loaded, and casts rays in the end. When its input closes, it finishes and ends.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ Renderer: TypeAlias = CastRenderer | EngineRenderer
 
 
 class Drawing:
-    """Does what is asked, in the order in which it is asked, and answers everything once.
+    """Executes requests in order, and answers each once.
 
-    `make` makes what draws a scene.
+    `make` makes the renderer of a scene.
     """
 
     def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:
@@ -47,7 +46,7 @@ class Drawing:
         self._last: NDArray[np.uint8] | None = None
 
     def work(self, asked: SimpleQueue[Any]) -> None:
-        """Do what is asked until nobody asks any more, and then finish."""
+        """Execute requests until the input closes, and then finish."""
         while (said := asked.get()) is not None:
             number, what, arguments = said
             value, error = None, ""
@@ -55,7 +54,7 @@ class Drawing:
                 value = getattr(self, f"_do_{what}")(*arguments)
             except CellwrightError as fault:
                 error = str(fault)
-            except Exception as fault:  # drivers and what stands before them have errors of their own
+            except Exception as fault:  # drivers and their wrappers have errors of their own
                 error = in_a_line(fault)
             self._answer(number, value, error)
         try:
@@ -96,7 +95,7 @@ class Drawing:
         return 0 if film is None else film.finish()
 
     def _repeat(self, times: int) -> None:
-        """Show the last picture for longer, in place of frames that nobody had the time to draw."""
+        """Show the last picture for longer, in place of dropped frames."""
         for _ in range(times):
             if self._film is not None and self._last is not None:
                 self._film.add(self._last)
@@ -112,15 +111,15 @@ class Drawing:
             return
         try:
             wire.write(self._answers, (number, value, error))
-        except OSError:  # nobody is there to be told any more; what was asked for is done all the same
+        except OSError:  # the parent is gone; pending requests are finished all the same
             self._answers = None
 
 
-_EXIT_TIMEOUT = 60.0  # [s] after nobody asks any more
+_EXIT_TIMEOUT = 60.0  # [s] after the input has closed
 
 
 def main() -> None:
-    """Draw until nobody asks any more."""
+    """Draw until the input closes."""
     way, later = _ways(sys.argv[2:])
     make: Callable[[Scene], Renderer] = CastRenderer
     if way != RAYS:
@@ -135,16 +134,16 @@ def main() -> None:
             return EngineRenderer(scene, says)
 
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a driver prints is no answer
+    os.dup2(2, 1)  # a driver's prints are no answer
     asked: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, asked), daemon=True).start()
     Drawing(make, answers).work(asked)
     sys.stderr.flush()
-    os._exit(0)  # drivers tidy up in an order of their own, and not always to the end
+    os._exit(0)  # drivers clean up in an order of their own, and may hang
 
 
 def _ways(given: list[str]) -> tuple[str, list[str]]:
-    """The way to draw now, and those to try if it fails."""
+    """Backend to use now, and those to try if it fails."""
     if not given:
         wanted = requested_backend()
         ways = OPENGL_BACKENDS if wanted not in (RAYS, *OPENGL_BACKENDS) else (wanted,)
@@ -153,7 +152,7 @@ def _ways(given: list[str]) -> tuple[str, list[str]]:
 
 
 def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:
-    """Take what comes at once, so that whoever asks never waits for a picture to be drawn."""
+    """Read requests at once, so that the parent never waits for a picture."""
     while (said := wire.read(pipe)) is not None:
         asked.put(said)
     asked.put(None)

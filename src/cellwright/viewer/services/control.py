@@ -1,21 +1,19 @@
 """Time control for viewers, and the panel service that reports it.
 
-The service `cellwright/control` takes `{"action": …}` and answers with the state as it is then:
+The service `cellwright/control` takes `{"action": …}` and answers with the new state:
 
-| action | and | what it does |
-|---|---|---|
-| `pause`, `resume` | | lets time stand, lets it pass |
-| `step` | `ticks`, 1 when left out | lets so many ticks pass, and time stand then |
-| `speed` | `factor`, a number or `"max"` | simulated seconds a wall second |
-| `reset` | | begins anew, where that is allowed |
-| `state` | | nothing |
+- `pause`, `resume`: stops time, lets it pass
+- `step` with `ticks`, default 1: lets these ticks pass, then pauses
+- `speed` with `factor`, a number or `"max"`: simulated seconds per wall second
+- `reset`: starts the run again, where allowed
+- `state`: nothing
 
-What is played, and not simulated, may know more: a recording goes to a `time` [s] when `seek` is asked for.
+A player may have more actions: a recording jumps to a `time` [s] on `seek`.
 
-None of it is part of a run's state: a run that was paused is the same run. When the run is over, the state's `over`
-says so, and all but `reset` and `state` is refused.
+None of it belongs to a run's state: a paused run is the same run. When the run is over, the state's `over` says so, and
+all actions but `reset` and `state` are refused.
 
-What a cell tells stands in `cell_panel`, what a robot tells in `robot_panel`; beside it `control` has the state that
+The panel of a cell is in `cell_panel`, the panel of a robot in `robot_panel`. Their key `control` holds the state that
 `cellwright/control` answers with.
 """
 
@@ -28,19 +26,19 @@ from cellwright.middleware.server import Server
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import CONTROL, PANEL
 
-SLOWEST, FASTEST = 0.01, 1000.0  # [simulated s a wall s] that may be asked for
-MOST_TICKS = 100_000  # that may be asked for at once
-FASTER_THAN_ANY = "max"  # stands for as fast as it goes
+SLOWEST, FASTEST = 0.01, 1000.0  # [simulated s per wall s], range of requests
+MOST_TICKS = 100_000  # in one request
+FASTER_THAN_ANY = "max"  # as fast as possible
 
 _OF_TIME = ("pause", "resume", "step", "speed")
 
 Act: TypeAlias = Callable[[dict[str, Any]], object]
-"""Does what an action asks for; refuses with a CellwrightError."""
+"""Performs an action for its request; raises a CellwrightError to refuse."""
 
 
 @dataclass(frozen=True)
 class Reset:
-    """A way to begin anew, and why it may not be done now; empty when it may."""
+    """Reset action, and the reason why it is not possible now; empty when it is."""
 
     act: Callable[[], None]
     hindrance: Callable[[], str] = lambda: ""
@@ -50,14 +48,14 @@ NO_RESET = Reset(lambda: None, lambda: "it cannot begin anew here")
 
 
 class Control:
-    """Lets guests say how time passes.
+    """Time control for clients.
 
     Args:
-        tempo: how time passes.
-        reset: how to begin anew.
-        refused: why other actions are refused, by name: a real robot's time cannot stand.
-        lockstep: whether time passes for guests that ask for it, and for nothing else.
-        acts: what can be done besides, or is done otherwise here, by the name of the action; takes what was asked.
+        tempo: rate control of the simulation.
+        reset: how to reset.
+        refused: reasons why other actions are refused, by action; a real robot's time cannot be paused.
+        lockstep: True if time advances only on request.
+        acts: further actions, or replacements, by name; each takes the request.
     """
 
     def __init__(
@@ -72,14 +70,14 @@ class Control:
         self.tempo = tempo
         self.resets = 0
         self.over = ""
-        """Why no time passes any more, such as the end of the run; empty while time may pass."""
+        """Reason why time passes no more, such as the end of the run; empty while time may pass."""
         self._reset = reset
         self._refused = dict(refused or {})
         self._lockstep = lockstep
         self._acts = dict(acts or {})
 
     def state(self) -> dict[str, Any]:
-        """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
+        """Return the state of time; its `refused` has a reason for each action that is refused."""
         tempo = self.tempo
         ended = dict.fromkeys(_OF_TIME, self.over) if self.over else {}
         refused = {**self._refused, **ended, "reset": self._reset.hindrance()}
@@ -94,7 +92,12 @@ class Control:
         }
 
     def control(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Do what is asked for; RejectedCommandError and UnknownNameError say why not."""
+        """Perform the action of a request, and return the new state.
+
+        Raises:
+            UnknownNameError: there is no such action.
+            RejectedCommandError: the action is refused; the text says why.
+        """
         acts: dict[str, Act] = {
             "pause": lambda _: self.tempo.pause(),
             "resume": lambda _: self.tempo.resume(),
@@ -136,10 +139,10 @@ def _speed(value: Any) -> float | None:
 
 
 Tell = Callable[[dict[str, Any]], dict[str, Any]]
-"""Tells what a panel shows, as JSON values; takes what was asked."""
+"""Returns a panel as JSON values; takes the request."""
 
 
 def offer_panel(server: Server, tell: Tell, control: Control) -> None:
-    """Offer a panel and the control of time on a server."""
+    """Offer a panel and time control on a server."""
     server.offer(PANEL, lambda asked: {**tell(asked), "control": control.state()})
     server.offer(CONTROL, control.control)

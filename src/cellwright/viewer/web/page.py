@@ -19,20 +19,20 @@ from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import Asking, AwayError, Link
 
-_DELAY = 1.5  # times the usual distance between two frames, by which the page is behind: one may come late unseen
-_SLOWEST = 0.25  # [s]: frames that come less often than that are shown as they come
-_LEAP = 0.5  # [m]: a body that moves farther between two frames was put there: it does not glide
+_DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
+_SLOWEST = 0.25  # [s]: frames at longer intervals are shown as they come
+_LEAP = 0.5  # [m]: a body that moves farther between two frames jumps; it is not interpolated
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What is shown.
+    """Frame to show.
 
     Attributes:
-        frame: where the bodies are.
-        is_cut: whether it does not follow from what was shown before: after a reset or a jump in time, and at first.
-        moved: (bodies,) which of them are elsewhere than in the moment before; all of them after a cut.
-        switched: (bodies,) which of them have come into sight or gone out of it; all of them after a cut.
+        frame: poses of the bodies.
+        is_cut: True if it does not continue the previous one: after a reset or a jump in time, and at first.
+        moved: (bodies,) True for those that moved since the previous moment; all after a cut.
+        switched: (bodies,) True for those that appeared or disappeared; all after a cut.
     """
 
     frame: Frame
@@ -42,7 +42,7 @@ class Moment:
 
     @classmethod
     def of(cls, frame: Frame, before: Frame | None = None) -> Moment:
-        """The moment of a frame after the one `before` it; a cut where there is none."""
+        """Moment of a frame after the one `before` it; a cut if there is none."""
         if before is None:
             everything = np.ones(len(frame.poses), np.bool_)
             return cls(frame, True, everything, everything)
@@ -57,7 +57,7 @@ class _Come:
 
 
 class Moments:
-    """Frames as they come, and what is to be shown at a time of the wall clock."""
+    """Interpolator of incoming frames, by wall time."""
 
     def __init__(self) -> None:
         self._come: deque[_Come] = deque(maxlen=8)
@@ -66,7 +66,7 @@ class Moments:
         self._shown: Frame | None = None
 
     def take(self, frame: Frame, *, run: int, wall: float) -> None:
-        """Take a frame of a run that came at `wall` [s]."""
+        """Add a frame of a run that came at `wall` [s]."""
         if self._come:
             newest = self._come[-1]
             is_other = len(frame.poses) != len(newest.frame.poses)
@@ -77,12 +77,12 @@ class Moments:
         self._come.append(_Come(frame, wall, run))
 
     def cut(self) -> None:
-        """What comes next does not follow from what was before."""
+        """Discard the frames: the next one does not continue them."""
         self._come.clear()
         self._is_cut = True
 
     def at(self, wall: float) -> Moment | None:
-        """What is to be shown at `wall` [s]; None when that is what was asked for last."""
+        """Moment to show at `wall` [s]; None if it is the one returned last."""
         if not self._come:
             return None
         is_cut, self._is_cut = self._is_cut, False
@@ -106,7 +106,7 @@ class Moments:
 
 
 def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
-    """What lies between two frames of a scene, `share` (0..1) of the way: on a line, and on the way of a turn."""
+    """Interpolate between two frames, `share` (0..1) of the way: positions linearly, rotations on their arc."""
     if np.array_equal(before.poses, after.poses) and np.array_equal(before.shown, after.shown):
         return before
     poses = before.poses + np.float32(share) * (after.poses - before.poses)
@@ -119,7 +119,7 @@ def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
 
 
 def _turned(before: NDArray[np.float32], after: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """Quaternions (n, 4) between others. The turns are small, so a line, made a unit one again, is close enough."""
+    """Interpolate quaternions (n, 4). The turns are small, so normalised linear interpolation is close enough."""
     sign = np.where((before * after).sum(axis=1, keepdims=True) < 0, -1.0, 1.0).astype(np.float32)
     mixed = before + np.float32(share) * (sign * after - before)
     length = np.linalg.norm(mixed, axis=1, keepdims=True)
@@ -128,63 +128,63 @@ def _turned(before: NDArray[np.float32], after: NDArray[np.float32], share: floa
 
 
 class Feature:
-    """One thing that a page shows, or lets one do. All of its methods are called in the page's own thread.
+    """Part of the page: something it shows or controls. The page's own thread calls all of its methods.
 
-    What viser calls when somebody clicks runs in threads of viser's: it may ask `page.link`, and may set handles.
+    Callbacks of viser run in viser's threads: they may use `page.link` and set handles.
     """
 
     page: Page
-    """Where it is shown; set before anything is called."""
+    """The page; set before any method is called."""
 
     def begin(self, scene: Scene) -> None:
-        """A scene is shown from now on: the first one, or another in its place.
+        """Start showing a scene: the first one, or a replacement.
 
-        Handles of the scene before are gone already when they are below `page.root`; those of the GUI are not.
+        Handles of the previous scene below `page.root` are removed already; those of the GUI are not.
         """
 
     def wants(self) -> dict[str, Any]:
-        """What the frame service is to be asked for besides frames, such as `{"contacts": True}`."""
+        """Overlays to request from the frame service, such as `{"contacts": True}`."""
         return {}
 
     def show(self, moment: Moment) -> None:
-        """Show what is at this moment: some 60 times a second while somebody looks on."""
+        """Show a moment: some 60 times a second while a browser is connected."""
 
     def told(self, answer: dict[str, Any]) -> None:
-        """What the frame service answered, with all that features wanted: up to 30 times a second."""
+        """Handle an answer of the frame service, with the overlays of all features: up to 30 times a second."""
 
     def panel(self, panel: dict[str, Any]) -> None:
-        """What the panel service answered: a few times a second, while somebody looks on."""
+        """Handle an answer of the panel service: a few times a second while a browser is connected."""
 
     def away(self, reason: str) -> None:
-        """Nobody answers any more; what is shown is the last that was known."""
+        """Handle the loss of the server; the page keeps showing the last state."""
 
 
 log = logging.getLogger(__name__)
 
-_PERIOD = 1 / 60  # [s] between two pictures
-_IDLE = 0.5  # [s] between two looks at whether somebody looks on
-_LAST_WORD = 0.5  # [s] for what is served to say why it has ended
-_ON_ITS_WAY = 0.5  # [s] for what was said last to get to browsers
+_PERIOD = 1 / 60  # [s] between two moments
+_IDLE = 0.5  # [s] between two checks for browsers
+_LAST_WORD = 0.5  # [s] for the server to give the reason of its end
+_ON_ITS_WAY = 0.5  # [s] for the last messages to reach browsers
 
 
 class Page:
-    """A page on what is served at an address.
+    """Page for the cell, robot or recording at an address.
 
     Args:
-        server: viser's: `server.gui` and `server.scene` are what features draw with.
+        server: viser's server: features draw with `server.gui` and `server.scene`.
         address: where the cell, the robot or the recording is served.
-        features: what it is made of, in the order of their tabs.
-        key: the key of the server there, for its own page.
+        features: its parts, in the order of their tabs.
+        key: the server's key for its own page.
 
     Attributes:
-        link: the way to what is served, for features; it is not the one that frames come by.
-        scene: what is shown; None before the first answer.
-        about: what else was said of it: `kind`, `sensors`, `tools`; empty where nothing was.
-        first_panel: what the panel service answered when the scene was begun; empty where it did not.
+        link: connection for features; frames come over another one.
+        scene: the scene it shows; None before the first answer.
+        about: constants of the scene: `kind`, `sensors`, `tools`; empty if there are none.
+        first_panel: answer of the panel service when the scene began; empty without one.
     """
 
     root = "/scene"
-    """All that is seen hangs below this node, and goes with it when another scene takes its place."""
+    """Root node of the whole scene; it is removed when another scene replaces it."""
 
     def __init__(
         self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature], *, key: str = ""
@@ -208,7 +208,7 @@ class Page:
         server.on_client_disconnect(self._somebody_left)
 
     def tab(self, name: str) -> Any:
-        """The tab of this name on the panel, made when it is first asked for; `with page.tab("View"): …` fills it."""
+        """Return the tab of this name, made on first use; `with page.tab("View"): …` fills it."""
         if self._tabs is None:
             self._tabs = self.server.gui.add_tab_group()
         if name not in self._tab:
@@ -216,14 +216,14 @@ class Page:
         return self._tab[name]
 
     def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
-        """Show a line to everybody who looks on, for a few seconds."""
+        """Show a notification in every browser for a few seconds."""
         for client in self.server.get_clients().values():
             client.add_notification(
                 title=title, body=text, auto_close_seconds=8.0 if is_bad else 4.0, color="red" if is_bad else None
             )
 
     def run(self) -> None:
-        """Keep up with what is served, until `close`."""
+        """Show the server's state until `close`."""
         self._asking.start()
         try:
             while not self._is_over:
@@ -237,7 +237,7 @@ class Page:
                 if moment is not None:
                     self._show(moment)
                 spent = time.perf_counter() - begun
-                time.sleep(max(_PERIOD - spent, spent / 2))  # never all of a core
+                time.sleep(max(_PERIOD - spent, spent / 2))  # leave part of a core free
         finally:
             if self.server.get_clients():
                 self._say_that_it_ends()
@@ -245,7 +245,7 @@ class Page:
             self.link.close()
 
     def close(self) -> None:
-        """Let `run` end; from anywhere."""
+        """End `run`; any thread may call it."""
         self._is_over = True
 
     def _wants(self) -> dict[str, Any]:
@@ -255,7 +255,7 @@ class Page:
         return wanted
 
     def _take_next(self, timeout: float) -> bool:
-        """Take what has come, and wait for it so long at most [s]; whether something has."""
+        """Handle the next result of the poller, waiting at most `timeout` [s]; return whether there was one."""
         try:
             self._take(self._asking.found.get(timeout > 0.0, timeout))
         except Empty:
@@ -275,7 +275,7 @@ class Page:
                 self._moments.take(frame, run=int(answer.get("run", 0)), wall=wall)
                 with self.server.atomic():
                     self._each(lambda feature: feature.told(answer))
-                if not self._asking.is_watched:  # who comes next sees this at once
+                if not self._asking.is_watched:  # the next browser sees this at once
                     moment = self._moments.at(time.perf_counter() + 1.0)
                     if moment is not None:
                         self._show(moment)
@@ -286,7 +286,7 @@ class Page:
         self._moments.cut()
         try:
             self.first_panel = self.link.ask(PANEL)
-        except CellwrightError:  # there is none, or it comes later
+        except CellwrightError:  # there is none, or not yet
             self.first_panel = {}
         with self.server.atomic():
             self.server.scene.remove_by_name(self.root)
@@ -308,7 +308,7 @@ class Page:
         self._away_reason = reason
 
     def _say_that_it_ends(self) -> None:
-        """Leave browsers with how all stood last, why it has ended, and nothing to press."""
+        """Leave browsers with the last state, the reason of the end, and no controls."""
         reason = self._last_word() if self._away_reason is None else self._away_reason
         if self._away_reason is not None:
             self._notice.remove()
@@ -318,7 +318,7 @@ class Page:
         time.sleep(_ON_ITS_WAY)
 
     def _last_word(self) -> str:
-        """Why what is served has ended, if it says so now."""
+        """Reason why the server has ended, if it gives one now."""
         end = time.perf_counter() + _LAST_WORD
         self._asking.wake()
         while (left := end - time.perf_counter()) > 0:
@@ -338,7 +338,7 @@ class Page:
             self.tell("Back", "What was gone is there again.")
 
     def _each(self, do: Callable[[Feature], None]) -> None:
-        """Have each feature do something. One with a defect is left out from then on, and takes no other along."""
+        """Call a function for each feature. One that raises is dropped; the others go on."""
         for feature in self.features:
             try:
                 do(feature)

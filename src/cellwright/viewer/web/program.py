@@ -1,9 +1,9 @@
-"""The process of a page: `python -m cellwright.viewer.web.program`.
+"""Process of a page: `python -m cellwright.viewer.web.program`.
 
-What it is to do comes as a line of JSON on its standard input (a token has no place among a process's arguments, which
-everybody can read): `address` [host, port] of what is served and the `key` of its server, `host` and `port` to listen
-at, `token`, `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input does, and so
-with its parent.
+It reads its options as a line of JSON from standard input, since every user can read a process's arguments, which must
+not hold a token. They are `address` [host, port] of the server and its `key`, `host` and `port` to listen at, `token`
+and `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input closes, and so with
+its parent.
 """
 
 import json
@@ -30,7 +30,7 @@ from cellwright.viewer.web.views import Views
 
 
 def features() -> list[Feature]:
-    """What a page is made of, in the order of their tabs."""
+    """Features of a page, in the order of their tabs."""
     stage = Stage(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
     told = [CellPanels(), Operator(), TimeControls()]
     seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), stage]
@@ -38,20 +38,20 @@ def features() -> list[Feature]:
 
 
 class Server(viser.ViserServer):
-    """viser's server, which lends this page to nobody: its tunnel through a server on the internet is not opened."""
+    """viser's server without sharing: it opens no tunnel through a server on the internet."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002, FBT001
-        """Nothing: there is no tunnel."""
+        """Return None: there is no tunnel."""
         return None
 
 
 def main() -> int:
-    """Show a page; the exit status."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the parent, whose end is ours
+    """Show a page; return the exit status."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent; its end ends this process
     said = _own_stdout()
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # whatever a browser sends is no concern of a terminal
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # errors of browsers do not belong on a terminal
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
-    warnings.filterwarnings("ignore", module="viser")  # such as that a browser has left while it was told something
+    warnings.filterwarnings("ignore", module="viser")  # such as of a browser that left during a message
     line = sys.stdin.readline()
     if not line:
         return 0
@@ -74,7 +74,7 @@ def main() -> int:
 
 
 def _own_stdout() -> TextIO:
-    """The standard output, for this program alone: what viser prints there goes nowhere."""
+    """Standard output for this program alone: viser's prints are discarded."""
     mine = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
@@ -82,7 +82,7 @@ def _own_stdout() -> TextIO:
 
 
 def _say(out: TextIO, what: dict[str, str]) -> None:
-    with suppress(BrokenPipeError):  # whoever asked for a page is gone already; we end as well
+    with suppress(BrokenPipeError):  # the parent is gone already; this process ends too
         out.write(json.dumps(what) + "\n")
         out.flush()
 

@@ -1,4 +1,4 @@
-"""A robot as a page sees it, from a real node's panel, and how it stands with this or that changed."""
+"""Robot as a page sees it, from a real node's panel, and states of it with changes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def seen() -> SeenRobot:
 
 
 def standing(**changes: Any) -> Standing:
-    """It stands at home, and takes commands."""
+    """State at home, with commands enabled."""
     return replace(_at_home(), **changes)
 
 
@@ -42,24 +42,24 @@ def _at_home() -> Standing:
 
 
 def number(name: str) -> int:
-    """The number of a joint."""
+    """Number of a joint."""
     return next(place for place, joint in enumerate(seen().joints) if joint.name == name)
 
 
 class Clock:
-    """A clock that is set by hand [s]."""
+    """Clock that tests set [s]."""
 
     def __init__(self) -> None:
         self.now = 100.0
 
     def __call__(self) -> float:
-        """The time."""
+        """Current time."""
         return self.now
 
 
 @contextmanager
 def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
-    """A node in real time with its scene and its panel, served by a thread; the address."""
+    """Address of a node in real time with its scene and its panel, served by a thread."""
     server = Server(node, port=port)
     SceneServices(ServedScene(node)).offer(server)
     panel = RobotPanel(node)

@@ -1,4 +1,4 @@
-"""The tab to drive with: what is used is wanted, what follows is not."""
+"""Operator tab: used controls send requests, following ones do not."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ME = 3
 
 
 class Tab:
-    """A tab, with a desk behind it."""
+    """Tab, with a command queue behind it."""
 
     def __init__(self, *, is_real: bool = False) -> None:
         self.clock, self.gui, self.stops, self.hindrance = Clock(), FakeGui(), 0, ""

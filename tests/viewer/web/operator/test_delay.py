@@ -1,4 +1,4 @@
-"""How late the robot is: what is counted, and what is not."""
+"""Command delay: counted motions, and ignored ones."""
 
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.robot_state import MAX_DELAY, Delay

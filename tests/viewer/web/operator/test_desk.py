@@ -1,4 +1,4 @@
-"""What browsers want, made into orders: nothing moves that should not, and whatever holds the robot ends all of it."""
+"""Command queue: requests of browsers become commands, and whatever holds the robot discards them."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The base's buttons, in each of its modes, at a real base."""
+"""Buttons of the base, in each of its modes, at a real base."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The operator on a page: there for a robot, and for nothing else."""
+"""Operator on a page: only for a robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Grippers by sliders: all are told each time, and those that nobody moves keep what they were told."""
+"""Gripper sliders: each command holds all grippers, and untouched ones keep their targets."""
 
 from cellwright.viewer.web.operator.moves import HOLD_TIME, Grips
 from tests.viewer.web.operator.robots import standing

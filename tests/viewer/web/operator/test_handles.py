@@ -1,4 +1,4 @@
-"""Handles and ghosts: where they stand, and what becomes of them in somebody's hand."""
+"""Handles and ghosts: their poses, and drags by a browser."""
 
 from __future__ import annotations
 

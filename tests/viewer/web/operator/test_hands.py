@@ -1,4 +1,4 @@
-"""Handles made into poses: nothing jumps, nothing creeps, and what is let go of says nothing."""
+"""Handles as pose commands: nothing jumps, nothing creeps, and a released one sends nothing."""
 
 import math
 

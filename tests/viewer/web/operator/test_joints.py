@@ -1,4 +1,4 @@
-"""Sliders made into targets: within limits, at a walk, and only when somebody wants them."""
+"""Sliders as joint targets: within limits, at limited speed, and only on request."""
 
 import pytest
 from hypothesis import given
@@ -19,7 +19,7 @@ def at(**positions: float) -> tuple[float | None, ...]:
 
 
 def walked(wanted: float, seconds: float, *, period: float = 0.02, follows: bool = True) -> tuple[list[float], str]:
-    """The targets of the elbow, by a joint that follows at once or not at all; and the note."""
+    """Targets of the elbow, for a joint that follows at once or not at all; and the note."""
     moves = JointMoves(seen())
     position, found = -1.2, []
     moves.ask(ELBOW, wanted, 0.0)

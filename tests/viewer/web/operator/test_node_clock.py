@@ -1,4 +1,4 @@
-"""The node's clock, by what was heard of it."""
+"""Estimate of the node's clock."""
 
 import pytest
 

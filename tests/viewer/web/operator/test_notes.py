@@ -1,4 +1,4 @@
-"""Lines for whoever drives."""
+"""Notes for the operator."""
 
 from cellwright.viewer.web.operator.command_queue import NOTE_DURATION, NOTE_GAP, Notes
 

@@ -1,4 +1,4 @@
-"""Whether a hand gets there: told by how it moves, in the robot's own time."""
+"""Reach of a hand, from its motion in the robot's own time."""
 
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.robot_state import Reach, ReachOfHand, rotation_angle

@@ -1,4 +1,4 @@
-"""What a page reads of a robot's panel, which comes over a wire."""
+"""Robot and state from a panel that comes over the network."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is said of a robot: its state at a glance, and nothing from outside that a browser would carry out."""
+"""Text of a robot's state: readable at a glance, without foreign markup that a browser would execute."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The operator at a real node in real time: hands get where they are put, a stop gets through, and a node may go."""
+"""Operator at a real node in real time: hands reach their targets, a stop gets through, and a node may end."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def node() -> Iterator[RobotNode]:
 
 
 def at_work(worker: Worker) -> Desk:
-    """Its desk, once the robot has told how it stands."""
+    """Command queue, once the robot's state is known."""
     worker.start()
     wait_until(lambda: worker.desk is not None and worker.desk.is_at_rest, "robot at rest")
     assert worker.desk is not None

@@ -1,7 +1,7 @@
-"""Command queue of the operator: what browsers ask of a robot, from any thread, and notes about it.
+"""Command queue of the operator: requests of browsers to a robot, from any thread, and notes about them.
 
-Nothing is sent to a robot that takes no commands, and whatever holds it (a stop, a reset, switching it off, a refusal)
-ends all that was wanted: nothing goes on by itself afterwards.
+A robot that accepts no commands gets none. Whatever holds it (a stop, a reset, disabling, a refusal) discards all
+requests: the robot does not resume on its own.
 """
 
 import math
@@ -17,12 +17,12 @@ from cellwright.viewer.web.operator import moves
 from cellwright.viewer.web.operator.moves import Grips, Hands, JointMoves
 from cellwright.viewer.web.operator.robot_state import Delay, Reach, ReachOfHand, SeenRobot, Standing
 
-NOTE_DURATION = 6.0  # [s] for which a line stands
-NOTE_GAP = 1.0  # [s] at least between two lines of the same kind
+NOTE_DURATION = 6.0  # [s] for which a note is shown
+NOTE_GAP = 1.0  # [s] between two notes of the same kind, at least
 
 
 class Notes:
-    """The newest line."""
+    """Newest note."""
 
     def __init__(self) -> None:
         self.text = ""
@@ -31,7 +31,7 @@ class Notes:
         self._told: dict[str, float] = {}
 
     def tell(self, text: str, now: float, *, kind: str = "", is_bad: bool = False) -> None:
-        """Show a line from `now` [s] on; one of a kind that was told less than a second ago is dropped."""
+        """Show a note from `now` [s] on; drop one of a kind that was shown less than a second ago."""
         if kind and now - self._told.get(kind, float("-inf")) < NOTE_GAP:
             return
         if kind:
@@ -39,7 +39,7 @@ class Notes:
         self.text, self.is_bad, self._until = text, is_bad, now + NOTE_DURATION
 
     def at(self, now: float) -> str:
-        """The line that stands at `now` [s]; empty when there is none."""
+        """Note to show at `now` [s]; empty if there is none."""
         return self.text if now < self._until else ""
 
 
@@ -48,11 +48,17 @@ Wish: TypeAlias = Order | MoveBase
 READ_ONLY = "this robot is moved by a driver: the page shows it and stops it, and leaves driving to others"
 
 _FARTHEST = 50.0  # [m]: a handle farther away is a mistake
-_AT_REST = 1e-3  # [rad; m] that a joint may move between two looks
+_AT_REST = 1e-3  # [rad; m] that a joint at rest may move between two polls
 
 
 class Desk:
-    """Takes what browsers want of a robot. `clock` tells the time of the wall [s]; `wake` is set when there is work."""
+    """Command queue of a robot's browsers.
+
+    Args:
+        robot: the robot.
+        clock: returns the wall time [s].
+        wake: set when there is work.
+    """
 
     def __init__(
         self, robot: SeenRobot, clock: Callable[[], float] = time.perf_counter, wake: threading.Event | None = None
@@ -63,25 +69,25 @@ class Desk:
         self.grips = Grips(len(robot.grippers))
         self.notes = Notes()
         self.delay = Delay()
-        self.standing: Standing | None = None  # as heard last
+        self.standing: Standing | None = None  # the newest state
         self.reach: tuple[Reach, ...] = ()
-        """How it stands with each hand."""
+        """Reach of each hand."""
         self.wake = wake or threading.Event()
-        self.active = float("-inf")  # when somebody wanted something last [s]
+        self.active = float("-inf")  # [s], time of the last request
         self.spurned: dict[int, Pose] = {}
-        """World_T_tip of hands as they were wanted when the node refused something; until something else is wanted."""
+        """Requested world_T_tip of hands at the last refusal of the node; until the next request."""
         self._clock = clock
         self._watches = [ReachOfHand() for _ in robot.arms]
         self._asks: list[Ask] = []
         self._base: MoveBase | None = None
         self._is_stopping = False
         self.is_at_rest = False
-        """Whether no joint has moved between the two newest looks."""
+        """True if no joint moved between the two newest polls."""
         self._lock = threading.RLock()
         self._arm_joints = {joint for group in robot.groups if group.kind == "arm" for joint in group.joints}
 
     def grab(self, arm: int, browser: int, handle: Pose) -> bool:
-        """Somebody takes hold of a hand by its handle at world_T_handle; False if that is not to be had."""
+        """Grab the handle of a hand at world_T_handle; return False if refused."""
         with self._lock:
             if not self._may_move() or self.standing is None or not handle.is_finite():
                 return False
@@ -89,11 +95,11 @@ class Desk:
             if refusal:
                 self._tell(refusal, kind="grab", is_bad=True)
             else:
-                self.joints.give_way(tuple(self._arm_joints))  # poses are told for all arms at once
+                self.joints.give_way(tuple(self._arm_joints))  # pose commands cover all arms
             return not refusal
 
     def drag(self, arm: int, browser: int, handle: Pose) -> None:
-        """The handle was moved to world_T_handle."""
+        """Drag a handle to world_T_handle."""
         with self._lock:
             if not handle.is_finite() or any(abs(value) > _FARTHEST for value in handle.position):
                 return
@@ -102,12 +108,12 @@ class Desk:
                 self._begin(is_first=not had_strayed and self.hands.has_strayed(arm))
 
     def release(self, arm: int, browser: int) -> None:
-        """The handle was let go of."""
+        """Release a handle."""
         with self._lock:
             self.hands.release(arm, browser)
 
     def slide(self, joint: int, position: float) -> bool:
-        """Somebody wants a joint at a position [rad; m]; False if that is not to be had."""
+        """Request a joint position [rad; m]; return False if refused."""
         with self._lock:
             if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
@@ -121,7 +127,7 @@ class Desk:
             return True
 
     def grip(self, gripper: int, closed: float) -> bool:
-        """Somebody wants a gripper to be closed so far, 0 to 1; False if that is not to be had."""
+        """Request a gripper closing, 0 to 1; return False if refused."""
         with self._lock:
             if not 0 <= gripper < len(self.robot.grippers) or not math.isfinite(closed) or not self._may_move():
                 return False
@@ -135,7 +141,7 @@ class Desk:
             return True
 
     def drive(self, direction: str) -> None:
-        """Somebody holds a button of the base."""
+        """Drive the base while its button is held."""
         with self._lock:
             if self.robot.base_mode is None or direction not in moves.BASE_DIRECTIONS or not self._may_move():
                 return
@@ -143,7 +149,7 @@ class Desk:
             self._begin(is_first=False)
 
     def ask(self, ask: Ask) -> None:
-        """Somebody wants the robot to go home, to be switched on or off, or its stop to be over."""
+        """Request going home, enabling, disabling, or the end of a stop."""
         with self._lock:
             if self.robot.is_real:
                 self._tell(READ_ONLY, kind="read only", is_bad=True)
@@ -154,7 +160,7 @@ class Desk:
             self._begin(is_first=False)
 
     def stop(self) -> None:
-        """Somebody wants an emergency stop: it comes before all else, and all else is forgotten."""
+        """Request an emergency stop. It precedes all other requests, and discards them."""
         with self._lock:
             self._is_stopping = True
             self._asks.clear()
@@ -162,7 +168,7 @@ class Desk:
             self._begin(is_first=False)
 
     def due(self) -> list[Wish]:
-        """What is to be sent now, in order."""
+        """Commands to send now, in order."""
         with self._lock:
             if self._is_stopping:
                 return [Now.STOP]
@@ -191,14 +197,14 @@ class Desk:
         return found
 
     def sent(self, wish: Wish) -> None:
-        """A wish has got through."""
+        """Confirm that a command was sent."""
         with self._lock:
             if wish is Now.STOP:
                 self._is_stopping = False
                 self._tell("EMERGENCY STOP sent", is_bad=True)
 
     def refused(self, reason: str) -> None:
-        """The node refused what it was told: all that was wanted is over."""
+        """Handle a refusal of the node: discard all requests."""
         with self._lock:
             held = {arm: self.hands.held(arm) for arm in range(len(self.robot.arms))}
             self.spurned = {arm: pose for arm, pose in held.items() if pose is not None}
@@ -206,12 +212,12 @@ class Desk:
             self._tell(f"refused: {reason}", kind="refused", is_bad=True)
 
     def answered(self, text: str) -> None:
-        """A service has answered."""
+        """Show the answer of a service."""
         with self._lock:
             self._tell(text)
 
     def see(self, standing: Standing) -> None:
-        """This was heard of the robot."""
+        """Handle a new state of the robot."""
         with self._lock:
             now, before = self._clock(), self.standing
             self.delay.look(standing, now)
@@ -226,7 +232,7 @@ class Desk:
                 self._tell(f"let go: {standing.why_not or 'the run has begun anew'}", is_bad=True)
 
     def lose(self) -> None:
-        """Nothing is heard of the robot any more."""
+        """Handle the loss of the robot."""
         with self._lock:
             self.standing = None
             self._asks.clear()
@@ -251,7 +257,7 @@ class Desk:
         self.wake.set()
 
     def _forget(self) -> bool:
-        """All that was wanted is over; whether there was anything."""
+        """Discard all requests; return whether there were any."""
         self._base = None
         self.delay.forget()
         return any([self.hands.forget(), self.joints.forget(), self.grips.forget()])

@@ -19,7 +19,7 @@ from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 
 
 def pill(standing: Standing | None) -> tuple[str, str]:
-    """The robot's state in two or three words, and its colour."""
+    """Short text of the robot's state, and its colour."""
     if standing is None:
         return "not heard from", GREY
     if standing.is_stopped:
@@ -34,7 +34,7 @@ def pill(standing: Standing | None) -> tuple[str, str]:
 
 
 def state_html(desk: Desk, now: float) -> str:
-    """State, who commands, what was refused, the delay, and the newest note."""
+    """State, commander, refusals, delay and the newest note as HTML."""
     standing = desk.standing
     lines = [widgets.chip(*pill(standing))]
     if standing is not None:
@@ -61,16 +61,16 @@ _OPEN, _CLOSE = "Open", "Close"
 
 
 class Sliders:
-    """All that a robot has, on viser's GUI; the desk is told what somebody does."""
+    """Sliders of a robot in viser's GUI; their moves go to the command queue."""
 
     def __init__(self, gui: Any, desk: Desk) -> None:
         self._gui, self._desk = gui, desk
-        self._joints: list[tuple[int, Any, str]] = []  # joint, slider, its name when its joint is where it stands
+        self._joints: list[tuple[int, Any, str]] = []  # joint, slider, its label at rest
         self._grips: list[Any] = []
         self._both: list[Any] = []
 
     def add_grips(self, names: Sequence[str]) -> None:
-        """One for each gripper, with buttons for open and closed."""
+        """Add a slider for each gripper, with buttons for open and closed."""
         gui, desk = self._gui, self._desk
         for number, name in enumerate(names):
             slider = gui.add_slider(
@@ -93,12 +93,12 @@ class Sliders:
             self._both.append(both)
 
     def add_joints(self, group: SeenGroup) -> None:
-        """One for each joint of a group that can be moved."""
+        """Add a slider for each movable joint of a group."""
         desk, robot = self._desk, self._desk.robot
         joints = [robot.joints[number] for number in group.joints]
         for number, seen, name in zip(group.joints, joints, short_names([each.name for each in joints]), strict=True):
             if seen.upper <= seen.lower:
-                continue  # it cannot be moved
+                continue  # fixed
             slider = self._gui.add_slider(
                 name,
                 min=seen.lower,
@@ -109,21 +109,21 @@ class Sliders:
             )
 
             async def slide(event: Any, number: int = number) -> None:
-                if event.client_id is not None:  # else it was put where its joint is
+                if event.client_id is not None:  # not when it follows its joint
                     desk.slide(number, float(event.target.value))
 
             slider.on_update(slide)
             self._joints.append((number, slider, name))
 
     def allow(self, *, is_allowed: bool) -> None:
-        """Let one move them, or not."""
+        """Enable or disable the sliders."""
         for handle in (*self._grips, *(slider for _, slider, _ in self._joints)):
             handle.disabled = not is_allowed
         for group in self._both:
             group.visible = is_allowed  # viser disables no group of buttons
 
     def show(self, standing: Standing, now: float) -> None:
-        """Put them where the robot stands at `now` [s]."""
+        """Move the sliders to the robot's state at `now` [s]."""
         for number, slider in enumerate(self._grips):
             if not self._desk.grips.is_touched(number, now):
                 slider.value = float(round(100.0 * standing.grippers[number]))
@@ -132,21 +132,21 @@ class Sliders:
                 continue
             place = self._desk.robot.clamped(joint, measured)
             step = step_of(self._desk.robot.joints[joint])
-            is_off = not abs(slider.value - place) <= step  # also where a browser has sent what is no number
-            is_touched = self._desk.joints.is_touched(joint, now)  # one that was just moved tells that in its name
+            is_off = not abs(slider.value - place) <= step  # also if a browser sent NaN
+            is_touched = self._desk.joints.is_touched(joint, now)  # then its label has the measured position
             slider.label = f"{name} ({measured:.2f})" if is_off and is_touched else name
             if is_off and not is_touched:
                 slider.value = place
 
 
 def step_of(joint: SeenJoint) -> float:
-    """The step of a joint's slider [rad; m]: a round number, and fine enough."""
+    """Step of a joint's slider [rad; m]: a round number, and fine enough."""
     wanted = (joint.upper - joint.lower) / _FINENESS
     return max([step for step in _STEPS if step <= wanted], default=_STEPS[0])
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Names without the words that all of them begin with: there is little room beside a slider."""
+    """Names without their common first words: space beside a slider is narrow."""
     if len(names) < 2:
         return list(names)
     words = [name.split("_") for name in names]
@@ -157,19 +157,19 @@ def short_names(names: Sequence[str]) -> list[str]:
 
 
 _TOP = -30.0  # above all else on the page
-_FOLLOWS = 0.12  # [s] between two looks at where sliders should stand
-_ASKED = 1.5  # [s] for which a switch stands as it was put, until the robot has done it
+_FOLLOWS = 0.12  # [s] between two updates of the sliders
+_ASKED = 1.5  # [s] for which a switch keeps its new state, until the robot follows
 
 
 class Controls:
-    """The tab, and at the top of viser's GUI what must always be at hand (stop, state).
+    """Operator tab, with stop button and state above all tabs.
 
     Args:
-        gui: viser's.
+        gui: viser's GUI.
         tab: opens the tab.
-        desk: where it is told what somebody does.
-        handles: those of the hands, which have their switches here.
-        stop: does an emergency stop, at once; says what stands in its way, or nothing.
+        desk: command queue for the requests.
+        handles: handles of the hands; the tab has their switches.
+        stop: sends an emergency stop at once; returns what prevents it, or an empty text.
     """
 
     def __init__(
@@ -183,7 +183,7 @@ class Controls:
         self._gui, self._desk, self._all_handles = gui, desk, handles
         self._switched = self._followed = self._now = float("-inf")
         self._made: list[Any] = []
-        self._buttons: list[Any] = []  # those that do nothing while the robot is not heard from
+        self._buttons: list[Any] = []  # disabled while the robot does not answer
         self._sliders = Sliders(gui, desk)
         self._enabled: Any = None
         self._home: Any = None
@@ -196,7 +196,7 @@ class Controls:
                 self._build()
 
     def remove(self) -> None:
-        """Take all of it away."""
+        """Remove all controls."""
         for each in self._made:
             each.remove()
 
@@ -205,7 +205,7 @@ class Controls:
         hint = "Emergency stop: the robot holds at once"
         button = self._keep(gui.add_button("STOP", color="red", icon="hand-stop", order=_TOP, hint=hint))
 
-        def press(event: Any) -> None:  # in a thread of viser's: it waits for nobody
+        def press(event: Any) -> None:  # in a thread of viser's, so it may block
             hindrance = stop()
             if hindrance and event.client is not None:
                 event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
@@ -275,7 +275,7 @@ class Controls:
         return handle
 
     def show(self, standing: Standing | None, now: float) -> None:
-        """Show how the robot stands at `now` [s]; without that, offer nothing but the stop."""
+        """Show the robot's state at `now` [s]; without a state, enable nothing but the stop."""
         self._now = now
         if standing is not None and now - self._followed < _FOLLOWS:
             return
@@ -298,22 +298,22 @@ TAB = "Drive"
 
 
 class Operator(Feature):
-    """Drives the robot that is there, once its panel has told that it is one."""
+    """Operator of the page's robot, once a panel shows that it is one."""
 
     def __init__(self) -> None:
         self._worker: Worker | None = None
         self._handles: Handles | None = None
         self._controls: Controls | None = None
-        self._shown: Desk | None = None  # whose handles and controls there are
+        self._shown: Desk | None = None  # the queue of the current handles and controls
         self._is_robot = False
 
     def begin(self, scene: Scene) -> None:  # noqa: ARG002
-        """Another scene: its handles went with the one before."""
+        """Start another scene: its handles went with the previous one."""
         self._handles = self._shown = None
-        self.panel(self.page.first_panel)  # now, so that the tab is the first one
+        self.panel(self.page.first_panel)  # now, so that its tab comes first
 
     def panel(self, panel: dict[str, Any]) -> None:
-        """It is a robot, or it is not."""
+        """Start the operator if the panel is of a robot."""
         self._is_robot = panel.get("kind") == "robot"
         if self._is_robot and self._worker is None:
             self._worker = worker = Worker(self.page.link.address)
@@ -324,7 +324,7 @@ class Operator(Feature):
             self.page.tab(TAB)
 
     def told(self, answer: dict[str, Any]) -> None:  # noqa: ARG002
-        """Show how the robot stands."""
+        """Show the robot's state."""
         if self._worker is None or (desk := self._worker.desk) is None or not self._is_robot:
             return
         if desk is not self._shown:
@@ -334,7 +334,7 @@ class Operator(Feature):
             self._controls.show(desk.standing, time.perf_counter())
 
     def away(self, reason: str) -> None:  # noqa: ARG002
-        """Nobody answers: there is nothing to take hold of."""
+        """Disable all controls: the server does not answer."""
         if self._shown is not None:
             self._shown.lose()
         if self._handles is not None and self._controls is not None:

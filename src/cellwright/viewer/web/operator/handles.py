@@ -1,4 +1,4 @@
-"""Handles at the hands of a robot, and ghosts of where they are to be, in viser's scene."""
+"""Handles at the hands of a robot, and ghosts of their targets, in viser's scene."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +10,11 @@ from cellwright.viewer.web.operator.command_queue import Desk
 from cellwright.viewer.web.operator.robot_state import Reach, Standing, is_near, pose_of
 
 BESIDE, SHORT, REFUSED = (36, 120, 210), (235, 120, 20), (205, 30, 30)
-"""Colours of a ghost: a pose that the hand is on its way to, that it cannot get to, that was refused."""
+"""Colours of a ghost: a pose on the hand's way, out of reach, or refused."""
 
 _SIZE = 0.2  # [m] of a handle
 _RADIUS = 0.045  # [m] of a ghost
-_SLIGHT = 5e-4  # [m; rad] by which a handle may be off before it is put right
+_SLIGHT = 5e-4  # [m; rad] of deviation before a handle is corrected
 
 
 @dataclass(slots=True)
@@ -27,13 +27,13 @@ class _Hand:
 
 
 class Handles:
-    """A handle and a ghost for each hand in viser's scene, below the node `root`; the desk is told what is done."""
+    """Handle and ghost for each hand in viser's scene, below the node `root`; drags go to the command queue."""
 
     def __init__(self, scene: Any, root: str, desk: Desk) -> None:
         self.is_shown = True
-        """Whether there are to be handles."""
+        """True to show the handles."""
         self.along_hand = False
-        """Whether they move along the hand's own axes instead of the world's."""
+        """True to move along the hand's own axes instead of the world's."""
         self._desk = desk
         self._hands = [self._made(scene, f"{root}/operator/{arm}", arm) for arm in range(len(desk.robot.arms))]
 
@@ -43,7 +43,7 @@ class Handles:
         )
         desk = self._desk
 
-        async def act(event: Any) -> None:  # in the event loop, so that nothing overtakes anything
+        async def act(event: Any) -> None:  # in the event loop, so that events keep their order
             browser = int(event.client_id)
             if event.phase == "end":
                 desk.release(arm, browser)
@@ -51,7 +51,7 @@ class Handles:
             try:
                 world_T_handle = pose_of((*event.target.position, *event.target.wxyz))
             except ValueError:
-                return  # a browser may send what it likes
+                return  # a browser may send anything
             if event.phase == "start":
                 desk.grab(arm, browser, world_T_handle)
             else:
@@ -69,7 +69,7 @@ class Handles:
         return _Hand(handle, ghost, axes, way, words)
 
     def show(self, standing: Standing | None) -> None:
-        """Show how the robot stands; without that, nothing."""
+        """Show the robot's state; without one, hide all."""
         for arm, hand in enumerate(self._hands):
             if standing is None:
                 hand.handle.visible = False
@@ -87,7 +87,7 @@ class Handles:
         _put(hand.handle, tip if self.along_hand else Pose(tip.position, IDENTITY_QUATERNION))
 
     def _ghost(self, arm: int, standing: Standing) -> tuple[Pose, tuple[int, int, int], str] | None:
-        """Where a hand is to be, its colour and what there is to say; None where there is nothing to show."""
+        """Target of a hand, its colour and label; None if there is nothing to show."""
         spurned = self._desk.spurned.get(arm)
         if spurned is not None:
             return spurned, REFUSED, "refused"
@@ -117,7 +117,7 @@ class Handles:
 
 
 def _put(handle: Any, pose: Pose) -> None:
-    """Put something somewhere, unless it is there: what does not change is not sent."""
+    """Move a node to a pose, unless it is there: only changes are sent."""
     if not _is_near(handle.position, pose.position):
         handle.position = pose.position
     if not _is_near(handle.wxyz, pose.quaternion):
@@ -125,7 +125,7 @@ def _put(handle: Any, pose: Pose) -> None:
 
 
 def _is_near(found: Any, wanted: tuple[float, ...]) -> bool:
-    """Whether numbers are what they should be; where a handle is, a browser has said, which may say anything."""
+    """Return whether numbers are close to others; the browser sets a handle's pose, so they may be anything."""
     numbers = np.asarray(found)
     if numbers.shape != (len(wanted),) or numbers.dtype.kind not in "fiu":
         return False

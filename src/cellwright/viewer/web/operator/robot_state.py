@@ -17,13 +17,13 @@ from cellwright.util.pose import Pose, normalized
 
 FULL_TURN = 2.0 * math.pi
 ROOM = 1.0
-"""So far [m] a sliding joint without limits can be sent here; one that turns without end, `FULL_TURN` [rad]."""
+"""Range here [m] of a prismatic joint without limits; of a continuous one, `FULL_TURN` [rad]."""
 _SHORTEST = 1e-6  # a quaternion shorter than this has no direction
 
 
 @dataclass(frozen=True, slots=True)
 class SeenJoint:
-    """A joint: its name, its limits [rad; m], and its unit."""
+    """Joint: name, limits [rad; m] and unit."""
 
     name: str
     lower: float
@@ -33,7 +33,7 @@ class SeenJoint:
 
 @dataclass(frozen=True, slots=True)
 class SeenGroup:
-    """Joints that belong together, by number; see `cellwright.viewer.services.robot_panel.JointGroup`."""
+    """Group of joints, by number; see `cellwright.viewer.services.robot_panel.JointGroup`."""
 
     name: str
     kind: str
@@ -42,7 +42,7 @@ class SeenGroup:
 
 @dataclass(frozen=True, slots=True)
 class SeenRobot:
-    """What stays as it is; see `RobotPanel.robot`. Of the arms it has the names."""
+    """Constants of a robot, with the names of its arms; see `RobotPanel.robot`."""
 
     digest: str
     joints: tuple[SeenJoint, ...]
@@ -54,7 +54,11 @@ class SeenRobot:
 
     @classmethod
     def read(cls, panel: dict[str, Any]) -> SeenRobot:
-        """The robot in an answer that holds it; MessageError: it holds none."""
+        """Read the robot from a panel.
+
+        Raises:
+            MessageError: the panel holds no robot.
+        """
         try:
             robot = panel["robot"]
             return cls(
@@ -72,19 +76,19 @@ class SeenRobot:
             raise MessageError(f"the panel tells of no robot: {fault!r}") from None
 
     def clamped(self, joint: int, position: float) -> float:
-        """A position [rad; m] within the limits of a joint."""
+        """Clamp a position [rad; m] to the limits of a joint."""
         seen = self.joints[joint]
         return min(max(position, seen.lower), seen.upper)
 
 
 def _read(key: str, convert: Callable[[Any], Any]) -> Any:
-    """A field of `Standing`: its key in the panel, and what makes its value of the JSON."""
+    """Field of `Standing`: its key in the panel, and the conversion of its JSON value."""
     return field(metadata={"key": key, "convert": convert})
 
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """How a robot stands; the keys are explained in `cellwright.viewer.services.robot_panel`."""
+    """State of a robot; see the keys in `cellwright.viewer.services.robot_panel`."""
 
     time: int = _read("time", int)
     stamp: int = _read("stamp", int)
@@ -107,7 +111,11 @@ class Standing:
 
     @classmethod
     def read(cls, panel: dict[str, Any]) -> Standing:
-        """How it stands by an answer; MessageError: the answer is none."""
+        """Read the state from a panel.
+
+        Raises:
+            MessageError: the panel holds no robot state.
+        """
         try:
             return cls(**{each.name: each.metadata["convert"](panel[each.metadata["key"]]) for each in fields(cls)})
         except (KeyError, TypeError, ValueError) as fault:
@@ -115,7 +123,7 @@ class Standing:
 
     @property
     def why_not(self) -> str:
-        """Why the robot takes no commands now; empty when it does."""
+        """Reason why the robot accepts no commands now; empty if it does."""
         if self.is_stopped:
             return "its emergency stop is on"
         if self.is_homing:
@@ -124,7 +132,11 @@ class Standing:
 
 
 def pose_of(numbers: Any) -> Pose:
-    """The pose in x, y, z [m], qw, qx, qy, qz, which may come from a browser; ValueError: there is none in it."""
+    """Return the pose of x, y, z [m], qw, qx, qy, qz, which may come from a browser.
+
+    Raises:
+        ValueError: the numbers are no pose.
+    """
     try:
         x, y, z, *quaternion = (float(each) for each in numbers)
         qw, qx, qy, qz = quaternion
@@ -149,14 +161,14 @@ def _joint(told: dict[str, Any]) -> SeenJoint:
     return SeenJoint(str(told["name"]), lower, upper, unit)
 
 
-_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] from its pose within which a tip is there
+_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] of deviation at which a tip has reached its pose
 REST_DURATION = 0.4
-"""So long [s] of the robot's time a tip has to rest short of its pose until that is told."""
+"""Time [s] of the robot that a tip must rest short of its pose before that is reported."""
 _STILL = 0.002  # [m] and [rad] that a tip may move meanwhile
 
 
 class Reach(Enum):
-    """How it stands with a hand and its pose."""
+    """Progress of a hand to its pose."""
 
     THERE = "there"
     ON_ITS_WAY = "on its way"
@@ -164,13 +176,13 @@ class Reach(Enum):
 
 
 class ReachOfHand:
-    """Watches a hand. One that rests while its pose is elsewhere does not get there, also where the pose moves on."""
+    """Reach monitor of a hand. A hand at rest away from its target cannot get there, even if the target moves on."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[int, Pose]] = deque()
 
     def look(self, time: int, aim: Pose | None, tip: Pose) -> Reach:
-        """How it stands at the robot's time [ns]; both are world_T_tip, `aim` what it is being brought to."""
+        """Return the reach at the robot's time [ns]; `aim` is the target, and both are world_T_tip."""
         seen = self._seen
         if seen and time < seen[-1][0]:
             seen.clear()
@@ -186,23 +198,23 @@ class ReachOfHand:
 
 
 def rotation_angle(one: Pose, other: Pose) -> float:
-    """By how much [rad] two poses are turned against each other."""
+    """Angle between two orientations [rad]."""
     return 2.0 * math.acos(min(1.0, abs(float(np.dot(one.quaternion, other.quaternion)))))
 
 
 def is_near(one: Pose, other: Pose, distance: float = _NEAR, angle: float = _NEAR_ROTATION) -> bool:
-    """Whether two poses are less than this apart [m; rad]; by default, whether a tip is where it is to be."""
+    """Return whether two poses are less than this apart [m; rad]; by default, whether a tip is at its target."""
     return math.dist(one.position, other.position) < distance and rotation_angle(one, other) < angle
 
 
 MAX_DELAY = 2.0
-"""A robot that has not moved after so long [s] was not going to."""
+"""Time [s] after which a robot at rest is not expected to move any more."""
 _MOVED, _TURNED = 5e-4, 2e-3  # [m], [rad; m for joints]
 _MAX_DELAYS = 9
 
 
 class Delay:
-    """Measures it at the beginning of each motion, when the robot was at rest."""
+    """Command delay, measured from the first request to the first motion of a robot at rest."""
 
     def __init__(self) -> None:
         self._found: deque[float] = deque(maxlen=_MAX_DELAYS)
@@ -212,16 +224,16 @@ class Delay:
 
     @property
     def seconds(self) -> float | None:
-        """The median of the newest ones [s]; None before the first."""
+        """Median of the newest delays [s]; None before the first."""
         return median(self._found) if self._found else None
 
     def begin(self, standing: Standing, now: float) -> None:
-        """A hand begins to move at `now` [s]; not while another motion is still waited for."""
+        """Start measuring at `now` [s], unless a measurement is under way."""
         if self._begun is None or now - self._begun > MAX_DELAY:
             self._begun, self._tips, self._positions = now, standing.tips, standing.positions
 
     def look(self, standing: Standing, now: float) -> None:
-        """This was heard of the robot at `now` [s]."""
+        """Handle a state of the robot received at `now` [s]."""
         if self._begun is None:
             return
         if now - self._begun > MAX_DELAY or len(standing.positions) != len(self._positions):
@@ -231,7 +243,7 @@ class Delay:
             self._begun = None
 
     def forget(self) -> None:
-        """What began is no motion of the robot's any more."""
+        """Cancel the measurement: the motion was cancelled."""
         self._begun = None
 
     def _has_moved(self, standing: Standing) -> bool:
