@@ -62,7 +62,7 @@ def page(cell: Process) -> Iterator[WebPage]:
 
 
 @pytest.fixture(scope="module")
-def onlooker(page: WebPage, visit_all: Visit) -> Visitor:
+def visitor(page: WebPage, visit_all: Visit) -> Visitor:
     """Browser on the page."""
     return visit_all(page.url)
 
@@ -81,48 +81,48 @@ def seconds(visitor: Visitor) -> float:
     return float(visitor.read(CLOCK)[1])
 
 
-def test_it_appears_as_rays_see_it(onlooker: Visitor, cast: Pixels) -> None:
-    seen = onlooker.scene()
+def test_it_appears_as_rays_see_it(visitor: Visitor, cast: Pixels) -> None:
+    seen = visitor.scene()
     for name, hues in {"belt": GREEN, "AGV 1": ORANGE, "AGV 2": BLUE}.items():
         assert middle(seen, hues) == pytest.approx(middle(cast, hues), abs=0.06), name
         assert share(seen, hues) == pytest.approx(share(cast, hues), rel=0.6), name
     assert distance(seen, cast) < 0.5
 
 
-def test_time_passes_stands_and_passes_as_one_likes(onlooker: Visitor) -> None:
-    begin = seconds(onlooker)
-    onlooker.wait(lambda: seconds(onlooker) > begin, "time that passes")
-    onlooker.press("Pause")
-    onlooker.read("^paused$")
-    before = seconds(onlooker)
-    onlooker.press("10")
-    onlooker.read("asked 10 ×")  # a round trip, in which no time passes
-    assert seconds(onlooker) == before
-    onlooker.press("1 s")
-    onlooker.wait(lambda: seconds(onlooker) == pytest.approx(before + 1.0, abs=0.011), "second more")
+def test_time_passes_stands_and_passes_as_one_likes(visitor: Visitor) -> None:
+    begin = seconds(visitor)
+    visitor.wait(lambda: seconds(visitor) > begin, "time that passes")
+    visitor.press("Pause")
+    visitor.read("^paused$")
+    before = seconds(visitor)
+    visitor.press("10")
+    visitor.read("asked 10 ×")  # a round trip, in which no time passes
+    assert seconds(visitor) == before
+    visitor.press("1 s")
+    visitor.wait(lambda: seconds(visitor) == pytest.approx(before + 1.0, abs=0.011), "second more")
 
 
 def test_another_who_comes_later_sees_the_present_and_both_may_act(
-    page: WebPage, onlooker: Visitor, visit_all: Visit
+    page: WebPage, visitor: Visitor, visit_all: Visit
 ) -> None:
-    stands = seconds(onlooker)
+    stands = seconds(visitor)
     late = visit_all(page.url)
     late.read("^paused$")
     assert seconds(late) == stands
     late.press("Go on")
-    onlooker.read("^running$")
-    onlooker.wait(lambda: seconds(onlooker) > stands + 1.0, "time that goes on")
-    onlooker.press("Pause")
+    visitor.read("^running$")
+    visitor.wait(lambda: seconds(visitor) > stands + 1.0, "time that goes on")
+    visitor.press("Pause")
     late.read("^paused$")
     late.close()
 
 
-def test_one_that_was_gone_and_comes_back_is_another(cell: Process, onlooker: Visitor, tmp_path: Path) -> None:
-    before = onlooker.scene()
+def test_one_that_was_gone_and_comes_back_is_another(cell: Process, visitor: Visitor, tmp_path: Path) -> None:
+    before = visitor.scene()
     cell.kill()
-    onlooker.read("Not connected:")
+    visitor.read("Not connected:")
     with served(tmp_path, "sample"):
-        onlooker.wait(lambda: onlooker.find("Not connected:") is None, "cell that is back")
-        onlooker.read("^sample$")
-        seen = onlooker.change(before, 3e-4)  # other parts are in other bins
+        visitor.wait(lambda: visitor.find("Not connected:") is None, "cell that is back")
+        visitor.read("^sample$")
+        seen = visitor.change(before, 3e-4)  # other parts are in other bins
         assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.browser
 
 UPWARD = Hues(centre=212.0, width=14.0, saturation=0.55, value=0.5)
 """Colour of the arrow that points up; this robot has no other blue."""
-_LEAST = 20  # pixels of it
+_MIN_PIXELS = 20  # pixels of it
 
 
 class Robot:
@@ -63,7 +63,7 @@ def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
     def drag() -> bool:
         """Try once: the page may not have drawn the latest state, or noticed the mouse on the arrow."""
         rows, columns = np.nonzero(of_hue(visitor.canvas(), UPWARD))
-        if len(rows) < _LEAST:
+        if len(rows) < _MIN_PIXELS:
             return False
         x, y = (float(np.median(columns[rows <= rows.min() + 2])) + 0.5) / COARSE, (float(rows.min()) + 2.0) / COARSE
         mouse.move(x + 3.0, y + 3.0)

@@ -129,12 +129,12 @@ def test_watching_changes_nothing() -> None:
 
 
 def test_progress_runs_from_nothing_to_everything() -> None:
-    told: list[float] = []
-    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=told.append)
-    assert told[0] == 0
-    assert told[-1] == 1
-    assert told == sorted(told)
-    assert len(told) > 4
+    shares: list[float] = []
+    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=shares.append)
+    assert shares[0] == 0
+    assert shares[-1] == 1
+    assert shares == sorted(shares)
+    assert len(shares) > 4
 
 
 def test_what_goes_wrong_while_it_draws_reaches_the_caller() -> None:

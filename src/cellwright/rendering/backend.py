@@ -25,12 +25,12 @@ def requested_backend() -> str:
     Raises:
         UsageError: there is no such backend.
     """
-    way = os.environ.get(BACKEND, "")
-    if way and way not in BACKENDS:
-        said = showable(way, _MAX_SHOWN).replace("\n", " ")
-        meant = did_you_mean(way.lower(), BACKENDS)
-        raise UsageError(f"{BACKEND}={said}: give one of {', '.join(BACKENDS)}, or leave it unset{meant}")
-    return way
+    backend = os.environ.get(BACKEND, "")
+    if backend and backend not in BACKENDS:
+        value = showable(backend, _MAX_SHOWN).replace("\n", " ")
+        meant = did_you_mean(backend.lower(), BACKENDS)
+        raise UsageError(f"{BACKEND}={value}: give one of {', '.join(BACKENDS)}, or leave it unset{meant}")
+    return backend
 
 
 if sys.platform == "linux":
@@ -48,20 +48,20 @@ class NoOpenGL(CellwrightError):  # noqa: N818 (it says what there is not)
     """Error of an OpenGL backend that does not work; the text says why."""
 
 
-def open_context(way: str) -> tuple[Any, str]:
+def open_context(backend: str) -> tuple[Any, str]:
     """Return an OpenGL context without a display, current in this thread, and its renderer and version as text.
 
-    Call it before anything loads OpenGL, since `way` decides what is loaded. The context lives as long as the object.
+    Call it before anything loads OpenGL, since `backend` decides what is loaded. The object keeps the context alive.
 
     Raises:
         NoOpenGL: this backend does not work.
     """
-    if way in ("egl", "osmesa"):
-        os.environ["PYOPENGL_PLATFORM"] = way
+    if backend in ("egl", "osmesa"):
+        os.environ["PYOPENGL_PLATFORM"] = backend
     else:
         os.environ.pop("PYOPENGL_PLATFORM", None)
     try:
-        context = importlib.import_module(f"mujoco.{way}").GLContext(_CONTEXT_SIZE, _CONTEXT_SIZE)
+        context = importlib.import_module(f"mujoco.{backend}").GLContext(_CONTEXT_SIZE, _CONTEXT_SIZE)
         context.make_current()
         import mujoco
         from OpenGL import GL
@@ -70,5 +70,5 @@ def open_context(way: str) -> tuple[Any, str]:
         nothing = mujoco.MjSpec().compile()
         mujoco.MjrContext(nothing, mujoco.mjtFontScale.mjFONTSCALE_50).free()  # raises what this OpenGL lacks
     except Exception as fault:  # drivers, their loaders and PyOpenGL fail in many ways, with types of their own
-        raise NoOpenGL(f"{way}: {type(fault).__name__}: {' '.join(str(fault).split())[:200]}") from None
+        raise NoOpenGL(f"{backend}: {type(fault).__name__}: {' '.join(str(fault).split())[:200]}") from None
     return context, f"{renderer}, OpenGL {version}"

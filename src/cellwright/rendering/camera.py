@@ -125,8 +125,8 @@ class Pinhole:
         return points
 
 
-_USUAL, _WIDEST = 45.0, 180.0  # [degrees]
-_FARTHEST = 1e6  # [m]
+_DEFAULT_ANGLE, _MAX_ANGLE = 45.0, 180.0  # [degrees]
+_MAX_COORDINATE = 1e6  # [m]
 _PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
 _UPWARDS, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
@@ -160,13 +160,13 @@ def camera_of(text: str) -> Camera:
     try:
         x, y, z = (float(number) for number in eye.split(","))
         at_x, at_y, at_z = (float(number) for number in target.split(","))
-        (degrees,) = [float(each) for each in angle] or [_USUAL]
+        (degrees,) = [float(each) for each in angle] or [_DEFAULT_ANGLE]
     except ValueError:
         raise UsageError(f"{text}: give where it stands and what it looks at, such as -4,-3,3:0,0,0.6") from None
-    if any(abs(number) > _FARTHEST for number in (x, y, z, at_x, at_y, at_z)):
-        raise UsageError(f"{text}: no number may be above {_FARTHEST:g} m")
-    if not 0 < degrees < _WIDEST:
-        raise UsageError(f"{text}: it opens by more than 0 and less than {_WIDEST:g} degrees, not by {degrees:g}")
+    if any(abs(number) > _MAX_COORDINATE for number in (x, y, z, at_x, at_y, at_z)):
+        raise UsageError(f"{text}: no number may be above {_MAX_COORDINATE:g} m")
+    if not 0 < degrees < _MAX_ANGLE:
+        raise UsageError(f"{text}: it opens by more than 0 and less than {_MAX_ANGLE:g} degrees, not by {degrees:g}")
     is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
     try:
         return Camera((x, y, z), (at_x, at_y, at_z), _AHEAD if is_plumb else _UPWARDS, math.radians(degrees))

@@ -36,11 +36,11 @@ class EngineRenderer:
 
     Args:
         scene: the scene to draw.
-        says: text about the renderer. Its context is current in this thread.
+        description: text about the renderer. Its context is current in this thread.
     """
 
-    def __init__(self, scene: Scene, says: str) -> None:
-        self.says = says
+    def __init__(self, scene: Scene, description: str) -> None:
+        self.description = description
         self._scene = EngineScene(scene, prepare=_set_surroundings)
         self._model = model = self._scene.model
         model.geom_group[model.geom_rgba[:, 3] < 1] = _TRANSLUCENT
@@ -50,14 +50,14 @@ class EngineRenderer:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._target)
         self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
+    def colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
         """Return a picture (height, width, 3), sRGB.
 
         It is drawn up to three times as wide and high, and then downscaled. That smooths the edges of shadows;
         multisampling would leave them jagged, and takes as long without a GPU.
         """
-        self._place(frame, asked, depth=False)
-        camera, width, height, lamp, about = asked.camera, asked.width, asked.height, asked.lamp, asked.about
+        self._place(frame, request, depth=False)
+        camera, width, height, lamp, about = request.camera, request.width, request.height, request.lamp, request.about
         reach = _SHADOW_REACH[1]
         if about is None:  # no shared light: shadows are as sharp as the picture needs
             about = camera.target
@@ -69,9 +69,9 @@ class EngineRenderer:
         self._drawn.nlight = 2
         _set_light(self._drawn.lights[0], spot, at, np.negative(lamp), diffuse=_DIFFUSE, specular=_SPECULAR)
         _set_light(self._drawn.lights[1], directional, at, (0.0, 0.0, -1.0), ambient=_AMBIENT)
-        self._drawn.lights[0].castshadow = asked.shadows
-        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = asked.shadows
-        times = max(1, min(asked.samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
+        self._drawn.lights[0].castshadow = request.shadows
+        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = request.shadows
+        times = max(1, min(request.samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
         large = np.empty((times * height, times * width, 3), np.uint8)
         self._draw(large, None)
         if times == 1:
@@ -82,19 +82,19 @@ class EngineRenderer:
                 total += large[row::times, column::times]
         return (total // times**2).astype(np.uint8)[::-1]
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
+    def depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
         """See `CastRenderer.depth`."""
-        self._place(frame, asked, depth=True)
+        self._place(frame, request, depth=True)
         self._drawn.nlight = 0
-        nearness = np.empty((asked.height, asked.width), np.float32)  # 1 at the near plane, 0 at the far plane
+        nearness = np.empty((request.height, request.width), np.float32)  # 1 at the near plane, 0 at the far plane
         self._draw(None, nearness)
         depth: NDArray[np.float32] = _NEAR * _FAR / (_NEAR + nearness[::-1] * np.float32(_FAR - _NEAR))
         depth[nearness[::-1] <= 0] = np.inf
         return depth
 
-    def _place(self, frame: Frame, asked: PictureRequest, *, depth: bool) -> None:
+    def _place(self, frame: Frame, request: PictureRequest, *, depth: bool) -> None:
         """Move the bodies and the camera to their poses."""
-        camera, aspect = asked.camera, asked.width / asked.height
+        camera, aspect = request.camera, request.width / request.height
         self._scene.show(frame)
         option = mujoco.MjvOption()
         option.geomgroup[:] = 1

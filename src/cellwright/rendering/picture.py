@@ -251,7 +251,7 @@ def _png_chunk(kind: bytes, content: bytes) -> bytes:
 Progress: TypeAlias = Callable[[float], None]
 """Called from time to time with the finished share of the work, 0..1."""
 
-LARGEST_SIDE = 4096
+MAX_SIDE = 4096
 """Largest width and height of a picture, in pixels."""
 
 LAMP: Vector3 = (-3.2, -4.6, 7.0)
@@ -292,8 +292,8 @@ def render(
     check_size(width, height)
     if not 1 <= samples <= 8:
         raise UsageError(f"the number of samples of a picture is between 1 and 8, not {samples}")
-    tell = progress or (lambda _: None)
-    tell(0.0)
+    report = progress or (lambda _: None)
+    report(0.0)
 
     # Each thread has its own caster; all are made here, so that the state is not read after this.
     casters = [RayCaster(model, data) for _ in range(min(4, os.cpu_count() or 1))]
@@ -318,7 +318,7 @@ def render(
         try:
             for done, job in enumerate(as_completed(jobs), 1):
                 job.result()
-                tell(done / len(jobs))
+                report(done / len(jobs))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -328,8 +328,8 @@ def render(
 def check_size(width: int, height: int) -> None:
     """Raise UsageError for a picture that is empty or too large."""
     for name, value in (("width", width), ("height", height)):
-        if not 1 <= value <= LARGEST_SIDE:
-            raise UsageError(f"the {name} of a picture is between 1 and {LARGEST_SIDE}, not {value}")
+        if not 1 <= value <= MAX_SIDE:
+            raise UsageError(f"the {name} of a picture is between 1 and {MAX_SIDE}, not {value}")
 
 
 @dataclass(frozen=True)
@@ -362,26 +362,26 @@ class CastRenderer:
         scene: the scene to draw.
     """
 
-    says = RAYS
+    description = RAYS
 
     def __init__(self, scene: Scene) -> None:
         self._scene = EngineScene(scene)
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
+    def colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
         """Return a picture (height, width, 3), sRGB."""
         self._scene.show(frame)
-        camera, about = asked.camera, asked.about or asked.camera.target
-        x, y, z = np.subtract(asked.lamp, np.subtract(camera.target, about)).tolist()
+        camera, about = request.camera, request.about or request.camera.target
+        x, y, z = np.subtract(request.lamp, np.subtract(camera.target, about)).tolist()
         model, data = self._scene.model, self._scene.data
-        return render(model, data, camera, asked.width, asked.height, samples=asked.samples, lamp=(x, y, z))
+        return render(model, data, camera, request.width, request.height, samples=request.samples, lamp=(x, y, z))
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
+    def depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
         """Return the depths (height, width) [m] along the camera's line of sight.
 
         They are infinite where there is nothing. Translucent surfaces are ignored.
         """
         self._scene.show(frame)
-        camera, width, height = asked.camera, asked.width, asked.height
+        camera, width, height = request.camera, request.width, request.height
         directions = camera.directions(pixel_points(np.arange(width * height), width, samples=1), width, height)
         caster = RayCaster(self._scene.model, self._scene.data)
         hits = caster.cast(np.array(camera.eye, np.float64), directions, through_translucent=True)

@@ -14,7 +14,7 @@ from cellwright.rendering.worker import RenderingError, RenderWorker
 from cellwright.util.pose import Vector3
 
 _WAITING = 6  # frames that may wait for drawing
-_LONGEST_CAPTION = 300  # characters
+_MAX_CAPTION = 300  # characters
 
 
 Made: TypeAlias = dict[str, float | str]
@@ -55,7 +55,7 @@ class Video:
         self.error = ""
         """Reason why it ended early; empty otherwise."""
         self._options, self._lamp = options, lamp
-        self._worker = RenderWorker(scene, most=_WAITING)
+        self._worker = RenderWorker(scene, max_pending=_WAITING)
         self._repeats = 0
         self._waiting: deque[Future[None]] = deque()
         try:
@@ -93,8 +93,8 @@ class Video:
             return False
         options = self._options
         samples = 4 if options.fine else 2
-        asked = PictureRequest(camera, options.width, options.height, samples=samples, lamp=self._lamp)
-        self._waiting.append(self._worker.ask("take", frame, asked, caption[:_LONGEST_CAPTION], self._repeats))
+        request = PictureRequest(camera, options.width, options.height, samples=samples, lamp=self._lamp)
+        self._waiting.append(self._worker.ask("take", frame, request, caption[:_MAX_CAPTION], self._repeats))
         self.taken += 1
         self._repeats = 0
         return True

@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import LARGEST_SIDE
+from cellwright.rendering.picture import MAX_SIDE
 from cellwright.util.errors import UsageError
 
 WIDTH, HEIGHT = 1280, 720
@@ -14,7 +14,7 @@ WIDTH, HEIGHT = 1280, 720
 RATE = Fraction(25)
 """Frames per second of the video."""
 
-_SMALLEST_SIDE = 16
+_MIN_SIDE = 16
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,8 @@ class VideoOptions:
 def check_video_size(width: int, height: int) -> None:
     """Raise UsageError for a size that no video can have."""
     for name, value in (("width", width), ("height", height)):
-        if not _SMALLEST_SIDE <= value <= LARGEST_SIDE or value % 2:
-            raise UsageError(
-                f"the {name} of a video is an even number from {_SMALLEST_SIDE} to {LARGEST_SIDE}, not {value}"
-            )
+        if not _MIN_SIDE <= value <= MAX_SIDE or value % 2:
+            raise UsageError(f"the {name} of a video is an even number from {_MIN_SIDE} to {MAX_SIDE}, not {value}")
 
 
 def period_of(speed: float) -> Fraction:

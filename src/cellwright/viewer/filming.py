@@ -18,7 +18,7 @@ class Filming:
 
     Args:
         served: the cell or node that it films.
-        wish: file, size, speed and quality of the video.
+        options: file, size, speed and quality of the video.
         camera: the camera that it films with.
         caption: returns the line in the corner of each frame.
         waits: hold time until a frame is drawn; else frames are dropped where drawing is slower than time.
@@ -33,7 +33,7 @@ class Filming:
     def __init__(
         self,
         served: Served,
-        wish: VideoOptions,
+        options: VideoOptions,
         *,
         camera: Camera,
         caption: Callable[[], str],
@@ -43,14 +43,14 @@ class Filming:
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
         self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
-        self._period = period_of(wish.speed)
+        self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
-            least = float(tick * RATE)
+            min_speed = float(tick * RATE)
             raise UsageError(
-                f"{wish.file}: a video shows no more than a frame a tick: give a speed of {least:g} or more, "
-                f"not {wish.speed:g}"
+                f"{options.file}: a video shows no more than a frame a tick: give a speed of {min_speed:g} or more, "
+                f"not {options.speed:g}"
             )
-        self._video = Video(wish, self._taker.scene, lamp=lamp, warn=warn)
+        self._video = Video(options, self._taker.scene, lamp=lamp, warn=warn)
         self._watch: Watch | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""

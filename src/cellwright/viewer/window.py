@@ -41,10 +41,10 @@ class Window(ChildProcess):
             mujoco.mj_saveModel(model, str(file), None)
             command = [sys.executable, "-P", "-m", "cellwright.viewer.window_program"]
             super().__init__([*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""])
-            said = self.ready_line()
-        if said != _READY:
+            line = self.ready_line()
+        if line != _READY:
             self.close()
-            raise WindowError(said or "no window can be opened: its process has ended")
+            raise WindowError(line or "no window can be opened: its process has ended")
 
     def close(self) -> None:
         """Close the window. It closes on its own when the node has ended, so it first gets a moment to do so."""

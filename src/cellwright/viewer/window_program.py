@@ -43,10 +43,12 @@ def main(arguments: Sequence[str]) -> int:
 
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
-        said: Any = glfw.get_error()[1]
-        _say(f"no window can be opened: {said.decode(errors='replace') if isinstance(said, bytes) else said}")
+        reason: Any = glfw.get_error()[1]
+        _print_line(
+            f"no window can be opened: {reason.decode(errors='replace') if isinstance(reason, bytes) else reason}"
+        )
         return 1
-    _say("ready")
+    _print_line("ready")
     try:
         transport = SocketTransport((host, int(port)), node=NODE)
         _show(model, transport, has_sliders="sliders" in more)
@@ -129,7 +131,7 @@ class RobotPicture:
         mujoco.mj_forward(self._model, data)
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 

@@ -102,7 +102,7 @@ def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker
 
 @QUICK_DRAWING
 def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
-    with RenderWorker(BALL, most=2) as worker:
+    with RenderWorker(BALL, max_pending=2) as worker:
         worker.ready.result(TIMEOUT)
         os.kill(worker._process.pid, signal.SIGSTOP)
         waiting = [worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)) for _ in range(2)]

@@ -15,7 +15,7 @@ from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
 from cellwright.viewer.services.control import Control
-from cellwright.viewer.services.names import CONTROL, FOR_ONLOOKERS, FRAME
+from cellwright.viewer.services.names import CONTROL, FRAME, VIEWER_SERVICES
 from tests.cells import KITTING
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.robots import two_arms
@@ -25,29 +25,29 @@ def offered(hall: Hall, what: scene.ViewedNode, tempo: RateControl | None = None
     scene.offer_viewer_services(hall.server, what, lambda _: {"kind": "any"}, Control(tempo or RateControl()))
 
 
-def asked(guest: Talker, service: str, **asked: Any) -> Frame:
-    return guest.ask(Frame(Kind.CALL, 5, service, payload=json.dumps({"action": "state", **asked}).encode()))
+def ask(client: Talker, service: str, **request: Any) -> Frame:
+    return client.ask(Frame(Kind.CALL, 5, service, payload=json.dumps({"action": "state", **request}).encode()))
 
 
 def shows(hall: Hall, key: Any) -> Talker:
     """Client that shows a value in place of a key."""
-    guest = hall.guest("")
+    client = hall.guest("")
     said = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
-    guest.say(Frame(Kind.HELLO, payload=json.dumps(said).encode()))
-    guest.wait_for(Kind.WELCOME)
-    return guest
+    client.say(Frame(Kind.HELLO, payload=json.dumps(said).encode()))
+    client.wait_for(Kind.WELCOME)
+    return client
 
 
-@pytest.mark.parametrize("service", FOR_ONLOOKERS)
+@pytest.mark.parametrize("service", VIEWER_SERVICES)
 def test_a_competition_answers_its_own_page_and_nobody_else(service: str) -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         offered(hall, cell)
         other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
-        refused = asked(other, service)
+        refused = ask(other, service)
         assert (refused.kind, refused.name) == (Kind.REFUSED, "RejectedCommandError")
         assert refused.text() == scene.ITS_OWN_PAGE
-        assert asked(page, service).kind in (Kind.ANSWER, Kind.DATA)
+        assert ask(page, service).kind in (Kind.ANSWER, Kind.DATA)
 
 
 @pytest.mark.parametrize("what", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
@@ -56,15 +56,15 @@ def test_in_development_mode_and_of_a_robot_anybody_is_told(what: Any) -> None:
     with served(cell) as hall:
         offered(hall, cell)
         assert hall.server.key == ""
-        for guest in (hall.guest(), shows(hall, "an old key")):
-            assert {asked(guest, service).kind for service in FOR_ONLOOKERS} == {Kind.ANSWER, Kind.DATA}
+        for client in (hall.guest(), shows(hall, "an old key")):
+            assert {ask(client, service).kind for service in VIEWER_SERVICES} == {Kind.ANSWER, Kind.DATA}
 
 
 def test_who_has_no_key_lets_no_time_stand() -> None:
     cell, tempo = Cell(KITTING), RateControl(1.0)
     with served(cell) as hall:
         offered(hall, cell, tempo)
-        assert asked(hall.guest(), CONTROL, action="pause").kind is Kind.REFUSED
+        assert ask(hall.guest(), CONTROL, action="pause").kind is Kind.REFUSED
         assert not tempo.is_paused
 
 
@@ -80,7 +80,7 @@ def test_what_is_no_key_is_none_and_the_guest_is_welcome_all_the_same(shown: Any
     cell = _CELL
     with served(cell) as hall:
         offered(hall, cell)
-        assert asked(shows(hall, shown), FRAME).kind is Kind.REFUSED
+        assert ask(shows(hall, shown), FRAME).kind is Kind.REFUSED
 
 
 def test_a_key_is_good_for_one_server() -> None:
@@ -88,8 +88,8 @@ def test_a_key_is_good_for_one_server() -> None:
     with served(cell) as hall, served(cell) as later:
         for each in (hall, later):
             offered(each, cell)
-        guest = shows(later, hall.server.key)
-        assert asked(guest, FRAME).kind is Kind.REFUSED
+        client = shows(later, hall.server.key)
+        assert ask(client, FRAME).kind is Kind.REFUSED
 
 
 _CELL = Cell(KITTING)

@@ -25,14 +25,14 @@ def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         onlookers.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
-        guest = hall.guest()
-        told, data = guest.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).data()
-        assert told["digest"] == hashlib.sha256(data).hexdigest()
+        client = hall.guest()
+        answer, data = client.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).data()
+        assert answer["digest"] == hashlib.sha256(data).hexdigest()
         scene = decode_scene(bytes(data))
         assert scene.name == cell.name
         cell.step()
-        found, data = guest.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
-    assert (found["tick"], found["digest"]) == (1, told["digest"])
+        found, data = client.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
+    assert (found["tick"], found["digest"]) == (1, answer["digest"])
     frame = decode_frame(data)
     assert frame.time == cell.simulation.now
     assert len(frame.poses) == len(scene.bodies)
@@ -77,16 +77,16 @@ class Looker:
 
     def __init__(self, services: SceneServices) -> None:
         self.services = services
-        self.asked: dict[str, Any] = {}
+        self.request: dict[str, Any] = {}
         self.frame: Frame | None = None
         self.data = b""
 
     def look(self) -> int:
         """Request a frame; return its sequence number."""
-        said, self.data = self.services.frame(self.asked)
+        answer, self.data = self.services.frame(self.request)
         self.frame = decode_frame(self.data, self.frame)
-        self.asked = {"since": said["sequence"]}
-        return int(said["sequence"])
+        self.request = {"since": answer["sequence"]}
+        return int(answer["sequence"])
 
     def has(self, cell: Cell) -> bool:
         """Return whether its poses are the current ones."""

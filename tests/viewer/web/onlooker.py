@@ -28,7 +28,7 @@ CAMERA = {
 }
 
 
-class Onlooker:
+class FakeViewer:
     """Viewer of a page.
 
     Args:

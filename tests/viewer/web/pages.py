@@ -17,16 +17,16 @@ class NotingLink:
 
     def __init__(self) -> None:
         self.welcome: dict[str, Any] = {"timestep": [1, 500]}
-        self.asked: list[dict[str, Any]] = []
+        self.requests: list[dict[str, Any]] = []
         self.called: list[tuple[str, Any]] = []
         self.refuses = ""
         """Reason to refuse all requests; empty to accept them."""
         self.succeeds = True
 
-    def ask(self, service: str, **asked: Any) -> dict[str, Any]:
+    def ask(self, service: str, **request: Any) -> dict[str, Any]:
         if self.refuses:
             raise RejectedCommandError(self.refuses)
-        self.asked.append(asked)
+        self.requests.append(request)
         return {}
 
     def call(self, service: str, request: Any) -> Any:
@@ -50,7 +50,7 @@ class StubPage:
         self.tabs.append(name)
         return self._group.add_tab(name)
 
-    def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
+    def notify(self, title: str, text: str, *, is_bad: bool = False) -> None:
         assert is_bad
         self.said.append((title, text))
 
@@ -65,8 +65,8 @@ def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
         server.stop()
 
 
-def clicked(handle: Any, value: Any, *, by_somebody: bool = True) -> None:
+def clicked(handle: Any, value: Any, *, by_browser: bool = True) -> None:
     """Click or move something, as a browser or as the page itself."""
     handle._impl.value = value
     for act in handle._impl.update_cb:
-        act(SimpleNamespace(client=object() if by_somebody else None, target=handle))
+        act(SimpleNamespace(client=object() if by_browser else None, target=handle))

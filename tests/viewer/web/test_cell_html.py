@@ -63,7 +63,7 @@ def words(text: str) -> str:
     return str(found)
 
 
-def told(cell: Cell) -> dict[str, Any]:
+def panel_of(cell: Cell) -> dict[str, Any]:
     """Panel as it arrives at a client."""
     panel: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel()))
     return panel
@@ -80,7 +80,7 @@ def judged() -> Cell:
 
 
 def test_before_the_start() -> None:
-    panel = told(Cell(WHOLE))
+    panel = panel_of(Cell(WHOLE))
     said = {piece.__name__: words(piece(panel)) for piece in PIECES}
     assert "whole" in said["head_html"]
     assert "agent me · seed 0 · servo original" in said["head_html"]
@@ -94,7 +94,7 @@ def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
-    panel = told(cell)
+    panel = panel_of(cell)
     assert words(cell_panels.orders_html(panel)).count("✓") == 2
     assert "2 of 2" in words(cell_panels.orders_html(panel))
     assert "as order_0_kit_0 now 6 of 6" in words(cell_panels.trays_html(panel))
@@ -103,7 +103,7 @@ def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
 
 
 def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
-    panel = told(judged())
+    panel = panel_of(judged())
     said = words(cell_panels.evidence_html(panel))
     assert "order_0_kit_0 6 of 6" in said
     assert said.count("in its place, off by") == 2
@@ -116,7 +116,7 @@ def test_what_was_too_much_or_faulty_is_told() -> None:
     cell = Cell(replace(KITTING, faulty_parts=frozenset({"gear_part_2"})), competition=False)
     start(cell)
     run(cell, 1.1)
-    panel = told(cell)
+    panel = panel_of(cell)
     assert "faulty" in words(cell_panels.trays_html(panel))
     assert "gear_part (faulty)" in words(cell_panels.orders_html(panel))
 
@@ -124,7 +124,7 @@ def test_what_was_too_much_or_faulty_is_told() -> None:
 def test_an_order_to_come_says_when() -> None:
     cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=100.0))), competition=False)
     start(cell)
-    assert "at 100 s to come" in words(cell_panels.orders_html(told(cell)))
+    assert "at 100 s to come" in words(cell_panels.orders_html(panel_of(cell)))
 
 
 @pytest.mark.parametrize(("limit", "expected"), [(-1.0, "game 1 s,"), (10.0, "game 1 of 10 s,")])
@@ -132,11 +132,11 @@ def test_the_time_of_the_game(limit: float, expected: str) -> None:
     cell = Cell(replace(KITTING, time_limit=limit))
     start(cell)
     run(cell, 1.1)
-    assert expected in words(cell_panels.game_html(told(cell)))
+    assert expected in words(cell_panels.game_html(panel_of(cell)))
 
 
 def test_how_the_run_ended() -> None:
-    panel = told(judged())
+    panel = panel_of(judged())
     assert cell_panels.result_html(panel) == ""
     panel["result"] = {"outcome": "time_limit", "error": "", "simulated": 12.0, "wall": 3.0, "state_hash": 64 * "a"}
     assert "the run is over: time limit 12.0 s in 3.0 s 6 of 6 points all orders complete" in words(
@@ -179,7 +179,7 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
 
 
 def test_what_the_arm_hit_is_told_the_newest_first() -> None:
-    panel = told(Cell(KITTING))
+    panel = panel_of(Cell(KITTING))
     assert "Collisions" not in words(cell_panels.floor_html(panel)), "nobody has watched"
     post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
     bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
@@ -199,7 +199,7 @@ def test_what_the_arm_hit_is_told_the_newest_first() -> None:
 @given(st.text(min_size=1, max_size=60))
 @settings(deadline=None)
 def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
-    panel = told(_JUDGED)
+    panel = panel_of(_JUDGED)
     panel["name"] = panel["about"]["agent"] = text
     panel["intention"] = {"text": text, "node": "/me", "time": 0.0}
     hit = {"link": text, "obstacle": text, "begin": 0.0, "end": None, "deviation": 0.0}
@@ -220,7 +220,7 @@ def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
 def test_markup_in_an_intention_stays_text() -> None:
     cell = Cell(KITTING)
     publish(cell, "/cellwright/intention", String("<script>alert(1)</script> {1+1}"))
-    assert "<script>alert(1)</script> {1+1}" in words(cell_panels.head_html(told(cell)))
+    assert "<script>alert(1)</script> {1+1}" in words(cell_panels.head_html(panel_of(cell)))
 
 
 _JUDGED = judged()

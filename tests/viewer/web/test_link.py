@@ -19,7 +19,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
-from cellwright.viewer.web.connection import Asking, AwayError, Link
+from cellwright.viewer.web.connection import AwayError, Link, StatePoller
 from tests.cells import KITTING
 from tests.robot.robots import two_arms
 from tests.waiting import TIMEOUT, wait_until
@@ -112,7 +112,7 @@ def test_several_threads_each_get_their_own_answers() -> None:
 
 def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
     with hosted(Cell(KITTING)) as server:
-        asking = Asking(Link(server.address), lambda: {"contacts": True})
+        asking = StatePoller(Link(server.address), lambda: {"contacts": True})
         asking.is_watched = True
         asking.start()
         scene, about = asking.found.get(timeout=TIMEOUT)
@@ -141,7 +141,7 @@ class Pause(threading.Event):
 def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cellwright.viewer.web.connection.time", SimpleNamespace(perf_counter=lambda: 1.0))
     with hosted(Cell(KITTING)) as server:
-        asking = Asking(Link(server.address), dict)
+        asking = StatePoller(Link(server.address), dict)
         pause = asking._wake = Pause()
         asking.start()
         wait_until(lambda: len(pause.lengths) == 1, "first pause")
@@ -171,7 +171,7 @@ def test_what_answers_with_nonsense_counts_as_nobody(answer: Any) -> None:
     with hosted(Cell(KITTING)) as server:
         server.offer(SCENE, lambda _asked: answer)
         server.offer("cellwright/frame", lambda _asked: answer)
-        asking = Asking(Link(server.address), dict)
+        asking = StatePoller(Link(server.address), dict)
         asking.start()
         found = asking.found.get(timeout=TIMEOUT)
         assert isinstance(found, CellwrightError)
@@ -196,7 +196,7 @@ def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
         ]
         for wrong in wrongs:
             server.offer("cellwright/frame", partial(answered, wrong))
-            asking = Asking(Link(server.address), dict)
+            asking = StatePoller(Link(server.address), dict)
             asking.start()
             scene, _about = asking.found.get(timeout=TIMEOUT)
             assert isinstance(scene, Scene)
@@ -228,7 +228,7 @@ def test_poller_asks_for_changes_and_for_whole_frame_after_connection_loss() -> 
 
     with hosted(cell) as server:
         server.offer("cellwright/frame", note)
-        asking = Asking(Link(server.address), dict)
+        asking = StatePoller(Link(server.address), dict)
         asking._ask()
         asking._ask()
         assert asked[0] == asked[1] == {}, "there is no scene before the first answer"

@@ -20,7 +20,7 @@ from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Drawn, Order, Studio
+from cellwright.rendering.cameras.studio import Drawn, PendingPicture, Studio
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -87,12 +87,12 @@ class Picture(Reading):
 
 @dataclass(frozen=True, slots=True)
 class _Exposure:
-    """Picture that is being drawn, with the time of its tick; no order: it needs no drawing."""
+    """Picture that is being drawn, with the time of its tick; no pending picture: it needs no drawing."""
 
     time_ns: int
     sample: int
     world_T_camera: Pose
-    order: Order | None
+    pending: PendingPicture | None
 
 
 class PictureCamera(Sensor[Picture]):
@@ -130,10 +130,10 @@ class PictureCamera(Sensor[Picture]):
         self._studio = studio
         self._report = report
         self._body: int | None = None
-        self._wanted: Counter[str] = Counter()
+        self._requests: Counter[str] = Counter()
         self._exposures: deque[_Exposure] = deque()
-        self._untold = 0
-        self._told = -_A_SECOND
+        self._unreported = 0
+        self._reported_at = -_A_SECOND
 
     def listen(self, callback: Callable[[Picture], None]) -> Callable[[], None]:
         """Call `callback` with every picture, in all channels of the camera. See `Sensor.listen`."""
@@ -150,8 +150,8 @@ class PictureCamera(Sensor[Picture]):
         """
         if (colour and not self.description.has_colour) or (depth and not self.description.has_depth):
             raise UsageError(f"camera {self.name!r}: a {self.description.type} takes no such pictures")
-        wanted = [each for each, is_wanted in ((_COLOUR, colour), (_DEPTH, depth)) if is_wanted]
-        self._wanted.update(wanted)
+        channels = [each for each, is_requested in ((_COLOUR, colour), (_DEPTH, depth)) if is_requested]
+        self._requests.update(channels)
         leave = super().listen(callback)
         is_there = True
 
@@ -159,7 +159,7 @@ class PictureCamera(Sensor[Picture]):
             nonlocal is_there
             if is_there:
                 is_there = False
-                self._wanted.subtract(wanted)
+                self._requests.subtract(channels)
             leave()
 
         return leave_once
@@ -199,41 +199,41 @@ class PictureCamera(Sensor[Picture]):
             UsageError: nothing can be drawn.
         """
         pose = self.world_T_camera
-        order = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
-        drawn = None if order is None else self._studio.fetch(order)
+        pending = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
+        drawn = None if pending is None else self._studio.fetch(pending)
         if drawn is None:
             raise UsageError(f"camera {self.name!r} can take no picture")
-        return self._developed(_Exposure(self.simulation.now, index, pose, order), drawn)
+        return self._developed(_Exposure(self.simulation.now, index, pose, pending), drawn)
 
     def _sample(self, index: int) -> None:
         if not self.enabled:
             return
         self.simulation.refresh()
-        pose, colour, depth = self.world_T_camera, self._wanted[_COLOUR] > 0, self._wanted[_DEPTH] > 0
-        order = None
+        pose, colour, depth = self.world_T_camera, self._requests[_COLOUR] > 0, self._requests[_DEPTH] > 0
+        pending = None
         if colour or depth:
             if self._drops and self._is_behind:
                 self._leave_out()
                 return
-            order = self._begin(pose, colour=colour, depth=depth)
-            if order is None:
+            pending = self._begin(pose, colour=colour, depth=depth)
+            if pending is None:
                 return
-        self._exposures.append(_Exposure(self.simulation.now, index, pose, order))
+        self._exposures.append(_Exposure(self.simulation.now, index, pose, pending))
         if not self._latency_ns:
             self._deliver_due(0)
 
-    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> Order | None:
+    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> PendingPicture | None:
         shadows = self.description.shadows
         return self._studio.ask(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows)
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns
         while self._exposures and self._exposures[0].time_ns <= latest:
-            order = self._exposures[0].order
-            if order is not None and self._drops and not order.is_drawn:
+            pending = self._exposures[0].pending
+            if pending is not None and self._drops and not pending.is_drawn:
                 break  # it comes when it is ready
             exposure = self._exposures.popleft()
-            drawn = (None, None) if order is None else self._studio.fetch(order)
+            drawn = (None, None) if pending is None else self._studio.fetch(pending)
             if drawn is not None:
                 self._deliver(self._developed(exposure, drawn))
 
@@ -269,20 +269,21 @@ class PictureCamera(Sensor[Picture]):
     @property
     def _is_behind(self) -> bool:
         """True if so many pictures are being drawn that another one would be late."""
-        most = max(1, -(-self._latency_ns // self._period_ns))
-        waiting = sum(each.order is not None and not each.order.is_drawn for each in self._exposures)
-        return waiting >= most
+        max_waiting = max(1, -(-self._latency_ns // self._period_ns))
+        waiting = sum(each.pending is not None and not each.pending.is_drawn for each in self._exposures)
+        return waiting >= max_waiting
 
     def _leave_out(self) -> None:
         self.dropped += 1
-        self._untold += 1
+        self._unreported += 1
         now = self.simulation.now
-        if now - self._told >= _A_SECOND and self._studio.is_ready:
+        if now - self._reported_at >= _A_SECOND and self._studio.is_ready:
+            noun = "picture" if self._unreported == 1 else "pictures"
             self._report(
-                f"camera {self.name}: {self._untold} {'picture' if self._untold == 1 else 'pictures'} left out, "
+                f"camera {self.name}: {self._unreported} {noun} left out, "
                 f"{self.dropped} in all: drawing takes longer than the time between two"
             )
-            self._told, self._untold = now, 0
+            self._reported_at, self._unreported = now, 0
 
     def attach(self, simulation: Simulation) -> None:
         """Join a simulation, on the body that the camera is fixed to."""
@@ -294,8 +295,8 @@ class PictureCamera(Sensor[Picture]):
     def reset(self) -> None:
         """Start a run, with no dropped pictures."""
         super().reset()
-        self.dropped = self._untold = 0
-        self._told = -_A_SECOND
+        self.dropped = self._unreported = 0
+        self._reported_at = -_A_SECOND
         self._studio.reopen()
 
     def close(self) -> None:

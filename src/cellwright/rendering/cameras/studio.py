@@ -36,7 +36,7 @@ Depths are infinite where there is nothing, and have no noise."""
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class PendingPicture:
     """Requested picture: futures of its colours and its depths, each if requested."""
 
     colour: Future[NDArray[np.uint8]] | None
@@ -87,7 +87,7 @@ class Studio:
 
     def ask(
         self, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool, shadows: bool = True
-    ) -> Order | None:
+    ) -> PendingPicture | None:
         """Request a picture of this tick; return None if nothing can be drawn."""
         if self._is_broken:
             return None
@@ -98,21 +98,23 @@ class Studio:
             # for a cell that is not closed, too; pictures that are not fetched delay nothing
             self._end = weakref.finalize(self, worker.close, _ABANDON_TIMEOUT)
         frame, worker, camera = self._this_frame(self._taker), self._worker, pinhole.at(world_T_camera)
-        asked = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
-        return Order(worker.colour(frame, asked) if colour else None, worker.depth(frame, asked) if depth else None)
+        request = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
+        return PendingPicture(
+            worker.colour(frame, request) if colour else None, worker.depth(frame, request) if depth else None
+        )
 
     @property
     def is_ready(self) -> bool:
         """True once the render process draws."""
         return self._worker is not None and self._worker.ready.done()
 
-    def fetch(self, order: Order) -> Drawn | None:
+    def fetch(self, pending: PendingPicture) -> Drawn | None:
         """Wait for a requested picture, and return it; None if drawing failed."""
         if self._worker is None:
             return None
         try:
-            colour = None if order.colour is None else order.colour.result()
-            return colour, None if order.depth is None else order.depth.result()
+            colour = None if pending.colour is None else pending.colour.result()
+            return colour, None if pending.depth is None else pending.depth.result()
         except RenderingError as error:
             self._give_up(error)
             return None

@@ -106,7 +106,7 @@ class Scene:
 _FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries
 _WHOLE, _CHANGES = 0, 1
 _FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
-MOST_BODIES = 100_000  # limit for decoded data
+MAX_BODIES = 100_000  # limit for decoded data
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +170,7 @@ def decode_frame(data: bytes | memoryview, before: Frame | None = None) -> Frame
         entries = np.frombuffer(data, _FRAME_ENTRY, changed, _FRAME_HEAD.size)
     except (struct.error, ValueError):
         raise MessageError(f"these {len(data)} bytes are no frame of a scene") from None
-    if len(data) != _FRAME_HEAD.size + entries.nbytes or count > MOST_BODIES or kind not in (_WHOLE, _CHANGES):
+    if len(data) != _FRAME_HEAD.size + entries.nbytes or count > MAX_BODIES or kind not in (_WHOLE, _CHANGES):
         raise MessageError(f"these {len(data)} bytes are no frame of a scene")
     if kind == _WHOLE:
         is_fitting = np.array_equal(entries["body"], np.arange(count))
@@ -231,7 +231,7 @@ def _scene(document: dict[str, Any]) -> Scene:
         raise ValueError(f"its format is {document['format']!r:.20}, and {_SCENE_FORMAT} is known")
     meshes = tuple(_mesh(*each) for each in document["meshes"])
     bodies = tuple(document["bodies"])
-    if not 1 <= len(bodies) <= MOST_BODIES or not all(isinstance(name, str) for name in bodies):
+    if not 1 <= len(bodies) <= MAX_BODIES or not all(isinstance(name, str) for name in bodies):
         raise ValueError("its bodies have no names")
     shapes = tuple(_shape(each, len(bodies), len(meshes)) for each in document["shapes"])
     return Scene(str(document["name"]), bodies, shapes, meshes)

@@ -74,8 +74,8 @@ def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDA
     return np.where(size > 0, total / np.where(size > 0, size, 1.0), own)
 
 
-_BEVEL, _MOST_BEVEL = 0.08, 0.004  # share of the smallest half side; [m]
-_LEAST_BEVELLED = 0.004  # [m]: a thinner box has no bevel
+_BEVEL, _MAX_BEVEL = 0.08, 0.004  # share of the smallest half side; [m]
+_MIN_BEVELLED = 0.004  # [m]: a thinner box has no bevel
 
 _Corner = tuple[dict[int, int], int]
 """Octant of a corner, as a sign per axis, and the axis of its side: a bevelled corner is three corners."""
@@ -84,7 +84,7 @@ _Corner = tuple[dict[int, int], int]
 def box_triangles(half: Vector3) -> Triangles:
     """Return a box with these half sides [m]; unless it is thin, small bevels make its edges catch the light."""
     least = min(half)
-    bevel = min(_BEVEL * least, _MOST_BEVEL) if least > _LEAST_BEVELLED else 0.0
+    bevel = min(_BEVEL * least, _MAX_BEVEL) if least > _MIN_BEVELLED else 0.0
     octants, set_back, normals, faces = _pattern(is_broken=bevel > 0)
     return Triangles(octants * np.array(half) - bevel * set_back, normals, faces)
 

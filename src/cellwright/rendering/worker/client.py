@@ -31,7 +31,7 @@ class RenderWorker(ChildProcess):
 
     Args:
         scene: the scene to draw.
-        most: number of pending requests at which `has_room` turns False.
+        max_pending: number of pending requests at which `has_room` turns False.
 
     Raises:
         UsageError: the environment sets a backend that does not exist.
@@ -40,10 +40,10 @@ class RenderWorker(ChildProcess):
         error: reason why it ended without `close`; empty otherwise.
     """
 
-    def __init__(self, scene: Scene, *, most: int = 8) -> None:
+    def __init__(self, scene: Scene, *, max_pending: int = 8) -> None:
         requested_backend()  # refused here, in the caller's process
         self.error = ""
-        self._most = most
+        self._max_pending = max_pending
         self._waiting: dict[int, Future[Any]] = {}
         self._changed = threading.Condition()
         self._number = 0
@@ -56,22 +56,22 @@ class RenderWorker(ChildProcess):
     @property
     def has_room(self) -> bool:
         """True if it accepts a request without falling behind."""
-        return len(self._waiting) < self._most
+        return len(self._waiting) < self._max_pending
 
     def wait_for_room(self, timeout: float | None = None) -> bool:
         """Wait up to `timeout` [s] for room; return whether there is any."""
         with self._changed:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
+    def colour(self, frame: Frame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
         """Request a picture (height, width, 3), sRGB."""
-        return self.ask("colour", frame, asked)
+        return self.ask("colour", frame, request)
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
+    def depth(self, frame: Frame, request: PictureRequest) -> Future[NDArray[np.float32]]:
         """Request the depths [m] (height, width); see `CastRenderer.depth`."""
-        return self.ask("depth", frame, asked)
+        return self.ask("depth", frame, request)
 
-    def ask(self, what: str, *arguments: object) -> Future[Any]:
+    def ask(self, method: str, *arguments: object) -> Future[Any]:
         """Call a method of `Drawing` in the process.
 
         Returns:
@@ -86,7 +86,7 @@ class RenderWorker(ChildProcess):
             number = self._number
             self._waiting[number] = future
         with suppress(OSError, ValueError):  # it has ended, and the reading thread knows why
-            wire.write(self._stdin, (number, what, arguments))
+            wire.write(self._stdin, (number, method, arguments))
         return future
 
     def close(self, timeout: float = _CLOSE_TIMEOUT) -> None:

@@ -63,7 +63,7 @@ class Film:
         try:
             self._container.close()
             if self._count:
-                _written_anew(self._file)
+                _put_index_first(self._file)
         except OSError as error:
             self._fail(error)
         return self._count
@@ -90,7 +90,7 @@ class Film:
         raise FilmError(self._error) from None
 
 
-def _written_anew(file: Path) -> None:
+def _put_index_first(file: Path) -> None:
     """Put the index of a video at its beginning. On failure the video stays as it is, and can be played."""
     new = file.with_name(f".{file.name}.new")
     try:

@@ -45,13 +45,13 @@ class Drawing:
         self._film: Film | None = None
         self._last: NDArray[np.uint8] | None = None
 
-    def work(self, asked: SimpleQueue[Any]) -> None:
+    def work(self, requests: SimpleQueue[Any]) -> None:
         """Execute requests until the input closes, and then finish."""
-        while (said := asked.get()) is not None:
-            number, what, arguments = said
+        while (request := requests.get()) is not None:
+            number, method, arguments = request
             value, error = None, ""
             try:
-                value = getattr(self, f"_do_{what}")(*arguments)
+                value = getattr(self, f"_do_{method}")(*arguments)
             except CellwrightError as fault:
                 error = str(fault)
             except Exception as fault:  # drivers and their wrappers have errors of their own
@@ -64,24 +64,24 @@ class Drawing:
 
     def _do_scene(self, scene: Scene) -> str:
         self._renderer = self._make(scene)
-        return self._renderer.says
+        return self._renderer.description
 
-    def _do_colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
-        return np.ascontiguousarray(self._renderer_for(asked).colour(frame, asked))
+    def _do_colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+        return np.ascontiguousarray(self._renderer_for(request).colour(frame, request))
 
-    def _do_depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
-        return np.ascontiguousarray(self._renderer_for(asked).depth(frame, asked))
+    def _do_depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
+        return np.ascontiguousarray(self._renderer_for(request).depth(frame, request))
 
     def _do_film(self, file: Path, width: int, height: int, rate: Fraction) -> None:
         from cellwright.rendering.worker.film import Film
 
         self._film = Film(file, width, height, rate)
 
-    def _do_take(self, frame: Frame, asked: PictureRequest, caption: str, repeats: int) -> None:
+    def _do_take(self, frame: Frame, request: PictureRequest, caption: str, repeats: int) -> None:
         if self._film is None:
             raise CellwrightError("no video is under way")
         self._repeat(repeats)
-        picture = self._do_colour(frame, asked)
+        picture = self._do_colour(frame, request)
         if caption:
             from cellwright.rendering.worker.lettering import write_line
 
@@ -100,8 +100,8 @@ class Drawing:
             if self._film is not None and self._last is not None:
                 self._film.add(self._last)
 
-    def _renderer_for(self, asked: PictureRequest) -> Renderer:
-        check_size(asked.width, asked.height)
+    def _renderer_for(self, request: PictureRequest) -> Renderer:
+        check_size(request.width, request.height)
         if self._renderer is None:
             raise CellwrightError("there is no scene to draw")
         return self._renderer
@@ -120,42 +120,42 @@ _EXIT_TIMEOUT = 60.0  # [s] after the input has closed
 
 def main() -> None:
     """Draw until the input closes."""
-    way, later = _ways(sys.argv[2:])
+    backend, others = _backends(sys.argv[2:])
     make: Callable[[Scene], Renderer] = CastRenderer
-    if way != RAYS:
+    if backend != RAYS:
         try:
-            _context, says = open_context(way)
+            _context, description = open_context(backend)
         except NoOpenGL as reason:
             sys.stderr.write(f"{reason}\n")
             sys.stderr.flush()
-            os.execv(sys.executable, wire.command(later))  # noqa: S606 (begins anew, another way)
+            os.execv(sys.executable, wire.command(others))  # noqa: S606 (begins anew, another way)
 
         def make(scene: Scene) -> Renderer:
-            return EngineRenderer(scene, says)
+            return EngineRenderer(scene, description)
 
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # a driver's prints are no answer
-    asked: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_read, args=(sys.stdin.buffer, asked), daemon=True).start()
-    Drawing(make, answers).work(asked)
+    requests: SimpleQueue[Any] = SimpleQueue()
+    threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+    Drawing(make, answers).work(requests)
     sys.stderr.flush()
     os._exit(0)  # drivers clean up in an order of their own, and may hang
 
 
-def _ways(given: list[str]) -> tuple[str, list[str]]:
+def _backends(names: list[str]) -> tuple[str, list[str]]:
     """Backend to use now, and those to try if it fails."""
-    if not given:
-        wanted = requested_backend()
-        ways = OPENGL_BACKENDS if wanted not in (RAYS, *OPENGL_BACKENDS) else (wanted,)
-        given = [*(way for way in ways if way != RAYS), RAYS]
-    return given[0], given[1:]
+    if not names:
+        requested = requested_backend()
+        backends = OPENGL_BACKENDS if requested not in (RAYS, *OPENGL_BACKENDS) else (requested,)
+        names = [*(backend for backend in backends if backend != RAYS), RAYS]
+    return names[0], names[1:]
 
 
-def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:
+def _read(pipe: BinaryIO, requests: SimpleQueue[Any]) -> None:
     """Read requests at once, so that the parent never waits for a picture."""
-    while (said := wire.read(pipe)) is not None:
-        asked.put(said)
-    asked.put(None)
+    while (request := wire.read(pipe)) is not None:
+        requests.put(request)
+    requests.put(None)
     timer = threading.Timer(_EXIT_TIMEOUT, os._exit, [1])
     timer.daemon = True
     timer.start()

@@ -7,13 +7,13 @@ from typing import IO, Any
 from cellwright.util.process import own_program
 
 
-def command(ways: Iterable[str] = ()) -> list[str]:
+def command(backends: Iterable[str] = ()) -> list[str]:
     """Return the command of a render process.
 
     Args:
-        ways: backends to try, in order; none: that of the environment, or all of the system.
+        backends: those to try, in order; none: that of the environment, or all of the system.
     """
-    return own_program("cellwright.rendering.worker.program", *ways)
+    return own_program("cellwright.rendering.worker.program", *backends)
 
 
 def write(pipe: IO[bytes], message: object) -> None:

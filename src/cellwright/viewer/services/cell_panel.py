@@ -78,7 +78,7 @@ class CellPanel:
         """Return the panel as JSON values; times in s."""
         cell = self._cell
         competition, score = cell.competition, cell.competition.score()
-        could, said = self._reach(), cell.intention
+        could, intention = self._reach(), cell.intention
         reason = OVER if self._result is not None else IN_COMPETITION if cell.in_competition else ""
         return {
             "kind": "cell",
@@ -102,7 +102,9 @@ class CellPanel:
             "gripper": None
             if cell.gripper is None
             else {"enabled": cell.gripper.enabled, "attached": cell.gripper.attached, "part": cell.gripper.part},
-            "intention": {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None,
+            "intention": {"text": intention.text, "node": intention.node, "time": intention.time / 1e9}
+            if intention.text
+            else None,
             "collisions": self.collisions(),
             "refused": {"belt": reason, "clear": reason} if reason else {},
             "result": self._result,

@@ -26,9 +26,9 @@ from cellwright.middleware.server import Server
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import CONTROL, PANEL
 
-SLOWEST, FASTEST = 0.01, 1000.0  # [simulated s per wall s], range of requests
-MOST_TICKS = 100_000  # in one request
-FASTER_THAN_ANY = "max"  # as fast as possible
+MIN_SPEED, MAX_SPEED = 0.01, 1000.0  # [simulated s per wall s], range of requests
+MAX_TICKS = 100_000  # in one request
+UNLIMITED = "max"  # as fast as possible
 
 _OF_TIME = ("pause", "resume", "step", "speed")
 
@@ -84,14 +84,14 @@ class Control:
         return {
             "paused": tempo.is_paused,
             "ticks_left": tempo.ticks_left,
-            "speed": FASTER_THAN_ANY if tempo.speed is None else tempo.speed,
+            "speed": UNLIMITED if tempo.speed is None else tempo.speed,
             "lockstep": self._lockstep,
             "resets": self.resets,
             "over": self.over,
             "refused": {action: reason for action, reason in refused.items() if reason},
         }
 
-    def control(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def control(self, request: dict[str, Any]) -> dict[str, Any]:
         """Perform the action of a request, and return the new state.
 
         Raises:
@@ -101,39 +101,39 @@ class Control:
         acts: dict[str, Act] = {
             "pause": lambda _: self.tempo.pause(),
             "resume": lambda _: self.tempo.resume(),
-            "step": lambda asked: self.tempo.step(_ticks(asked.get("ticks", 1))),
-            "speed": lambda asked: self.tempo.set_speed(_speed(asked.get("factor"))),
-            "reset": lambda _: self._begin_anew(),
+            "step": lambda request: self.tempo.step(_ticks(request.get("ticks", 1))),
+            "speed": lambda request: self.tempo.set_speed(_speed(request.get("factor"))),
+            "reset": lambda _: self._perform_reset(),
             "state": lambda _: None,
             **self._acts,
         }
-        action = asked.get("action")
+        action = request.get("action")
         if not isinstance(action, str) or action not in acts:
             raise UnknownNameError("action", f"{action!s:.40}", acts)
         reason = self.state()["refused"].get(action)
         if reason:
             raise RejectedCommandError(reason)
-        acts[action](asked)
+        acts[action](request)
         return self.state()
 
-    def _begin_anew(self) -> None:
+    def _perform_reset(self) -> None:
         self._reset.act()
         self.resets += 1
         self.tempo.begin_anew()
 
 
 def _ticks(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_TICKS:
-        raise RejectedCommandError(f"ticks: a whole number from 1 to {MOST_TICKS}, not {value!r:.40}")
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_TICKS:
+        raise RejectedCommandError(f"ticks: a whole number from 1 to {MAX_TICKS}, not {value!r:.40}")
     return value
 
 
 def _speed(value: Any) -> float | None:
-    if value == FASTER_THAN_ANY:
+    if value == UNLIMITED:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not SLOWEST <= value <= FASTEST:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not MIN_SPEED <= value <= MAX_SPEED:
         raise RejectedCommandError(
-            f'factor: a number from {SLOWEST:g} to {FASTEST:g}, or "{FASTER_THAN_ANY}", not {value!r:.40}'
+            f'factor: a number from {MIN_SPEED:g} to {MAX_SPEED:g}, or "{UNLIMITED}", not {value!r:.40}'
         )
     return float(value)
 
@@ -142,7 +142,7 @@ Tell = Callable[[dict[str, Any]], dict[str, Any]]
 """Returns a panel as JSON values; takes the request."""
 
 
-def offer_panel(server: Server, tell: Tell, control: Control) -> None:
+def offer_panel(server: Server, panel: Tell, control: Control) -> None:
     """Offer a panel and time control on a server."""
-    server.offer(PANEL, lambda asked: {**tell(asked), "control": control.state()})
+    server.offer(PANEL, lambda request: {**panel(request), "control": control.state()})
     server.offer(CONTROL, control.control)

@@ -9,7 +9,7 @@ PANEL = "cellwright/panel"
 CONTROL = "cellwright/control"
 """Time control."""
 
-FOR_ONLOOKERS = (SCENE, FRAME, PANEL, CONTROL)
+VIEWER_SERVICES = (SCENE, FRAME, PANEL, CONTROL)
 """All services for viewers."""
 
 MIN_DEVIATION = 0.02

@@ -72,7 +72,7 @@ def joint_groups(config: RobotConfig, numbers: Mapping[str, int]) -> tuple[Joint
     """
     left = set(numbers)
     found = []
-    for group in _wanted(config, tuple(numbers)):
+    for group in _candidates(config, tuple(numbers)):
         mine = tuple(sorted((name for name in group.joints if name in left), key=lambda name: numbers[name]))
         left.difference_update(mine)
         if mine:
@@ -80,7 +80,7 @@ def joint_groups(config: RobotConfig, numbers: Mapping[str, int]) -> tuple[Joint
     return tuple(found)
 
 
-def _wanted(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointGroup]:
+def _candidates(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointGroup]:
     """Yield candidate groups in order; a joint goes to the first that names it."""
     for place, arm in enumerate(config.arms):
         yield JointGroup(f"{side_name(place, len(config.arms))} arm".strip(), "arm", arm.joints, place)
@@ -102,7 +102,7 @@ KIND = "robot"
 
 _DIGITS = 5  # decimals of joint positions: 0.01 mm
 _FINE = 9  # of poses: sending a reported pose back must not move the hand
-_MOST_REFUSALS = 8
+_MAX_REFUSALS = 8
 
 
 class RobotPanel:
@@ -117,14 +117,14 @@ class RobotPanel:
             for place, arm in enumerate(config.arms)
         ]
 
-    def tell(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def tell(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the current panel; `asked["robot"]` is the digest of the constants that the client has."""
         node = self._node
         status = status_of(node.commander, node.bus)
         positions = node.driver.read().positions
         references = [node.link_pose(link) for link in node.ee_poses.references]
-        most = sorted(node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
-        told: dict[str, Any] = {
+        ranked = sorted(node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
+        panel: dict[str, Any] = {
             "kind": KIND,
             "name": node.name,
             "time": node.simulation.now,
@@ -151,11 +151,11 @@ class RobotPanel:
             "taken": status.taken,
             "refused": status.refused,
             "ignored": status.ignored,
-            "refusals": dict(most[:_MOST_REFUSALS]),
+            "refusals": dict(ranked[:_MAX_REFUSALS]),
         }
-        if asked.get("robot") != self._digest:
-            told["robot"] = self.robot
-        return told
+        if request.get("robot") != self._digest:
+            panel["robot"] = self.robot
+        return panel
 
     @cached_property
     def robot(self) -> dict[str, Any]:

@@ -28,11 +28,11 @@ from cellwright.middleware.server import Server
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.viewer.services.control import Control, Tell, offer_panel
-from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, SCENE
+from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
 
-MOST_CONTACTS = 300  # the strongest
+MAX_CONTACTS = 300  # the strongest
 HISTORY_LENGTH = 8  # for `since`: enough for several pages, each with one request at a time
-_WEAKEST = 1e-3  # [N]
+_MIN_FORCE = 1e-3  # [N]
 
 
 class ViewedNode(Served, Protocol):
@@ -59,11 +59,11 @@ def contact_forces(served: Served) -> list[list[float]]:
         mujoco.mj_contactForce(model, data, number, force)
         contact = data.contact[number]
         strength = float(np.linalg.norm(force[:3]))
-        if strength > _WEAKEST and math.isfinite(strength):
+        if strength > _MIN_FORCE and math.isfinite(strength):
             world = contact.frame.reshape(3, 3).T @ force[:3]
             found.append((strength, [round(value, 4) for value in (*contact.pos.tolist(), *world.tolist())]))
     found.sort(key=lambda each: -each[0])
-    return [row for _, row in found[:MOST_CONTACTS]]
+    return [row for _, row in found[:MAX_CONTACTS]]
 
 
 class SceneSource(Protocol):
@@ -82,7 +82,7 @@ class SceneSource(Protocol):
         """Current poses of the bodies."""
         ...
 
-    def details(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def details(self, request: dict[str, Any]) -> dict[str, Any]:
         """`tick`, `run` and the requested overlays, at the time of the newest frame."""
         ...
 
@@ -108,13 +108,13 @@ class ServedScene:
         simulation.refresh()
         return self._taker.frame(simulation.data, simulation.now)
 
-    def details(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def details(self, request: dict[str, Any]) -> dict[str, Any]:
         """See `SceneSource`."""
         simulation = self._served.simulation
         found: dict[str, Any] = {"tick": simulation.clock.tick, "run": simulation.runs}
-        if asked.get("contacts") is True:
+        if request.get("contacts") is True:
             found["contacts"] = contact_forces(self._served)
-        if asked.get("sensors") is True:
+        if request.get("sensors") is True:
             found["sensors"] = self._served.sensor_overlay()
         return found
 
@@ -141,20 +141,20 @@ class SceneServices:
         server.offer(SCENE, self.scene)
         server.offer(FRAME, self.frame)
 
-    def scene(self, _asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+    def scene(self, _request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """Answer of the scene service."""
         return {"digest": self._digest, "about": self._source.metadata()}, self._source.scene
 
-    def frame(self, asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+    def frame(self, request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """Answer of the frame service."""
         frame = self._source.frame()
         if not self._history or not frame.equals(self._history[-1][1]):
             self._sequence += 1
             self._history.append((self._sequence, frame))
-        since = asked.get("since")
+        since = request.get("since")
         before = next((kept for sequence, kept in self._history if sequence == since), None)
-        said = {"sequence": self._sequence, "digest": self._digest, **self._source.details(asked)}
-        return said, frame.encode(before)
+        answer = {"sequence": self._sequence, "digest": self._digest, **self._source.details(request)}
+        return answer, frame.encode(before)
 
     @cached_property
     def _digest(self) -> str:
@@ -164,13 +164,13 @@ class SceneServices:
 ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
 
 
-def offer_viewer_services(server: Server, served: ViewedNode, tell: Tell, control: Control) -> None:
+def offer_viewer_services(server: Server, served: ViewedNode, panel: Tell, control: Control) -> None:
     """Offer all viewer services. Nothing is made or kept before the first request.
 
     A competition grants them to the server's own page only, which has its key. Part poses and a time that can be paused
     were not available to agents of the original.
     """
     SceneServices(ServedScene(served)).offer(server)
-    offer_panel(server, tell, control)
+    offer_panel(server, panel, control)
     if served.in_competition:
-        server.guard(FOR_ONLOOKERS, ITS_OWN_PAGE)
+        server.guard(VIEWER_SERVICES, ITS_OWN_PAGE)

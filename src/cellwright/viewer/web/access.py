@@ -166,9 +166,9 @@ def _holds(element: Any, value: object) -> bool:
     return isinstance(value, bool) if kind is bool else kind in (int, float) and type(value) is float
 
 
-MOST_CONNECTIONS = 32  # browsers at once
+MAX_CONNECTIONS = 32  # browsers at once
 MAX_UNFINISHED = 32  # connections without a whole request; the oldest makes room for another
-LONGEST_MESSAGE = 4 << 20  # bytes of a browser's message
+MAX_MESSAGE_BYTES = 4 << 20  # bytes of a browser's message
 TOKEN = "token"  # noqa: S105 (its name in the page's address)
 
 _COOKIE = "cellwright_page"
@@ -189,7 +189,7 @@ class Door:
     """
 
     def __init__(self, host: str, port: int, *, token: str = "") -> None:
-        self.socket = open_listener(host, port, tries=_TRIES, backlog=MOST_CONNECTIONS)
+        self.socket = open_listener(host, port, tries=_TRIES, backlog=MAX_CONNECTIONS)
         self.host, self.port = str(self.socket.getsockname()[0]), int(self.socket.getsockname()[1])
         self.token = token
         if not (token or ip_address(self.host).is_loopback):
@@ -235,7 +235,7 @@ class Door:
             is_used = True
             options.update(
                 sock=self.socket,
-                max_size=LONGEST_MESSAGE,
+                max_size=MAX_MESSAGE_BYTES,
                 create_connection=self._connection,
                 process_request=self._looking_at(options.get("process_request")),
             )
@@ -262,7 +262,7 @@ class Door:
             if reason:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
             is_page = request.headers.get("Upgrade", "").lower() != "websocket"
-            if not is_page and self._count >= MOST_CONNECTIONS:
+            if not is_page and self._count >= MAX_CONNECTIONS:
                 return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, "too many look on already\n")  # type: ignore[no-any-return]
             response: Response | None = None if answer is None else answer(connection, request)
             if is_page and response is not None:

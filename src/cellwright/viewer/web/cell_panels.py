@@ -43,9 +43,9 @@ def head_html(panel: Panel) -> str:
         widgets.line(widgets.big(f"{score['total']:g}", _of_how_many(score))),
     ]
     if (intention := panel.get("intention")) is not None:
-        what = intention["text"]
-        now = widgets.mark("➤", BLUE, f"<b>{widgets.text(what)}</b>")
-        parts.append(widgets.dim(f"last: {what}") if _is_over(panel) else now)
+        text = intention["text"]
+        now = widgets.mark("➤", BLUE, f"<b>{widgets.text(text)}</b>")
+        parts.append(widgets.dim(f"last: {text}") if _is_over(panel) else now)
     found = panel.get("collisions")
     if found and found["latest"]:
         more = f" ({found['count']} collisions)" if found["count"] > 1 else ""
@@ -226,8 +226,8 @@ def _judged(kit: Panel) -> str:
     for part in kit["parts"]:
         points = part["presence"] + part["pose"]
         sign, color = ("✓", GREEN) if points == 2 else ("✓", AMBER) if points else ("✗", RED)
-        what = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
-        parts.append(widgets.mark(sign, color, what))
+        text = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
+        parts.append(widgets.mark(sign, color, text))
     for extra in kit["extras"]:
         kind, said = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
         parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {said}"))
@@ -251,28 +251,28 @@ class CellPanels(Feature):
         self._is_up = False
         self._slid_at = -_SETTLED
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Create the panels, once, if the page shows a cell."""
         if not self._is_up and cell_of(self.page.first_panel) is not None:
             self._put_up()  # now, so that its tabs come first
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show the state of the cell."""
-        told = cell_of(panel)
-        if told is None:
+        cell = cell_of(panel)
+        if cell is None:
             return
         if not self._is_up:
             self._put_up()
         is_recorded = panel.get("kind") != "cell"
         try:
-            self._show(told)
+            self._show(cell)
             said = "this is a recording: nothing can be changed any more" if is_recorded else ""
-            self._offer(said or told["refused"].get("belt", ""))
+            self._offer(said or cell["refused"].get("belt", ""))
         except STRANGE as error:
             said = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
             self._head.content = widgets.block(said)
 
-    def away(self, reason: str) -> None:
+    def on_disconnect(self, reason: str) -> None:
         """Disable the controls: the server does not answer."""
         if self._is_up:
             self._offer(reason)
@@ -302,16 +302,16 @@ class CellPanels(Feature):
             lambda event: self._call(f"/ariac/kit_tray_{_number(event.target.value)}/clear_tray", TriggerRequest())
         )
 
-    def _show(self, told: dict[str, Any]) -> None:
-        self._head.content = head_html(told)
-        self._time.content = game_html(told)
-        self._orders.content = orders_html(told)
-        self._trays.content = trays_html(told)
-        self._evidence.content = evidence_html(told)
-        self._floor.content = floor_html(told)
+    def _show(self, cell: dict[str, Any]) -> None:
+        self._head.content = head_html(cell)
+        self._time.content = game_html(cell)
+        self._orders.content = orders_html(cell)
+        self._trays.content = trays_html(cell)
+        self._evidence.content = evidence_html(cell)
+        self._floor.content = floor_html(cell)
         if time.perf_counter() - self._slid_at > _SETTLED:
-            self._belt.value = float(told["belt"]["power"])  # type: ignore[misc]
-        kits = tuple(kit["kit_type"] for order in told["orders"] for kit in order["kits"] if not kit["submitted"])
+            self._belt.value = float(cell["belt"]["power"])  # type: ignore[misc]
+        kits = tuple(kit["kit_type"] for order in cell["orders"] for kit in order["kits"] if not kit["submitted"])
         if tuple(self._kit.options) != (kits or ("(none)",)):
             self._kit.options = kits or ("(none)",)
 
@@ -334,11 +334,11 @@ class CellPanels(Feature):
         try:
             response = self.page.link.call(service, request)
         except CellwrightError as error:
-            self.page.tell(f"{service}: refused", str(error), is_bad=True)
+            self.page.notify(f"{service}: refused", str(error), is_bad=True)
             return
         if not response.success:
             said = getattr(response, "message", "") or "not now"
-            self.page.tell(f"{service}: refused", str(said), is_bad=True)
+            self.page.notify(f"{service}: refused", str(said), is_bad=True)
 
 
 def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:

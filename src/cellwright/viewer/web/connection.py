@@ -72,17 +72,17 @@ class Link:
                 raise AwayError(str(error)) from None
             self.welcome = self._connection.welcome
 
-    def ask(self, service: str, **asked: Any) -> dict[str, Any]:
+    def ask(self, service: str, **request: Any) -> dict[str, Any]:
         """Call a service of the server itself (JSON), such as `cellwright/panel`.
 
         Raises:
             UnknownNameError: the server has no such service.
         """
-        return self._ask_server(service, asked, WireFrame.json)
+        return self._ask_server(service, request, WireFrame.json)
 
-    def ask_data(self, service: str, **asked: Any) -> tuple[dict[str, Any], memoryview]:
+    def ask_data(self, service: str, **request: Any) -> tuple[dict[str, Any], memoryview]:
         """Call a service of the server that answers with JSON and bytes, such as `cellwright/frame`, as `ask` does."""
-        return self._ask_server(service, asked, WireFrame.data)
+        return self._ask_server(service, request, WireFrame.data)
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message as any client does; the server refuses it, or acts on it even while time is paused."""
@@ -108,8 +108,8 @@ class Link:
                 self._connection.close()
             self._connection = None
 
-    def _ask_server(self, service: str, asked: dict[str, Any], read: Callable[[WireFrame], T]) -> T:
-        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(asked).encode()))
+    def _ask_server(self, service: str, request: dict[str, Any], read: Callable[[WireFrame], T]) -> T:
+        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(request).encode()))
         try:
             return read(answer)
         except FrameError as error:
@@ -136,7 +136,7 @@ _AWAY = 1.0  # [s] between attempts to reconnect
 _SHARE = 0.5  # largest share of time spent waiting for answers: a slow server gets fewer requests
 
 
-class Asking:
+class StatePoller:
     """Poller for frames and panels of the page.
 
     It puts results into the queue `found`, in order:
@@ -232,5 +232,5 @@ class Asking:
         if not isinstance(digest := answer.get("digest"), str):
             raise MessageError("the answer holds no scene")
         self._digest, self._bodies = digest, len(scene.bodies)
-        said = answer.get("about")
-        self.found.put((scene, said if isinstance(said, dict) else {}))
+        metadata = answer.get("about")
+        self.found.put((scene, metadata if isinstance(metadata, dict) else {}))

@@ -14,7 +14,7 @@ from cellwright.rendering.scene import Scene, Shape
 from cellwright.rendering.scene.scene import linear
 from cellwright.rendering.scene.triangles import Triangles, join_triangles, shape_triangles
 
-_FINEST, _COARSEST = 48, 12  # corners of a circle
+_MAX_CORNERS, _MIN_CORNERS = 48, 12  # corners of a circle
 
 
 def surface(shape: Shape, scene: Scene) -> Triangles:
@@ -23,7 +23,7 @@ def surface(shape: Shape, scene: Scene) -> Triangles:
 
 
 def _corners(radius: float) -> int:
-    return int(min(max(round(220 * math.sqrt(max(radius, 0.0))), _COARSEST), _FINEST) // 4 * 4)
+    return int(min(max(round(220 * math.sqrt(max(radius, 0.0))), _MIN_CORNERS), _MAX_CORNERS) // 4 * 4)
 
 
 def node_name(name: str) -> str:

@@ -30,7 +30,7 @@ class Overlay(Feature):
         self.handles: dict[Any, Any] = {}  # of drawn items, by any key
         self._box: Any = None
 
-    def begin(self, scene: Scene) -> None:
+    def on_scene(self, scene: Scene) -> None:
         """Offer the overlay, once, if this scene has something to draw."""
         self.handles = {}  # those of the previous scene are removed with it
         if self.is_in(scene) and self._box is None:
@@ -50,7 +50,7 @@ class Overlay(Feature):
         """Request the overlay while it is on."""
         return {self.REQUEST: True} if self.REQUEST and self.is_on else {}
 
-    def told(self, answer: dict[str, Any]) -> None:
+    def on_frame(self, answer: dict[str, Any]) -> None:
         """Draw the overlay in an answer of the frame service."""
         found = answer.get(self.REQUEST) if self.is_on else None
         if found:
@@ -86,10 +86,10 @@ class Names(Overlay):
     def show(self, moment: Moment) -> None:
         """Move the labels with the bodies."""
         scene, frame = self.page.scene, moment.frame
-        wanted = set(_named_bodies(scene, frame)) if scene is not None and self.is_on else set()
-        for body in self.handles.keys() - wanted:
+        named = set(_named_bodies(scene, frame)) if scene is not None and self.is_on else set()
+        for body in self.handles.keys() - named:
             self.handles.pop(body).remove()
-        for body in wanted:
+        for body in named:
             place = frame.poses[body, :3] + np.array((0.0, 0.0, _ABOVE), np.float32)
             if body in self.handles and moment.moved[body]:
                 self.handles[body].position = place
@@ -287,12 +287,12 @@ class ToolPaths(Overlay):
     def __init__(self) -> None:
         super().__init__()
         self._tools: list[Any] = []
-        self._ways: list[deque[tuple[int, Any]]] = []
+        self._paths: list[deque[tuple[int, Any]]] = []
 
     def is_in(self, scene: Scene) -> bool:
         """Return whether a scene has tools."""
         self._tools = [tool for tool in self.page.about.get("tools", ()) if _is_tool(tool, scene)]
-        self._ways = [deque(maxlen=_MAX_PATH_POINTS) for _ in self._tools]
+        self._paths = [deque(maxlen=_MAX_PATH_POINTS) for _ in self._tools]
         return bool(self._tools)
 
     def show(self, moment: Moment) -> None:
@@ -301,17 +301,17 @@ class ToolPaths(Overlay):
             self.clear()
         if not self.is_on:
             return
-        for number, (tool, way) in enumerate(zip(self._tools, self._ways, strict=True)):
+        for number, (tool, path) in enumerate(zip(self._tools, self._paths, strict=True)):
             point = tool_point(moment.frame, tool)
             now = moment.frame.time
-            is_new = not way or float(np.linalg.norm(point - way[-1][1])) > _PATH_STEP
+            is_new = not path or float(np.linalg.norm(point - path[-1][1])) > _PATH_STEP
             if is_new:
-                way.append((now, point))
-            is_old = way[0][0] < now - PATH_DURATION * 1e9
-            while way and way[0][0] < now - PATH_DURATION * 1e9:
-                way.popleft()
+                path.append((now, point))
+            is_old = path[0][0] < now - PATH_DURATION * 1e9
+            while path and path[0][0] < now - PATH_DURATION * 1e9:
+                path.popleft()
             if is_new or is_old:
-                points = np.array([point for _, point in way], np.float32).reshape(-1, 3)
+                points = np.array([point for _, point in path], np.float32).reshape(-1, 3)
                 segments = np.stack([points[:-1], points[1:]], axis=1)
                 colour = _PATH_COLOURS[number % len(_PATH_COLOURS)]
                 self.draw_segments(f"path of tool {number + 1}", segments, colour, 3.0)
@@ -319,8 +319,8 @@ class ToolPaths(Overlay):
     def clear(self) -> None:
         """Forget the past positions."""
         super().clear()
-        for way in self._ways:
-            way.clear()
+        for path in self._paths:
+            path.clear()
 
 
 def _is_tool(tool: Any, scene: Scene) -> bool:

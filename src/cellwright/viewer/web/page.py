@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import Asking, AwayError, Link
+from cellwright.viewer.web.connection import AwayError, Link, StatePoller
 
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
-_SLOWEST = 0.25  # [s]: frames at longer intervals are shown as they come
+_MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
 _LEAP = 0.5  # [m]: a body that moves farther between two frames jumps; it is not interpolated
 
 
@@ -56,7 +56,7 @@ class _Come:
     run: int
 
 
-class Moments:
+class FrameInterpolator:
     """Interpolator of incoming frames, by wall time."""
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class Moments:
             is_other = len(frame.poses) != len(newest.frame.poses)
             if run != newest.run or frame.time < newest.frame.time or is_other:
                 self.cut()
-            elif (gap := wall - newest.wall) < _SLOWEST:
+            elif (gap := wall - newest.wall) < _MAX_GAP:
                 self._period += 0.1 * (gap - self._period)
         self._come.append(_Come(frame, wall, run))
 
@@ -100,7 +100,7 @@ class Moments:
             return come[0].frame
         before, after = come[0], come[1]
         gap = after.wall - before.wall
-        if gap > _SLOWEST:
+        if gap > _MAX_GAP:
             return before.frame
         return interpolate_frames(before.frame, after.frame, (wall - before.wall) / gap)
 
@@ -136,7 +136,7 @@ class Feature:
     page: Page
     """The page; set before any method is called."""
 
-    def begin(self, scene: Scene) -> None:
+    def on_scene(self, scene: Scene) -> None:
         """Start showing a scene: the first one, or a replacement.
 
         Handles of the previous scene below `page.root` are removed already; those of the GUI are not.
@@ -149,13 +149,13 @@ class Feature:
     def show(self, moment: Moment) -> None:
         """Show a moment: some 60 times a second while a browser is connected."""
 
-    def told(self, answer: dict[str, Any]) -> None:
+    def on_frame(self, answer: dict[str, Any]) -> None:
         """Handle an answer of the frame service, with the overlays of all features: up to 30 times a second."""
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Handle an answer of the panel service: a few times a second while a browser is connected."""
 
-    def away(self, reason: str) -> None:
+    def on_disconnect(self, reason: str) -> None:
         """Handle the loss of the server; the page keeps showing the last state."""
 
 
@@ -197,15 +197,15 @@ class Page:
         self.features = tuple(features)
         for feature in self.features:
             feature.page = self
-        self._moments = Moments()
-        self._asking = Asking(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
+        self._interpolator = FrameInterpolator()
+        self._poller = StatePoller(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
         self._tabs: Any = None
         self._tab: dict[str, Any] = {}
         self._away_reason: str | None = None
         self._notice: Any = None
         self._is_over = False
-        server.on_client_connect(self._somebody_came)
-        server.on_client_disconnect(self._somebody_left)
+        server.on_client_connect(self._on_connect)
+        server.on_client_disconnect(self._on_leave)
 
     def tab(self, name: str) -> Any:
         """Return the tab of this name, made on first use; `with page.tab("View"): …` fills it."""
@@ -215,7 +215,7 @@ class Page:
             self._tab[name] = self._tabs.add_tab(name)
         return self._tab[name]
 
-    def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
+    def notify(self, title: str, text: str, *, is_bad: bool = False) -> None:
         """Show a notification in every browser for a few seconds."""
         for client in self.server.get_clients().values():
             client.add_notification(
@@ -224,16 +224,16 @@ class Page:
 
     def run(self) -> None:
         """Show the server's state until `close`."""
-        self._asking.start()
+        self._poller.start()
         try:
             while not self._is_over:
                 begun = time.perf_counter()
                 while self._take_next(0.0):
                     pass
-                if not self._asking.is_watched:
+                if not self._poller.is_watched:
                     self._take_next(_IDLE)
                     continue
-                moment = self._moments.at(time.perf_counter())
+                moment = self._interpolator.at(time.perf_counter())
                 if moment is not None:
                     self._show(moment)
                 spent = time.perf_counter() - begun
@@ -241,7 +241,7 @@ class Page:
         finally:
             if self.server.get_clients():
                 self._say_that_it_ends()
-            self._asking.close()
+            self._poller.close()
             self.link.close()
 
     def close(self) -> None:
@@ -249,15 +249,15 @@ class Page:
         self._is_over = True
 
     def _wants(self) -> dict[str, Any]:
-        wanted: dict[str, Any] = {}
-        if self._asking.is_watched:
-            self._each(lambda feature: wanted.update(feature.wants()))
-        return wanted
+        overlays: dict[str, Any] = {}
+        if self._poller.is_watched:
+            self._each(lambda feature: overlays.update(feature.wants()))
+        return overlays
 
     def _take_next(self, timeout: float) -> bool:
         """Handle the next result of the poller, waiting at most `timeout` [s]; return whether there was one."""
         try:
-            self._take(self._asking.found.get(timeout > 0.0, timeout))
+            self._take(self._poller.found.get(timeout > 0.0, timeout))
         except Empty:
             return False
         return True
@@ -272,18 +272,18 @@ class Page:
                 self._each(lambda feature: feature.panel(found))
             case (wall, frame, answer):
                 self._find_again()
-                self._moments.take(frame, run=int(answer.get("run", 0)), wall=wall)
+                self._interpolator.take(frame, run=int(answer.get("run", 0)), wall=wall)
                 with self.server.atomic():
-                    self._each(lambda feature: feature.told(answer))
-                if not self._asking.is_watched:  # the next browser sees this at once
-                    moment = self._moments.at(time.perf_counter() + 1.0)
+                    self._each(lambda feature: feature.on_frame(answer))
+                if not self._poller.is_watched:  # the next browser sees this at once
+                    moment = self._interpolator.at(time.perf_counter() + 1.0)
                     if moment is not None:
                         self._show(moment)
 
     def _begin(self, scene: Scene, about: dict[str, Any]) -> None:
         self._find_again()
         self.scene, self.about = scene, about
-        self._moments.cut()
+        self._interpolator.cut()
         try:
             self.first_panel = self.link.ask(PANEL)
         except CellwrightError:  # there is none, or not yet
@@ -291,7 +291,7 @@ class Page:
         with self.server.atomic():
             self.server.scene.remove_by_name(self.root)
             self.server.scene.add_frame(self.root, show_axes=False)
-            self._each(lambda feature: feature.begin(scene))
+            self._each(lambda feature: feature.on_scene(scene))
 
     def _show(self, moment: Moment) -> None:
         with self.server.atomic():
@@ -299,12 +299,12 @@ class Page:
 
     def _lose(self, reason: str) -> None:
         if self._away_reason is None:
-            self._moments.cut()
-            self.tell("Gone", f"{reason}. This page looks for it and goes on when it is back.", is_bad=True)
+            self._interpolator.cut()
+            self.notify("Gone", f"{reason}. This page looks for it and goes on when it is back.", is_bad=True)
             self._notice = self.server.gui.add_markdown(
                 f"**Not connected:** {reason}. This page goes on when it is back.", order=-1.0
             )
-            self._each(lambda feature: feature.away(reason))
+            self._each(lambda feature: feature.on_disconnect(reason))
         self._away_reason = reason
 
     def _say_that_it_ends(self) -> None:
@@ -313,17 +313,17 @@ class Page:
         if self._away_reason is not None:
             self._notice.remove()
         self.server.gui.add_markdown(f"**This page has ended:** {reason}. It shows how all stood last.", order=-1.0)
-        self._each(lambda feature: feature.away(reason))
+        self._each(lambda feature: feature.on_disconnect(reason))
         self.server.flush()
         time.sleep(_ON_ITS_WAY)
 
     def _last_word(self) -> str:
         """Reason why the server has ended, if it gives one now."""
         end = time.perf_counter() + _LAST_WORD
-        self._asking.wake()
+        self._poller.wake()
         while (left := end - time.perf_counter()) > 0:
             try:
-                found = self._asking.found.get(timeout=left)
+                found = self._poller.found.get(timeout=left)
             except Empty:
                 break
             if isinstance(found, AwayError):
@@ -335,7 +335,7 @@ class Page:
         if self._away_reason is not None:
             self._away_reason = None
             self._notice.remove()
-            self.tell("Back", "What was gone is there again.")
+            self.notify("Back", "What was gone is there again.")
 
     def _each(self, do: Callable[[Feature], None]) -> None:
         """Call a function for each feature. One that raises is dropped; the others go on."""
@@ -346,9 +346,9 @@ class Page:
                 log.exception("%s is left out of the page", type(feature).__name__)
                 self.features = tuple(each for each in self.features if each is not feature)
 
-    def _somebody_came(self, _client: viser.ClientHandle) -> None:
-        self._asking.is_watched = True
-        self._asking.wake()
+    def _on_connect(self, _client: viser.ClientHandle) -> None:
+        self._poller.is_watched = True
+        self._poller.wake()
 
-    def _somebody_left(self, _client: viser.ClientHandle) -> None:
-        self._asking.is_watched = bool(self.server.get_clients())
+    def _on_leave(self, _client: viser.ClientHandle) -> None:
+        self._poller.is_watched = bool(self.server.get_clients())

@@ -24,17 +24,17 @@ from cellwright.viewer.web.cell_panels import CellPanels
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.overlays import Axes, Beams, Contacts, Names, ToolPaths
 from cellwright.viewer.web.page import Feature, Page
-from cellwright.viewer.web.scene import PLAIN, Bodies, Shadows, Stage
+from cellwright.viewer.web.scene import PLAIN, Bodies, Environment, Shadows
 from cellwright.viewer.web.time_controls import TimeControls
 from cellwright.viewer.web.views import Views
 
 
 def features() -> list[Feature]:
     """Features of a page, in the order of their tabs."""
-    stage = Stage(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
-    told = [CellPanels(), Operator(), TimeControls()]
-    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), stage]
-    return [*told, *seen]
+    environment = Environment(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
+    panels = [CellPanels(), Operator(), TimeControls()]
+    drawn = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), environment]
+    return [*panels, *drawn]
 
 
 class Server(viser.ViserServer):
@@ -48,26 +48,26 @@ class Server(viser.ViserServer):
 def main() -> int:
     """Show a page; return the exit status."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent; its end ends this process
-    said = _own_stdout()
+    out = _own_stdout()
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # errors of browsers do not belong on a terminal
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
     warnings.filterwarnings("ignore", module="viser")  # such as of a browser that left during a message
     line = sys.stdin.readline()
     if not line:
         return 0
-    asked: dict[str, Any] = json.loads(line)
+    options: dict[str, Any] = json.loads(line)
     try:
-        door = Door(str(asked["host"]), int(asked["port"]), token=str(asked.get("token", "")))
+        door = Door(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
         with door.guards_viser():
-            server = Server(door.host, door.port, label=str(asked.get("title", "Cellwright")), verbose=False)
+            server = Server(door.host, door.port, label=str(options.get("title", "Cellwright")), verbose=False)
         door.incoming.follow(server.gui)
     except CellwrightError as error:
-        _say(said, {"error": str(error)})
+        _answer(out, {"error": str(error)})
         return 1
-    host, port = asked["address"]
-    page = Page(server, (str(host), int(port)), features(), key=str(asked.get("key", "")))
+    host, port = options["address"]
+    page = Page(server, (str(host), int(port)), features(), key=str(options.get("key", "")))
     threading.Thread(target=_end_with_parent, args=(page,), daemon=True).start()
-    _say(said, {"url": door.url})
+    _answer(out, {"url": door.url})
     page.run()
     server.stop()
     return 0
@@ -81,9 +81,9 @@ def _own_stdout() -> TextIO:
     return mine
 
 
-def _say(out: TextIO, what: dict[str, str]) -> None:
+def _answer(out: TextIO, values: dict[str, str]) -> None:
     with suppress(BrokenPipeError):  # the parent is gone already; this process ends too
-        out.write(json.dumps(what) + "\n")
+        out.write(json.dumps(values) + "\n")
         out.flush()
 
 

@@ -34,7 +34,7 @@ class Bodies(Feature):
         self._newest: Frame | None = None
         self._box: Any = None
 
-    def begin(self, scene: Scene) -> None:
+    def on_scene(self, scene: Scene) -> None:
         """Put the bodies of a scene on the page."""
         self._newest = None
         self._looks, self._touched = BodyNodes(self.page, scene, "bodies", SEEN), None
@@ -155,8 +155,8 @@ _LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot faces +x, and the viewer looks a
 _LAMP = (-3.0, -4.5, 7.0)
 
 _MARGIN = 0.03  # [m]
-_LEAST = 0.07  # [m]: shadows of smaller bodies are not missed
-_LOWEST = 0.02  # [m]: a body flat on the floor casts none
+_MIN_SIZE = 0.07  # [m]: shadows of smaller bodies are not missed
+_MIN_HEIGHT = 0.02  # [m]: a body flat on the floor casts none
 _UNSEEN = Material(opacity=0.0)
 _BLACK: Colour = (0.0, 0.0, 0.0, 1.0)
 
@@ -167,7 +167,7 @@ class Shadows(Feature):
     def __init__(self) -> None:
         self._handles: dict[int, Any] = {}
 
-    def begin(self, scene: Scene) -> None:
+    def on_scene(self, scene: Scene) -> None:
         """Create the shadow casters."""
         self._handles = {}
         lamp = np.array(lamp_of(self.page.about))
@@ -182,7 +182,7 @@ class Shadows(Feature):
             surfaces = [
                 found for found in (surface(shape, scene) for shape in its) if _matters(found, is_still=body == 0)
             ]
-            if surfaces and (body == 0 or _extent(surfaces) >= _LEAST):
+            if surfaces and (body == 0 or _extent(surfaces) >= _MIN_SIZE):
                 data = glb((found, _BLACK, _UNSEEN) for found in surfaces)
                 self._handles[body] = nodes.add_glb(f"{root}/{body}", data, cast_shadow=True, receive_shadow=False)
 
@@ -198,7 +198,7 @@ def lamp_of(about: Mapping[str, Any]) -> Vector3:
 
 
 def _matters(found: Triangles, *, is_still: bool) -> bool:
-    return len(found.points) > 0 and not (is_still and float(found.points[:, 2].max()) < _LOWEST)
+    return len(found.points) > 0 and not (is_still and float(found.points[:, 2].max()) < _MIN_HEIGHT)
 
 
 def _extent(surfaces: list[Triangles]) -> float:
@@ -217,14 +217,14 @@ _FADE_FROM, _FADE_TO = 11.0, 34.0  # [m] from the eye
 _SKY = 60.0  # [m]: radius of the sky sphere, beyond the haze
 
 
-class Stage(Feature):
+class Environment(Feature):
     """Lights, sky and ground, created once; without shadows at first if `is_plain`."""
 
     def __init__(self, *, is_plain: bool = False) -> None:
         self._is_plain = is_plain
         self._key: Any = None
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Create light, sky and ground."""
         page, server = self.page, self.page.server
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)

@@ -46,8 +46,8 @@ class WebPage(ChildProcess):
     ) -> None:
         self._is_closing = False
         super().__init__([sys.executable, "-P", "-m", "cellwright.viewer.web.program"])
-        asked = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
-        self.send(json.dumps(asked))
+        options = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
+        self.send(json.dumps(options))
         try:
             answer = json.loads(self.ready_line())
         except ValueError:

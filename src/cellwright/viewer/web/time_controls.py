@@ -39,7 +39,7 @@ class SeenPace:
 
 PAUSE, GO_ON, TICK, SECOND = "Pause", "Go on", "Tick", "1 s"
 SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
-BEGIN_ANEW, REALLY = "Begin anew", "Click again to begin anew"
+RESET, REALLY = "Begin anew", "Click again to begin anew"
 
 _ORDER = -10.0  # above all but the head of a cell
 _SURE = 4.0  # [s] for the confirming click
@@ -58,11 +58,11 @@ class TimeControls(Feature):
         self._now = 0.0
         self._timestep = 1 / 500
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Create the controls, once."""
-        told = self.page.link.welcome.get("timestep")
-        if isinstance(told, list) and len(told) == 2:
-            self._timestep = told[0] / told[1]
+        value = self.page.link.welcome.get("timestep")
+        if isinstance(value, list) and len(value) == 2:
+            self._timestep = value[0] / value[1]
         if self._is_up:
             return
         self._is_up, gui = True, self.page.server.gui
@@ -73,10 +73,10 @@ class TimeControls(Feature):
         self._speeds = gui.add_button_group(
             "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds a second; max: as fast as it goes"
         )
-        self._anew = gui.add_button(BEGIN_ANEW, order=_ORDER + 3, color="gray", visible=False)
+        self._reset = gui.add_button(RESET, order=_ORDER + 3, color="gray", visible=False)
         self._steps.on_click(lambda event: self._step(str(event.target.value)))
         self._speeds.on_click(lambda event: self._set_speed(str(event.target.value)))
-        self._anew.on_click(lambda _: self._begin_anew())
+        self._reset.on_click(lambda _: self._on_reset())
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show the state of time."""
@@ -96,19 +96,19 @@ class TimeControls(Feature):
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
-    def away(self, reason: str) -> None:
+    def on_disconnect(self, reason: str) -> None:
         """Show the last known time, and disable the controls: the server does not answer."""
         if not self._is_up:
             return
         self._clock.content = _standing(self._now, "not connected", reason)
-        for handle in (self._steps, self._speeds, self._anew, self._slider):
+        for handle in (self._steps, self._speeds, self._reset, self._slider):
             if handle is not None:
                 handle.visible = False
 
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
-        button = self._anew
+        button = self._reset
         is_sure = time.perf_counter() - self._asked_at < _SURE
-        button.label = REALLY if is_sure else BEGIN_ANEW
+        button.label = REALLY if is_sure else RESET
         button.color = "red" if is_sure else "gray"
         button.visible = panel.get("kind") != "robot"  # whose own controls send it home
         button.disabled = bool(reason)
@@ -143,33 +143,33 @@ class TimeControls(Feature):
     def _set_speed(self, word: str) -> None:
         self._ask(action="speed", factor="max" if word == "max" else float(word))
 
-    def _begin_anew(self) -> None:
+    def _on_reset(self) -> None:
         now = time.perf_counter()
         if now - self._asked_at < _SURE:
             self._asked_at = -_SURE
             self._ask(action="reset")
         else:
             self._asked_at = now
-            self._anew.label = REALLY
+            self._reset.label = REALLY
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not when it follows time
             self._slid_at = time.perf_counter()
             self._ask(action="seek", time=float(event.target.value))
 
-    def _ask(self, **asked: Any) -> None:
+    def _ask(self, **request: Any) -> None:
         try:
-            self.page.link.ask(CONTROL, **asked)
+            self.page.link.ask(CONTROL, **request)
         except CellwrightError as error:
-            self.page.tell(f"{asked['action']}: refused", str(error), is_bad=True)
+            self.page.notify(f"{request['action']}: refused", str(error), is_bad=True)
 
 
 def seconds_of(panel: dict[str, Any]) -> float:
     """Simulation time [s] of a panel."""
     if "clock" in panel:
         return float(panel["clock"]["time"])
-    told = panel.get("time", 0)
-    return told / 1e9 if panel.get("kind") == "robot" else float(told)
+    value = panel.get("time", 0)
+    return value / 1e9 if panel.get("kind") == "robot" else float(value)
 
 
 def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
@@ -182,10 +182,10 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
         label = widgets.chip("lockstep", BLUE)
     else:
         label = widgets.chip("running", GREEN)
-    asked = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
+    requested = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
     seen = "" if pace is None or control["paused"] else f"{pace:.1f} × real time, "
     return widgets.block(
-        widgets.row(widgets.big(f"{now:.2f}", "s"), label, "align-items:center"), widgets.figures(f"{seen}{asked}")
+        widgets.row(widgets.big(f"{now:.2f}", "s"), label, "align-items:center"), widgets.figures(f"{seen}{requested}")
     )
 
 

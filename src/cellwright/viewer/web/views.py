@@ -30,7 +30,7 @@ class Views(Feature):
         self._buttons: Any = None
         self._is_due = True
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
         """Update the views for another scene."""
         self._is_due = True
 

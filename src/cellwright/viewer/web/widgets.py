@@ -56,11 +56,11 @@ def dim(value: str) -> str:
     return f'<div style="opacity:0.7">{text(value)}</div>'
 
 
-def mark(sign: str, color: str, what: str) -> str:
+def mark(sign: str, color: str, content: str) -> str:
     """Line with a sign before it."""
     return (
         f'<div style="display:flex;gap:0.5em"><span style="color:{color};font-weight:700;width:1em;flex:none">{sign}'
-        f"</span><span>{what}</span></div>"
+        f"</span><span>{content}</span></div>"
     )
 
 

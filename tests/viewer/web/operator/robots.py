@@ -15,7 +15,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.services.scene import SceneServices, ServedScene
-from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
+from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 from tests.clients.operators.nodes import robot
 from tests.waiting import TIMEOUT
 
@@ -31,14 +31,14 @@ def seen() -> SeenRobot:
     return SeenRobot.read(_panel())
 
 
-def standing(**changes: Any) -> Standing:
+def state(**changes: Any) -> RobotState:
     """State at home, with commands enabled."""
     return replace(_at_home(), **changes)
 
 
 @cache
-def _at_home() -> Standing:
-    return Standing.read(_panel())
+def _at_home() -> RobotState:
+    return RobotState.read(_panel())
 
 
 def number(name: str) -> int:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose, normalized
-from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing, is_near
+from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot, is_near
 
 HAND_PERIOD = 0.02  # [s] between two poses, at least
 HAND_REPEAT = 2.0  # [s] for which a held handle at rest repeats its pose: the way there may take some time
@@ -62,7 +62,7 @@ class Hands:
         self._is_new = False
         self._sent = float("-inf")
 
-    def grab(self, arm: int, browser: int, handle: Pose, standing: Standing) -> str:
+    def grab(self, arm: int, browser: int, handle: Pose, state: RobotState) -> str:
         """Grab a handle at world_T_handle for a browser; return the reason if refused, else an empty text."""
         if not 0 <= arm < self._count:
             return "there is no such arm"
@@ -73,7 +73,7 @@ class Hands:
             self._kept = [None] * self._count
         # moves are added to the arm's target if the tip is there up to the servos' error, so that nothing creeps; else
         # to the tip's pose, so that nothing jumps
-        aim, tip = standing.aims[arm], standing.tips[arm]
+        aim, tip = state.aims[arm], state.tips[arm]
         self.holds[arm] = Hold(browser, handle, aim if aim is not None and is_near(aim, tip) else tip)
         return ""
 
@@ -108,10 +108,10 @@ class Hands:
 
     def has_strayed(self, arm: int) -> bool:
         """Return whether a held handle requests a pose away from the grab."""
-        wanted = self.held(arm)
-        return wanted is not None and not is_near(wanted, self.holds[arm].tip, _STRAYED, _STRAYED)
+        requested = self.held(arm)
+        return requested is not None and not is_near(requested, self.holds[arm].tip, _STRAYED, _STRAYED)
 
-    def due(self, standing: Standing, now: float) -> tuple[Pose, ...] | None:
+    def due(self, state: RobotState, now: float) -> tuple[Pose, ...] | None:
         """Poses to send now, reference_T_tip of each arm; None if none are due."""
         moved = [hold for hold in self.holds.values() if hold.pose is not None]
         if not moved or now - self._sent < HAND_PERIOD:
@@ -120,17 +120,17 @@ class Hands:
             return None
         self._is_new = False
         self._sent = now
-        return tuple(self._target(arm, standing) for arm in range(self._count))
+        return tuple(self._target(arm, state) for arm in range(self._count))
 
-    def _target(self, arm: int, standing: Standing) -> Pose:
+    def _target(self, arm: int, state: RobotState) -> Pose:
         """Target of an arm, reference_T_tip."""
-        world_T_reference = standing.references[arm]
-        wanted = self.held(arm)
-        if wanted is not None:
-            return world_T_reference.inverse() @ wanted
+        world_T_reference = state.references[arm]
+        requested = self.held(arm)
+        if requested is not None:
+            return world_T_reference.inverse() @ requested
         kept = self._kept[arm]
         if kept is None:
-            kept = world_T_reference.inverse() @ (standing.aims[arm] or standing.tips[arm])
+            kept = world_T_reference.inverse() @ (state.aims[arm] or state.tips[arm])
             self._kept[arm] = kept
         return kept
 
@@ -160,7 +160,7 @@ _MIN_PROGRESS = 1e-3  # [rad; m]
 class _Walk:
     """Target that moves at limited speed: requested position and current target [rad; m]."""
 
-    wanted: float
+    requested: float
     target: float | None = None
     stepped: float = 0.0
     nearest: float = float("inf")
@@ -179,12 +179,12 @@ class JointMoves(TouchTimes):
 
     def ask(self, joint: int, position: float, now: float) -> None:
         """Request a joint position [rad; m], clamped to its limits."""
-        wanted = self._robot.clamped(joint, position)
+        requested = self._robot.clamped(joint, position)
         walk = self._walks.get(joint)
         if walk is None:
-            self._walks[joint] = _Walk(wanted, stepped=now, gained=now)
+            self._walks[joint] = _Walk(requested, stepped=now, gained=now)
         else:
-            walk.wanted, walk.nearest, walk.gained = wanted, float("inf"), now
+            walk.requested, walk.nearest, walk.gained = requested, float("inf"), now
         self.touched[joint] = now
 
     def forget(self) -> bool:
@@ -204,16 +204,16 @@ class JointMoves(TouchTimes):
         """Return whether a slider keeps its requested value, also while its joint is on the way."""
         return slider in self._walks or super().is_touched(slider, now)
 
-    def due(self, standing: Standing, now: float) -> dict[int, float]:
+    def due(self, state: RobotState, now: float) -> dict[int, float]:
         """Targets to send now [rad; m], by joint."""
         found = {}
         for joint, walk in list(self._walks.items()):
-            position = standing.positions[joint]
-            measured = standing.targets[joint] if position is None else position
+            position = state.positions[joint]
+            measured = state.targets[joint] if position is None else position
             target = self._step(walk, self._robot.joints[joint].unit, measured, now)
             if target is not None:
                 found[joint] = target
-            if walk.target == walk.wanted:
+            if walk.target == walk.requested:
                 self._end(joint, now)
             elif now - walk.gained > JOINT_PATIENCE:
                 self._end(joint, now)
@@ -224,10 +224,10 @@ class JointMoves(TouchTimes):
         """Next target of a walk; None if it waits."""
         before = measured if walk.target is None else walk.target
         reach, lead = JOINT_SPEED[unit] * min(now - walk.stepped, _MAX_STEP), JOINT_LEAD[unit]
-        target = before + min(max(walk.wanted - before, -reach), reach)
+        target = before + min(max(walk.requested - before, -reach), reach)
         target = min(max(target, measured - lead), measured + lead)
         walk.stepped = now
-        if (left := abs(walk.wanted - target)) < walk.nearest - _MIN_PROGRESS or left == 0.0:
+        if (left := abs(walk.requested - target)) < walk.nearest - _MIN_PROGRESS or left == 0.0:
             walk.nearest, walk.gained = left, now
         if target == walk.target:
             return None
@@ -242,38 +242,38 @@ class JointMoves(TouchTimes):
 GRIPPER_PERIOD = 0.02  # [s] between two commands, at least
 
 
-class Grips(TouchTimes):
+class GripperSliders(TouchTimes):
     """Sliders of a robot's `count` grippers: 0 open, 1 closed."""
 
     def __init__(self, count: int) -> None:
         super().__init__()
         self._count = count
-        self._wanted: dict[int, float] = {}
+        self._requested: dict[int, float] = {}
         self._is_new = False
         self._sent = float("-inf")
 
     def ask(self, gripper: int, closed: float, now: float) -> None:
         """Request a gripper closing, clamped to 0..1."""
-        self._wanted[gripper] = min(max(closed, 0.0), 1.0)
+        self._requested[gripper] = min(max(closed, 0.0), 1.0)
         self.touched[gripper] = now
         self._is_new = True
 
     def forget(self) -> bool:
         """Discard the requests; return whether one was due."""
         had, self._is_new = self._is_new, False
-        self._wanted.clear()
+        self._requested.clear()
         self.touched.clear()
         return had
 
-    def due(self, standing: Standing, now: float) -> tuple[float, ...] | None:
+    def due(self, state: RobotState, now: float) -> tuple[float, ...] | None:
         """Closing of each gripper to send now; None if none is due."""
         if not self._is_new or now - self._sent < GRIPPER_PERIOD:
             return None
         self._is_new, self._sent = False, now
         return tuple(
-            self._wanted[each]
-            if each in self._wanted and self.is_touched(each, now)
-            else standing.gripper_targets[each]
+            self._requested[each]
+            if each in self._requested and self.is_touched(each, now)
+            else state.gripper_targets[each]
             for each in range(self._count)
         )
 

@@ -18,7 +18,7 @@ from cellwright.util.pose import Pose, normalized
 FULL_TURN = 2.0 * math.pi
 ROOM = 1.0
 """Range here [m] of a prismatic joint without limits; of a continuous one, `FULL_TURN` [rad]."""
-_SHORTEST = 1e-6  # a quaternion shorter than this has no direction
+_MIN_LENGTH = 1e-6  # a quaternion shorter than this has no direction
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,23 +82,23 @@ class SeenRobot:
 
 
 def _read(key: str, convert: Callable[[Any], Any]) -> Any:
-    """Field of `Standing`: its key in the panel, and the conversion of its JSON value."""
+    """Field of `RobotState`: its key in the panel, and the conversion of its JSON value."""
     return field(metadata={"key": key, "convert": convert})
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class RobotState:
     """State of a robot; see the keys in `cellwright.viewer.services.robot_panel`."""
 
     time: int = _read("time", int)
     stamp: int = _read("stamp", int)
     positions: tuple[float | None, ...] = _read("positions", tuple)
-    targets: tuple[float, ...] = _read("targets", lambda told: tuple(float(each or 0.0) for each in told))
-    tips: tuple[Pose, ...] = _read("tips", lambda told: tuple(map(pose_of, told)))
-    references: tuple[Pose, ...] = _read("references", lambda told: tuple(map(pose_of, told)))
-    aims: tuple[Pose | None, ...] = _read("aims", lambda told: tuple(_pose_or_none(each) for each in told))
-    grippers: tuple[float, ...] = _read("grippers", lambda told: tuple(map(float, told)))
-    gripper_targets: tuple[float, ...] = _read("gripper_targets", lambda told: tuple(map(float, told)))
+    targets: tuple[float, ...] = _read("targets", lambda value: tuple(float(each or 0.0) for each in value))
+    tips: tuple[Pose, ...] = _read("tips", lambda value: tuple(map(pose_of, value)))
+    references: tuple[Pose, ...] = _read("references", lambda value: tuple(map(pose_of, value)))
+    aims: tuple[Pose | None, ...] = _read("aims", lambda value: tuple(_pose_or_none(each) for each in value))
+    grippers: tuple[float, ...] = _read("grippers", lambda value: tuple(map(float, value)))
+    gripper_targets: tuple[float, ...] = _read("gripper_targets", lambda value: tuple(map(float, value)))
     is_stopped: bool = _read("stopped", bool)
     is_enabled: bool = _read("enabled", bool)
     is_homing: bool = _read("homing", bool)
@@ -110,7 +110,7 @@ class Standing:
     ignored: int = _read("ignored", int)
 
     @classmethod
-    def read(cls, panel: dict[str, Any]) -> Standing:
+    def read(cls, panel: dict[str, Any]) -> RobotState:
         """Read the state from a panel.
 
         Raises:
@@ -143,7 +143,7 @@ def pose_of(numbers: Any) -> Pose:
     except TypeError:
         raise ValueError("a pose is seven numbers") from None
     length = math.hypot(qw, qx, qy, qz)
-    if not all(map(math.isfinite, (x, y, z, length))) or length < _SHORTEST:
+    if not all(map(math.isfinite, (x, y, z, length))) or length < _MIN_LENGTH:
         raise ValueError("a pose must be finite, and have a direction")
     return Pose((x, y, z), normalized((qw, qx, qy, qz)))
 
@@ -152,13 +152,13 @@ def _pose_or_none(numbers: Any) -> Pose | None:
     return None if numbers is None else pose_of(numbers)
 
 
-def _joint(told: dict[str, Any]) -> SeenJoint:
-    unit = str(told["unit"])
+def _joint(value: dict[str, Any]) -> SeenJoint:
+    unit = str(value["unit"])
     far = ROOM if unit == "m" else FULL_TURN
     lower, upper = (
-        end if limit is None else float(limit) for limit, end in ((told["lower"], -far), (told["upper"], far))
+        end if limit is None else float(limit) for limit, end in ((value["lower"], -far), (value["upper"], far))
     )
-    return SeenJoint(str(told["name"]), lower, upper, unit)
+    return SeenJoint(str(value["name"]), lower, upper, unit)
 
 
 _NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] of deviation at which a tip has reached its pose
@@ -227,18 +227,18 @@ class Delay:
         """Median of the newest delays [s]; None before the first."""
         return median(self._found) if self._found else None
 
-    def begin(self, standing: Standing, now: float) -> None:
+    def begin(self, state: RobotState, now: float) -> None:
         """Start measuring at `now` [s], unless a measurement is under way."""
         if self._begun is None or now - self._begun > MAX_DELAY:
-            self._begun, self._tips, self._positions = now, standing.tips, standing.positions
+            self._begun, self._tips, self._positions = now, state.tips, state.positions
 
-    def look(self, standing: Standing, now: float) -> None:
+    def look(self, state: RobotState, now: float) -> None:
         """Handle a state of the robot received at `now` [s]."""
         if self._begun is None:
             return
-        if now - self._begun > MAX_DELAY or len(standing.positions) != len(self._positions):
+        if now - self._begun > MAX_DELAY or len(state.positions) != len(self._positions):
             self._begun = None
-        elif self._has_moved(standing):
+        elif self._has_moved(state):
             self._found.append(now - self._begun)
             self._begun = None
 
@@ -246,9 +246,9 @@ class Delay:
         """Cancel the measurement: the motion was cancelled."""
         self._begun = None
 
-    def _has_moved(self, standing: Standing) -> bool:
-        pairs = zip(self._positions, standing.positions, strict=True)
+    def _has_moved(self, state: RobotState) -> bool:
+        pairs = zip(self._positions, state.positions, strict=True)
         if any(before is not None and now is not None and abs(now - before) > _TURNED for before, now in pairs):
             return True
-        tips = zip(self._tips, standing.tips, strict=True)
+        tips = zip(self._tips, state.tips, strict=True)
         return not all(is_near(before, now, _MOVED, _TURNED) for before, now in tips)

@@ -13,8 +13,8 @@ from cellwright.clients.operators.robot import Ask, Now, command_message, servic
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import AwayError, Link
-from cellwright.viewer.web.operator.command_queue import Desk, Wish
-from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
+from cellwright.viewer.web.operator.command_queue import Command, CommandQueue
+from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 
 _MAX_RATE = 100.0  # [s of the node per s of wall time]
 _MIN_INTERVAL = 0.01  # [s] between two stamps, to measure the rate
@@ -58,13 +58,13 @@ class Worker:
     """Operator thread of the robot whose node is served at an address."""
 
     def __init__(self, address: tuple[str, int]) -> None:
-        self.desk: Desk | None = None
+        self.queue: CommandQueue | None = None
         """Command queue of the robot; None before the first answer."""
         self.is_watched = True
         """True while a browser is connected."""
         self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
         self._clock = NodeClock()
-        self._asked = float("-inf")
+        self._polled = float("-inf")
         self._service: threading.Thread | None = None
         self._waiting_for = ""
         self._is_over = False
@@ -88,99 +88,99 @@ class Worker:
 
     def stop(self) -> str:
         """Send an emergency stop, now or once the node is there; return why it is not sent yet, or an empty text."""
-        desk = self.desk
-        if desk is None:
+        queue = self.queue
+        if queue is None:
             return "no robot has been heard of yet"
-        desk.stop()
+        queue.stop()
         try:
             self._stop_link.publish(*command_message(Now.STOP, 0))
         except CellwrightError as error:
             text = f"the emergency stop has not got through yet: {error}"
-            desk.answered(text)
+            queue.answered(text)
             return text
-        desk.sent(Now.STOP)
+        queue.sent(Now.STOP)
         return ""
 
     def _run(self) -> None:
         while not self._is_over:
             try:
                 self._work()
-                pause = max(0.0, self._asked + self._period() - time.perf_counter())
+                pause = max(0.0, self._polled + self._period() - time.perf_counter())
             except Exception as error:  # also a defect: this thread must not end, so that a stop gets through
-                said = str(error)
+                message = str(error)
                 if not isinstance(error, CellwrightError):
                     log.exception("the browser operator")
-                    said = f"failed: {type(error).__name__}: {error}"
+                    message = f"failed: {type(error).__name__}: {error}"
                 elif not isinstance(error, AwayError):  # no robot, or one of another version
                     self._link.close()
                 self._lose()
-                if self.desk is not None and not isinstance(error, AwayError):
-                    self.desk.answered(said)
+                if self.queue is not None and not isinstance(error, AwayError):
+                    self.queue.answered(message)
                 pause = _AWAY
             self._wake.wait(pause)
 
     def _work(self) -> None:
         now = time.perf_counter()
         self._wake.clear()
-        desk = self.desk
-        if desk is not None:
-            for wish in desk.due():
-                self._send(desk, wish)
-        if now - self._asked >= self._period() or desk is None:
-            self._asked = now
+        queue = self.queue
+        if queue is not None:
+            for command in queue.due():
+                self._send(queue, command)
+        if now - self._polled >= self._period() or queue is None:
+            self._polled = now
             self._look()
 
     def _look(self) -> None:
         """Poll the robot's state."""
-        desk = self.desk
-        answer = self._link.ask(PANEL, robot=desk.robot.digest if desk is not None else "")
-        if desk is None or answer.get("digest") != desk.robot.digest:
-            desk = Desk(SeenRobot.read(answer), wake=self._wake)
+        queue = self.queue
+        answer = self._link.ask(PANEL, robot=queue.robot.digest if queue is not None else "")
+        if queue is None or answer.get("digest") != queue.robot.digest:
+            queue = CommandQueue(SeenRobot.read(answer), wake=self._wake)
             if not self._stop_link.is_there:  # connect before an emergency stop needs it
                 self._stop_link.connect()
-        standing = Standing.read(answer)
-        self._clock.hear(standing.stamp, time.perf_counter())
-        desk.see(standing)
-        self.desk = desk
+        state = RobotState.read(answer)
+        self._clock.hear(state.stamp, time.perf_counter())
+        queue.see(state)
+        self.queue = queue
 
-    def _send(self, desk: Desk, wish: Wish) -> None:
-        if isinstance(wish, Ask):
-            self._call(desk, wish)
+    def _send(self, queue: CommandQueue, command: Command) -> None:
+        if isinstance(command, Ask):
+            self._call(queue, command)
             return
         try:
-            self._link.publish(*command_message(wish, self._clock.at(time.perf_counter())))
+            self._link.publish(*command_message(command, self._clock.at(time.perf_counter())))
         except AwayError:
             raise
         except CellwrightError as error:
-            desk.refused(str(error))
+            queue.refused(str(error))
         else:
-            desk.sent(wish)
+            queue.sent(command)
 
     def _period(self) -> float:
-        desk = self.desk
-        if desk is not None and time.perf_counter() - desk.active < _AFTERWARDS:
+        queue = self.queue
+        if queue is not None and time.perf_counter() - queue.active < _AFTERWARDS:
             return _DRIVING
         return _WATCHING if self.is_watched else _IDLE
 
     def _lose(self) -> None:
-        if self.desk is not None:
-            self.desk.lose()
+        if self.queue is not None:
+            self.queue.lose()
         self._stop_link.close()
 
-    def _call(self, desk: Desk, ask: Ask) -> None:
+    def _call(self, queue: CommandQueue, ask: Ask) -> None:
         if self._service is not None and self._service.is_alive():
-            desk.answered(f"still waiting for: {self._waiting_for}")
+            queue.answered(f"still waiting for: {self._waiting_for}")
             return
         self._waiting_for = ask.value
-        self._service = threading.Thread(target=self._called, args=(desk, ask), daemon=True)
+        self._service = threading.Thread(target=self._called, args=(queue, ask), daemon=True)
         self._service.start()
 
-    def _called(self, desk: Desk, ask: Ask) -> None:
-        desk.answered(f"{ask.value} …")
+    def _called(self, queue: CommandQueue, ask: Ask) -> None:
+        queue.answered(f"{ask.value} …")
         try:
             answer: Any = self._service_link.call(*service_request(ask))
         except CellwrightError as error:
-            desk.answered(f"{ask.value}: {error}")
+            queue.answered(f"{ask.value}: {error}")
             return
         outcome = "done" if answer.success else "refused"
-        desk.answered(f"{ask.value}: {outcome}; {answer.message}" if answer.message else f"{ask.value}: {outcome}")
+        queue.answered(f"{ask.value}: {outcome}; {answer.message}" if answer.message else f"{ask.value}: {outcome}")
