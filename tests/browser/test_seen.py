@@ -44,7 +44,7 @@ def test_a_thing_is_found_by_its_colour() -> None:
 
 
 @given(st.tuples(*[st.integers(0, 255)] * 3))
-def test_hues_are_those_of_everybody(colour: tuple[int, int, int]) -> None:
+def test_hues_are_the_usual_ones(colour: tuple[int, int, int]) -> None:
     import colorsys
 
     hue, saturation, value = colorsys.rgb_to_hsv(*(part / 255 for part in colour))

@@ -49,7 +49,7 @@ def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None:
+def test_a_picture_is_shown_longer_if_waiting_is_not_allowed(tmp_path: Path) -> None:
     video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     os.kill(video._worker._process.pid, signal.SIGSTOP)
     took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
@@ -108,7 +108,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.slow
-def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
+def test_the_caller_may_be_killed(tmp_path: Path) -> None:
     file = tmp_path / "a.mp4"
     ran = subprocess.run(
         [sys.executable, "-c", _GIVES_FRAMES, str(file)],

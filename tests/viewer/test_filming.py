@@ -85,7 +85,7 @@ def test_time_goes_no_slower_than_by_a_frame_a_tick(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_video_that_comes_to_an_end_is_told_once_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_a_video_that_ends_early_is_reported_once_and_the_run_goes_on(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", killed_at=3)
     assert filmed.hash == Filmed(None).hash
     (warning,) = filmed.warnings

@@ -86,7 +86,7 @@ def test_latency_is_kept_whatever_drawing_takes(latency: float, due: list[int]) 
     assert [picture.time_ns // MS for _, picture in room.pictures][:2] == [100, 200]
 
 
-def test_nothing_is_drawn_for_nobody() -> None:
+def test_nothing_is_drawn_without_listeners() -> None:
     room = Room()
     room.run(300)
     assert not room.workers
@@ -102,7 +102,7 @@ def test_nothing_is_drawn_for_nobody() -> None:
 
 
 @pytest.mark.parametrize(("colour", "depth"), [(True, False), (False, True), (True, True), (False, False)])
-def test_only_what_somebody_wants_is_drawn(colour: bool, depth: bool) -> None:
+def test_only_requested_channels_are_drawn(colour: bool, depth: bool) -> None:
     room = Room()
     room.look(colour=colour, depth=depth)
     room.run(250)
@@ -256,7 +256,7 @@ def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
     assert (room.camera.dropped > 0, len(room.pictures)) == (is_paced, 0 if is_paced else 1)
 
 
-def test_a_worker_that_fails_is_told_once_and_the_run_goes_on() -> None:
+def test_a_worker_that_fails_is_reported_once_and_the_run_goes_on() -> None:
     room = Room()
     room.look()
     room.run(250)

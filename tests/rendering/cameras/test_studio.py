@@ -57,7 +57,7 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> None:
+def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
     studio = Studio(room(), report=lines.append)
     pending = ask(studio)

@@ -90,7 +90,7 @@ def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: Ren
     assert [picture for _, _, picture in together] == [alone[x] for x, _, _ in together]
 
 
-def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker) -> None:
+def test_a_failed_picture_is_reported_and_the_rest_is_drawn(worker: RenderWorker) -> None:
     bad, good = (
         worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, -3, 120)),
         worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)),
@@ -131,7 +131,7 @@ def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest
 
 
 @pytest.mark.slow
-def test_whoever_asks_loads_no_graphics() -> None:
+def test_the_caller_loads_no_graphics() -> None:
     program = (
         "import sys\nfrom cellwright.rendering.worker import RenderWorker\n"
         "assert not {'OpenGL', 'av', 'matplotlib'} & {*sys.modules}\n"

@@ -74,7 +74,7 @@ def test_a_film_that_cannot_be_written_says_why(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a disk that is always full")
-def test_a_full_disk_is_told() -> None:
+def test_a_full_disk_is_reported() -> None:
     film = Film(Path("/dev/full"), WIDTH, HEIGHT, Fraction(25))
     with pytest.raises(FilmError, match="No space left on device"):
         _fill(film)

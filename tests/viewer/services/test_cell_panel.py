@@ -65,7 +65,7 @@ def test_looking_is_no_submission() -> None:
 
 
 @pytest.mark.parametrize("competition", [True, False])
-def test_who_looks_on_all_along_sees_what_somebody_new_sees(*, competition: bool) -> None:
+def test_a_long_standing_viewer_sees_the_same_as_a_new_one(*, competition: bool) -> None:
     """Values cached between two requests are not stale."""
     cell = Cell(FAULTY, competition=competition)
     watching = CellPanel(cell, {"agent": "me"})
@@ -165,7 +165,7 @@ def test_a_game_that_was_ended_leaves_its_order_open() -> None:
     assert panel(cell)["orders"][0]["status"] == "open"
 
 
-def test_what_stands_where_is_told_too() -> None:
+def test_belt_agvs_and_gripper_are_in_the_panel() -> None:
     cell = Cell(WHOLE)
     start(cell)
     values = panel(cell)
@@ -176,7 +176,7 @@ def test_what_stands_where_is_told_too() -> None:
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
 
 
-def test_what_the_agent_is_about_is_told_with_its_time() -> None:
+def test_the_intention_of_the_agent_is_in_the_panel_with_its_time() -> None:
     cell = Cell(KITTING)
     assert panel(cell)["intention"] is None
     run(cell, 0.5)

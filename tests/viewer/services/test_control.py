@@ -56,7 +56,7 @@ def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
     assert not desk.tempo.is_paused
 
 
-def test_when_the_run_is_over_its_time_obeys_nobody_but_it_may_begin_anew() -> None:
+def test_after_the_run_all_actions_but_reset_are_refused() -> None:
     desk = control(reset=Reset(lambda: None))
     assert desk.state()["over"] == ""
     desk.over = "the run is over"
@@ -76,7 +76,7 @@ def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -
         assert not desk.tempo.is_paused
 
 
-def test_where_it_cannot_begin_anew_the_reason_is_told() -> None:
+def test_a_refused_reset_has_a_reason() -> None:
     desk = control()
     assert "reset" in desk.state()["refused"]
     with pytest.raises(RejectedCommandError, match="cannot begin anew"):
@@ -84,7 +84,7 @@ def test_where_it_cannot_begin_anew_the_reason_is_told() -> None:
     assert desk.state()["resets"] == 0
 
 
-def test_it_begins_anew_and_counts_that() -> None:
+def test_a_reset_is_counted() -> None:
     done: list[bool] = []
     desk = control(reset=Reset(lambda: done.append(True)))
     before = desk.tempo.changes

@@ -43,7 +43,7 @@ def pose(numbers: list[float]) -> Pose:
     return Pose((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
 
 
-def test_the_robot_is_told_once(node: RobotNode) -> None:
+def test_the_robot_is_sent_once(node: RobotNode) -> None:
     first = panel_of(node)
     robot = first["robot"]
     assert [joint["name"] for joint in robot["joints"]] == list(node.driver.joints)
@@ -114,10 +114,10 @@ def test_it_tells_what_was_refused(node: RobotNode) -> None:
     run(node, 0.05)
     found = panel_of(node)
     assert found["refused"] == before + 12
-    assert 0 < len(found["refusals"]) <= 8, "names come from outside, and are not told without end"
+    assert 0 < len(found["refusals"]) <= 8, "names come from outside, and are limited"
 
 
-def test_a_joint_that_nobody_can_tell_of_is_null(node: RobotNode, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_joint_position_is_null(node: RobotNode, monkeypatch: pytest.MonkeyPatch) -> None:
     readings = node.driver.read()
     unknown = readings.positions.copy()
     unknown[0] = math.nan

@@ -21,7 +21,7 @@ from tests.cells import KITTING, WHOLE
 from tests.middleware.server.talk import served
 
 
-def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
+def test_a_client_receives_the_scene_and_its_frames() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         onlookers.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))

@@ -74,15 +74,15 @@ def test_a_slider_that_follows_the_belt_commands_nothing(opened: tuple[Any, Cell
     assert found.link.called == []
 
 
-def test_what_does_not_succeed_is_told(opened: tuple[Any, CellPanels]) -> None:
+def test_a_failed_call_is_shown(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
     found.said.clear()
     found.link.succeeds = False
     clicked(panels._send, "AGV 1")
-    found.link.refuses = "nobody is there"
+    found.link.refuses = "the server is away"
     clicked(panels._send, "AGV 1")
     found.link.refuses, found.link.succeeds = "", True
-    assert [text for _, text in found.said] == ["not now", "nobody is there"]
+    assert [text for _, text in found.said] == ["not now", "the server is away"]
 
 
 def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
@@ -101,7 +101,7 @@ def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
 def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
     with page(cell_panel()) as found:
         panels = CellPanels()
-        panels.on_disconnect("nobody was ever there")
+        panels.on_disconnect("never connected")
         panels.page = found
         panels.on_scene(None)  # type: ignore[arg-type]
         panels.panel(cell_panel() | {"refused": {"belt": "the run is over"}})

@@ -112,7 +112,7 @@ def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
     assert "complete" in words(cell_panels.orders_html(panel))
 
 
-def test_what_was_too_much_or_faulty_is_told() -> None:
+def test_extra_and_faulty_parts_are_shown() -> None:
     cell = Cell(replace(KITTING, faulty_parts=frozenset({"gear_part_2"})), competition=False)
     start(cell)
     run(cell, 1.1)
@@ -178,9 +178,9 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert said() == before
 
 
-def test_what_the_arm_hit_is_told_the_newest_first() -> None:
+def test_collisions_are_shown_the_newest_first() -> None:
     panel = panel_of(Cell(KITTING))
-    assert "Collisions" not in words(cell_panels.floor_html(panel)), "nobody has watched"
+    assert "Collisions" not in words(cell_panels.floor_html(panel)), "there is no collision watch"
     post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
     bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
     panel["collisions"] = {"count": 0, "latest": []}

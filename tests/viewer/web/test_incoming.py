@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.access import MAX_NUMBER, MAX_RATE, MAX_TEXT, Incoming
-from tests.viewer.web.onlooker import CAMERA
+from tests.viewer.web.fake_viewer import CAMERA
 
 ELEMENTS: dict[str, Any] = {
     "box": SimpleNamespace(value=True, visible=True, disabled=False),

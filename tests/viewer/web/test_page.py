@@ -22,7 +22,7 @@ from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
 from tests.robot.robots import two_arms
-from tests.viewer.web.onlooker import FakeViewer
+from tests.viewer.web.fake_viewer import FakeViewer
 from tests.waiting import TIMEOUT, wait_until
 
 TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
@@ -91,7 +91,7 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
+def test_a_page_with_the_key_is_answered_and_others_are_not() -> None:
     hall = Hall(Cell(KITTING), guarded=VIEWER_SERVICES)
     own = WebPage(hall.server.address, port=0, key=hall.server.key)
     other = WebPage(hall.server.address, port=0)
@@ -224,7 +224,7 @@ def test_a_page_that_cannot_be_shown() -> None:
 
 
 @pytest.mark.slow
-def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> None:
+def test_on_gone_is_called_when_a_page_dies_and_not_when_it_is_closed() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     os.kill(page._process.pid, signal.SIGTERM)
@@ -242,7 +242,7 @@ def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> No
 
 
 @pytest.mark.slow
-def test_a_page_that_nobody_waits_for_any_more_ends_without_a_word() -> None:
+def test_a_page_whose_parent_is_gone_ends_silently() -> None:
     command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
     options = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
     reader, writer = os.pipe()

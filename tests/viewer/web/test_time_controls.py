@@ -61,7 +61,7 @@ def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeCon
     assert "the node has stopped" in controls._clock.content
     controls.panel(panel())
     assert [controls._steps.visible, controls._speeds.visible, controls._reset.visible] == 3 * [True]
-    TimeControls().on_disconnect("nobody was ever there")
+    TimeControls().on_disconnect("never connected")
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_each_speed_is_asked_for(opened: tuple[Any, TimeControls]) -> None:
     assert [each["factor"] for each in found.link.requests] == [0.1, 0.5, 1.0, 2.0, 10.0, "max"]
 
 
-def test_it_begins_anew_at_the_second_click_only(opened: tuple[Any, TimeControls]) -> None:
+def test_the_second_click_resets(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.requests.clear()
     clicked(controls._reset, True)
@@ -103,13 +103,13 @@ def test_it_begins_anew_at_the_second_click_only(opened: tuple[Any, TimeControls
     assert len(found.link.requests) == 1
 
 
-def test_where_it_may_not_begin_anew_the_reason_is_at_hand(opened: tuple[Any, TimeControls]) -> None:
+def test_a_refused_reset_shows_its_reason(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel(panel(reset="not in a competition"))
     assert (controls._reset.disabled, controls._reset.hint) == (True, "not in a competition")
 
 
-def test_a_refusal_is_told(opened: tuple[Any, TimeControls]) -> None:
+def test_a_refusal_is_shown(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.refuses = "not here"
     clicked(controls._steps, "Pause")
@@ -130,7 +130,7 @@ def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
         clicked(controls._slider, 12.5)
         assert found.link.requests == [{"action": "seek", "time": 12.5}]
         controls.panel(shown)
-        assert controls._slider.value == 12.5, "it is not drawn away under somebody's hand"
+        assert controls._slider.value == 12.5, "it stays under the browser's pointer"
 
 
 def test_the_slider_is_that_of_what_is_served_there_now() -> None:
@@ -176,7 +176,7 @@ def test_the_clock_says_how_time_passes(state: dict[str, Any], expected: str) ->
     assert ("1.0 × real time" in said) == (not state.get("paused"))
 
 
-def test_a_panel_of_another_version_is_passed_over(opened: tuple[Any, TimeControls]) -> None:
+def test_a_panel_of_another_version_is_ignored(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel({"kind": "cell", "clock": {}, "control": panel()["control"]})
     controls.panel({"kind": "robot", "time": "now", "control": panel()["control"]})

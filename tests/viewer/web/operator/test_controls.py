@@ -63,7 +63,7 @@ def test_sliders_follow_their_joints_and_nothing_is_sent(tab: Tab) -> None:
     assert tab.slider("right_3").value == pytest.approx(-1.2)
     for step in range(20):
         tab.see(positions=at(right_3=-1.2 + 0.1 * step, left_finger=0.002 * step))
-        assert tab.queue.due() == [], "what follows is no wish"
+        assert tab.queue.due() == [], "what follows is no request"
     assert tab.slider("right_3").value == pytest.approx(0.7)
     assert tab.slider("left_finger").value == pytest.approx(0.038)
 
@@ -127,7 +127,7 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.gui.find("button", "Go home").disabled
     tab.see(5.0)
     assert switch.value
-    assert tab.queue.due() == [], "what follows is no wish"
+    assert tab.queue.due() == [], "what follows is no request"
     clear.use(ME)
     assert tab.queue.due() == [Ask.CLEAR_STOP]
 
@@ -145,14 +145,14 @@ def test_a_robot_that_is_not_heard_from_has_a_stop_and_nothing_else_to_press(tab
     assert live() == before
 
 
-def test_a_stop_that_does_not_get_through_is_told_to_who_pressed_it(tab: Tab) -> None:
-    told: list[str] = []
-    client = SimpleNamespace(add_notification=lambda **values: told.append(values["body"]))
+def test_a_stop_that_does_not_get_through_notifies_its_browser(tab: Tab) -> None:
+    notices: list[str] = []
+    client = SimpleNamespace(add_notification=lambda **values: notices.append(values["body"]))
     button = tab.gui.find("button", "STOP")
     button.use(ME, client=client)
-    tab.hindrance = "nobody is there"
+    tab.hindrance = "the server is away"
     button.use(ME, client=client)
-    assert told == ["nobody is there"]
+    assert notices == ["the server is away"]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])

@@ -83,7 +83,7 @@ def test_a_drag_is_sent_and_the_handle_left_alone(scene: FakeScene, handles: Han
     assert isinstance(order, MoveTips)
     assert (state().references[0] @ order.tips[0]).position == pytest.approx(AIM.position, abs=1e-6)
     handles.show(queue.state)
-    assert one.position == pytest.approx(AIM.position), "it is in somebody's hand"
+    assert one.position == pytest.approx(AIM.position), "it is held"
     ghost = part(scene, "icosphere", "ghost")
     assert ghost.visible
     assert ghost.position == pytest.approx(AIM.position)
@@ -109,7 +109,7 @@ def test_whatever_holds_the_robot_takes_the_handle_away(
     assert one.position == pytest.approx(TIPS[0].position)
 
 
-def test_a_ghost_tells_where_a_hand_is_to_be_whoever_wants_it(
+def test_a_ghost_shows_the_target_of_a_hand_from_any_source(
     scene: FakeScene, handles: Handles, queue: CommandQueue
 ) -> None:
     ghost, words, way = (

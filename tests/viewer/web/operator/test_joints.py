@@ -58,7 +58,7 @@ def test_it_begins_where_the_joint_is_and_not_where_it_was_once_sent() -> None:
     assert 1.4 < target < 1.5
 
 
-def test_a_joint_nobody_can_measure_begins_at_its_target() -> None:
+def test_a_joint_without_a_measurement_begins_at_its_target() -> None:
     moves = JointMoves(seen())
     unknown = tuple(None if place == ELBOW else value for place, value in enumerate(state().positions))
     moves.ask(ELBOW, 2.0, 0.0)
@@ -71,7 +71,7 @@ def test_sliding_joints_walk_in_metres() -> None:
     assert 0.0 < moves.due(state(), 0.05)[FINGER] <= JOINT_SPEED["m"] * 0.05
 
 
-def test_a_slider_follows_its_joint_unless_somebody_has_just_moved_it() -> None:
+def test_a_slider_follows_its_joint_unless_it_was_just_moved() -> None:
     moves = JointMoves(seen())
     assert not moves.is_touched(ELBOW, 0.0)
     moves.ask(ELBOW, -1.19, 0.0)

@@ -73,7 +73,7 @@ def test_contacts_carry_what_lies_there() -> None:
     assert all(math.isfinite(value) for value in rows.reshape(-1).tolist())
 
 
-def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() -> None:
+def test_answers_hold_requested_overlays_only_and_requests_leave_no_trace() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     services = SceneServices(ServedScene(watched))
     assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"})[0].keys()

@@ -53,12 +53,12 @@ def test_this_machine_is_let_in(host: str) -> None:
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:80", "", "[", "localhost@evil.example"])
-def test_a_name_that_somebody_else_gave_this_machine_is_not(host: str) -> None:
+def test_a_foreign_name_of_this_machine_is_refused(host: str) -> None:
     with door() as found:
         assert found.refusal("/", Headers({"Host": host})) != ""
 
 
-def test_a_page_of_somebody_else_is_not_let_in() -> None:
+def test_a_foreign_page_is_refused() -> None:
     with door() as found:
         own = f"http://127.0.0.1:{found.port}"
         assert said(found, Origin=own) == ""
@@ -124,7 +124,7 @@ def test_viser_stands_behind_the_door() -> None:
             assert browser.recv(timeout=TIMEOUT)
 
 
-def test_what_a_browser_sends_ends_nobody_else() -> None:
+def test_messages_of_a_browser_end_no_other() -> None:
     protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
     with page() as found:
         address = f"ws://127.0.0.1:{found.port}"
@@ -172,7 +172,7 @@ def test_a_viser_that_cannot_be_guarded_is_none() -> None:
     assert websockets.asyncio.server.serve.__name__ == "serve"
 
 
-def test_half_requests_keep_nobody_out() -> None:
+def test_half_requests_block_no_others() -> None:
     with page() as found, ExitStack() as opened:
         half = [opened.enter_context(socket.create_connection((found.host, found.port), TIMEOUT)) for _ in range(80)]
         for connection in half:

@@ -32,14 +32,14 @@ def ask(client: Talker, service: str, **request: Any) -> Frame:
 def shows(hall: Hall, key: Any) -> Talker:
     """Client that shows a value in place of a key."""
     client = hall.guest("")
-    said = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
-    client.say(Frame(Kind.HELLO, payload=json.dumps(said).encode()))
+    hello = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
+    client.say(Frame(Kind.HELLO, payload=json.dumps(hello).encode()))
     client.wait_for(Kind.WELCOME)
     return client
 
 
 @pytest.mark.parametrize("service", VIEWER_SERVICES)
-def test_a_competition_answers_its_own_page_and_nobody_else(service: str) -> None:
+def test_a_competition_answers_its_own_page_only(service: str) -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         offered(hall, cell)
@@ -51,7 +51,7 @@ def test_a_competition_answers_its_own_page_and_nobody_else(service: str) -> Non
 
 
 @pytest.mark.parametrize("what", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
-def test_in_development_mode_and_of_a_robot_anybody_is_told(what: Any) -> None:
+def test_development_mode_and_a_robot_answer_any_client(what: Any) -> None:
     cell = what()
     with served(cell) as hall:
         offered(hall, cell)
@@ -76,7 +76,7 @@ NO_KEYS = st.recursive(
 
 @pytest.mark.slow
 @given(NO_KEYS)
-def test_what_is_no_key_is_none_and_the_guest_is_welcome_all_the_same(shown: Any) -> None:
+def test_an_invalid_key_is_ignored_and_the_client_is_welcome(shown: Any) -> None:
     cell = _CELL
     with served(cell) as hall:
         offered(hall, cell)

@@ -114,7 +114,7 @@ def test_a_stop_comes_before_all_and_forgets_all(queue: CommandQueue, clock: Clo
     assert "EMERGENCY STOP" in queue.notes.at(clock())
 
 
-def test_a_stop_is_kept_while_nobody_is_there(queue: CommandQueue, clock: Clock) -> None:
+def test_a_stop_is_kept_while_the_robot_is_away(queue: CommandQueue, clock: Clock) -> None:
     queue.lose()
     queue.stop()
     assert queue.due() == [Now.STOP]
@@ -129,7 +129,7 @@ def test_services(queue: CommandQueue, ask: Ask) -> None:
     assert queue.due() == [ask], "once, and what was wanted before is over"
 
 
-def test_a_refusal_ends_what_was_wanted_and_is_told(queue: CommandQueue, clock: Clock) -> None:
+def test_a_refusal_discards_requests_and_is_shown(queue: CommandQueue, clock: Clock) -> None:
     queue.grab(0, ME, TIP)
     queue.drag(0, ME, UP)
     queue.refused("/vr commands here")
@@ -152,7 +152,7 @@ def test_sliders_of_arms_wait_until_the_hand_is_let_go_of(queue: CommandQueue, c
     assert queue.slide(ELBOW, 1.0)
 
 
-def test_a_run_that_begins_anew_ends_what_was_wanted(queue: CommandQueue, clock: Clock) -> None:
+def test_a_reset_discards_requests(queue: CommandQueue, clock: Clock) -> None:
     later(queue, clock)
     queue.slide(ELBOW, 1.0)
     clock.now += 0.1
@@ -191,7 +191,7 @@ def test_the_delay_of_a_robot_at_rest(queue: CommandQueue, clock: Clock) -> None
     assert queue.delay.seconds == pytest.approx(0.04)
 
 
-def test_the_delay_of_a_robot_that_moves_anyway_is_not_told(queue: CommandQueue, clock: Clock) -> None:
+def test_the_delay_of_a_moving_robot_is_not_measured(queue: CommandQueue, clock: Clock) -> None:
     later(queue, clock, positions=tuple(0.5 for _ in state().positions))
     queue.slide(ELBOW, 1.0)
     later(queue, clock, positions=tuple(0.6 for _ in state().positions))

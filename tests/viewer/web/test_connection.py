@@ -46,7 +46,7 @@ def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
         server.close("the end")
 
 
-def test_it_asks_and_is_told_of_refusals() -> None:
+def test_it_asks_and_raises_refusals() -> None:
     cell = Cell(KITTING)
 
     def refuse(asked: dict[str, Any]) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def test_it_asks_and_is_told_of_refusals() -> None:
         assert not link.is_there
 
 
-def test_nobody_there_and_somebody_again() -> None:
+def test_it_reconnects_to_a_server_that_is_back() -> None:
     with hosted(Cell(KITTING)) as server:
         address = server.address
         link = Link(address)
@@ -167,7 +167,7 @@ GOOD_SCENE = encode_scene(Scene("a", ("world",), (), ()))
         ({"digest": "a"}, b"AAA"),
     ],
 )
-def test_what_answers_with_nonsense_counts_as_nobody(answer: Any) -> None:
+def test_a_server_that_answers_with_nonsense_counts_as_away(answer: Any) -> None:
     with hosted(Cell(KITTING)) as server:
         server.offer(SCENE, lambda _asked: answer)
         server.offer("cellwright/frame", lambda _asked: answer)

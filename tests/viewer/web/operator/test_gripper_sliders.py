@@ -12,7 +12,7 @@ def test_the_other_gripper_keeps_its_target_not_where_it_is() -> None:
     assert grips.due(holding, 0.1) is None, "once is enough"
 
 
-def test_both_at_once_before_the_robot_has_told_of_the_first() -> None:
+def test_both_at_once_before_the_robot_has_reported_the_first() -> None:
     grips = GripperSliders(2)
     grips.ask(0, 1.0, 0.0)
     assert grips.due(state(), 0.0) == (1.0, 0.0)
