@@ -81,9 +81,9 @@ def middle(picture: Pixels, hues: Hues) -> tuple[float, float]:
     return float(np.median(columns)) / picture.shape[1], float(np.median(rows)) / picture.shape[0]
 
 
-def change(before: Pixels, after: Pixels, least: int = 24) -> float:
-    """Share of the picture, 0..1, that differs clearly: by more than `least` of 255 in one channel."""
-    return float((np.abs(before.astype(np.int16) - after.astype(np.int16)).max(axis=-1) > least).mean())
+def change(before: Pixels, after: Pixels, threshold: int = 24) -> float:
+    """Share of the picture, 0..1, that differs clearly: by more than `threshold` of 255 in one channel."""
+    return float((np.abs(before.astype(np.int16) - after.astype(np.int16)).max(axis=-1) > threshold).mean())
 
 
 def distance(one: Pixels, other: Pixels) -> float:

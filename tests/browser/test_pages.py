@@ -17,7 +17,7 @@ def test_a_robot_appears_with_its_controls(tmp_path: Path, visit: Visit) -> None
     with viewed(tmp_path, "teleop", "qinglong", "--port", "0") as robot:
         visitor = visit(robot.url)
         visitor.read("(?i)stop")
-        seen = visitor.scene(least=4)
+        seen = visitor.scene(min_colours=4)
         assert 0.002 < (seen.max(axis=-1) < 110).mean() < 0.5  # something dark before a light background
 
 

@@ -86,7 +86,7 @@ class Visitor:
     def wait(
         self,
         condition: Callable[[], Value],
-        what: str,
+        noun: str,
         *,
         seen: Callable[[], object] = lambda: "",
         within: float = TIMEOUT,
@@ -95,7 +95,7 @@ class Visitor:
 
         Args:
             condition: called about ten times a second.
-            what: noun of what is expected, for the message on failure.
+            noun: name of what is expected, for the message on failure.
             seen: returns the latest state, for that message.
             within: the limit [s].
         """
@@ -104,7 +104,7 @@ class Visitor:
             self.shot("failed")
             return f"{seen()}\nerrors of the page: {self.errors}"
 
-        return wait_until(condition, what, seen=failed, between=lambda: self.page.wait_for_timeout(100), timeout=within)
+        return wait_until(condition, noun, seen=failed, between=lambda: self.page.wait_for_timeout(100), timeout=within)
 
     def canvas(self) -> Pixels:
         """Drawn scene without what lies over it; a black pixel before there is any."""
@@ -118,33 +118,33 @@ class Visitor:
                 return
             self.page.evaluate("() => new Promise(requestAnimationFrame)")
 
-    def scene(self, least: int = 8) -> Pixels:
+    def scene(self, min_colours: int = 8) -> Pixels:
         """Wait until a scene has appeared; return its picture.
 
         Args:
-            least: minimum of its colours.
+            min_colours: minimum of its colours.
         """
         seen: list[Pixels] = []
 
         def has_appeared() -> bool:
             seen.append(self.canvas())
-            return len(seen) > 1 and min(variety(seen[-1]), variety(seen[-2])) >= least
+            return len(seen) > 1 and min(variety(seen[-1]), variety(seen[-2])) >= min_colours
 
         self.wait(has_appeared, "scene", seen=lambda: f"{variety(seen[-1])} colours")
         return seen[-1]
 
-    def change(self, before: Pixels, least: float = 0.001) -> Pixels:
+    def change(self, before: Pixels, min_share: float = 0.001) -> Pixels:
         """Wait until the scene differs from a picture; return the new picture.
 
         Args:
             before: the picture.
-            least: minimum share of the picture that differs.
+            min_share: minimum share of the picture that differs.
         """
         seen = [before]
 
         def has_changed() -> bool:
             seen.append(self.canvas())
-            return seen[-1].shape == before.shape and change(before, seen[-1]) > least
+            return seen[-1].shape == before.shape and change(before, seen[-1]) > min_share
 
         self.wait(has_changed, "other scene", seen=lambda: f"{change(before, seen[-1]):.2%} of it have changed")
         return seen[-1]

@@ -50,8 +50,8 @@ def unit_vectors(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
 def project(camera: Camera, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
     """Project `points` (n, 3) of the world [m] to (n, 3) of column, row and depth [m] along the line of sight.
 
-    A point beside the picture has pixel coordinates outside it; one in the camera's plane or behind it has a depth of
-    zero or less, and NaN for column and row.
+    A point beside the picture has pixel coordinates outside it. A point in the camera's plane or behind it has a depth
+    of zero or less, and NaN for column and row.
     """
     optical = (points - np.asarray(camera.eye)) @ camera.world_R_optical
     depth = np.where(optical[:, 2] > 0, optical[:, 2], np.nan)

@@ -35,12 +35,12 @@ def test_empty_space_has_no_edges() -> None:
 
 
 @given(st.integers(0, HEIGHT - 1), st.integers(0, WIDTH - 1), st.sampled_from(["geom", "normal", "albedo"]))
-def test_a_pixel_that_differs_makes_an_edge_with_its_neighbours(row: int, column: int, what: str) -> None:
+def test_a_pixel_that_differs_makes_an_edge_with_its_neighbours(row: int, column: int, difference: str) -> None:
     layer = flat_layer()
     at = row * WIDTH + column
-    if what == "geom":
+    if difference == "geom":
         layer.hits.geom[at] = 1
-    elif what == "normal":
+    elif difference == "normal":
         layer.hits.normal[at] = (0.0, 1.0, 0.0)
     else:
         layer.albedo[at, 1] = 0.6

@@ -147,24 +147,24 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
 def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture[str]) -> None:
     node = RobotNode(two_arms())
     server = Server(node, port=0)
-    asked: list[Any] = []
+    requests: list[Any] = []
     services = RobotServices(node)
 
     def state(values: dict[str, Any]) -> dict[str, Any]:
-        asked.append(values)
+        requests.append(values)
         return services.state(values)
 
     server.offer(STATE_SERVICE, state)
     shown = Window(node.world.model, server.address, sliders=True)
     loop = Loop(node.simulation, server)
-    wait_until(lambda: len(asked) > 20 or not shown.is_running, "questions of the window", between=loop.tick)
+    wait_until(lambda: len(requests) > 20 or not shown.is_running, "questions of the window", between=loop.tick)
     assert shown.is_running, capfd.readouterr().err
     os.kill(shown._process.pid, signal.SIGSTOP)
     for _ in range(24):
         loop.tick()  # physics does not wait for the window
     os.kill(shown._process.pid, signal.SIGCONT)
-    answered = len(asked)
-    wait_until(lambda: len(asked) > answered, "more questions of the window", between=loop.tick)
+    answered = len(requests)
+    wait_until(lambda: len(requests) > answered, "more questions of the window", between=loop.tick)
     server.close("it is over")
     wait_until(lambda: not shown.is_running, "end of the window")
     shown.close()

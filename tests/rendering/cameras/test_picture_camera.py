@@ -125,11 +125,11 @@ def test_what_several_want_is_drawn_once() -> None:
     assert picture.colour is not None
 
 
-@pytest.mark.parametrize(("kind", "wanted"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
-def test_what_a_camera_cannot_take(kind: str, wanted: str) -> None:
+@pytest.mark.parametrize(("kind", "channel"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
+def test_what_a_camera_cannot_take(kind: str, channel: str) -> None:
     room = Room(replace(EYE, type=kind))
     with pytest.raises(UsageError, match=f"a {kind} takes no such pictures"):
-        room.look(colour=wanted == "colour", depth=wanted == "depth")
+        room.look(colour=channel == "colour", depth=channel == "depth")
 
 
 def test_listening_asks_for_all_that_it_can_take() -> None:

@@ -120,12 +120,12 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["rays", "osmesa"])
-def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BACKEND, way)
+@pytest.mark.parametrize("backend", ["rays", "osmesa"])
+def test_without_a_graphics_library_rays_take_over(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, backend)
     with RenderWorker(BALL) as worker:
-        said = worker.ready.result(TIMEOUT)
-        assert said == "rays" or (way == "osmesa" and "OpenGL" in said)
+        renderer = worker.ready.result(TIMEOUT)
+        assert renderer == "rays" or (backend == "osmesa" and "OpenGL" in renderer)
         picture = worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, 40, 30, samples=1)).result(TIMEOUT)
         assert is_red(picture).any()
 

@@ -21,8 +21,8 @@ from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.robots import two_arms
 
 
-def offered(hall: Hall, what: scene.ViewedNode, tempo: RateControl | None = None) -> None:
-    scene.offer_viewer_services(hall.server, what, lambda _: {"kind": "any"}, Control(tempo or RateControl()))
+def offered(hall: Hall, node: scene.ViewedNode, tempo: RateControl | None = None) -> None:
+    scene.offer_viewer_services(hall.server, node, lambda _: {"kind": "any"}, Control(tempo or RateControl()))
 
 
 def ask(client: Talker, service: str, **request: Any) -> Frame:
@@ -50,9 +50,9 @@ def test_a_competition_answers_its_own_page_only(service: str) -> None:
         assert ask(page, service).kind in (Kind.ANSWER, Kind.DATA)
 
 
-@pytest.mark.parametrize("what", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
-def test_development_mode_and_a_robot_answer_any_client(what: Any) -> None:
-    cell = what()
+@pytest.mark.parametrize("node", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
+def test_development_mode_and_a_robot_answer_any_client(node: Any) -> None:
+    cell = node()
     with served(cell) as hall:
         offered(hall, cell)
         assert hall.server.key == ""

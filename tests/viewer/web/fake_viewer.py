@@ -45,11 +45,11 @@ class FakeViewer:
         """Markdown on the panel, and notifications, in order."""
         self.moves = 0
         """Count of pose changes."""
-        self.say(CAMERA)
+        self.send(CAMERA)
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
 
-    def say(self, message: Any) -> None:
+    def send(self, message: Any) -> None:
         """Send a message."""
         self._line.send(message if isinstance(message, bytes) else msgspec.msgpack.encode(message))
 

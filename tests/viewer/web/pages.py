@@ -37,12 +37,12 @@ class NotingLink:
 
 
 class StubPage:
-    """Page, as far as features use it; its notifications are in `said`."""
+    """Page, as far as features use it; its notifications are in `notices`."""
 
     def __init__(self, server: viser.ViserServer, panel: dict[str, Any]) -> None:
         self.server, self.link, self.scene = server, NotingLink(), None
         self.first_panel = panel
-        self.said: list[tuple[str, str]] = []
+        self.notices: list[tuple[str, str]] = []
         self.tabs: list[str] = []
         self._group = server.gui.add_tab_group()
 
@@ -52,7 +52,7 @@ class StubPage:
 
     def notify(self, title: str, text: str, *, is_bad: bool = False) -> None:
         assert is_bad
-        self.said.append((title, text))
+        self.notices.append((title, text))
 
 
 @contextmanager

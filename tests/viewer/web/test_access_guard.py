@@ -42,7 +42,7 @@ def page(token: str = "") -> Iterator[Door]:
         server.stop()
 
 
-def said(found: Door, path: str = "/", **headers: str) -> str:
+def refusal(found: Door, path: str = "/", **headers: str) -> str:
     return found.refusal(path, Headers({"Host": f"127.0.0.1:{found.port}", **headers}))
 
 
@@ -61,20 +61,20 @@ def test_a_foreign_name_of_this_machine_is_refused(host: str) -> None:
 def test_a_foreign_page_is_refused() -> None:
     with door() as found:
         own = f"http://127.0.0.1:{found.port}"
-        assert said(found, Origin=own) == ""
+        assert refusal(found, Origin=own) == ""
         for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", "", "http://["):
-            assert "has no business here" in said(found, Origin=origin)
+            assert "has no business here" in refusal(found, Origin=origin)
 
 
 def test_a_token_is_asked_for() -> None:
     with door(SECRET) as found:
         assert found.url == f"http://127.0.0.1:{found.port}/?token={SECRET}"
-        assert said(found, f"/?token={SECRET}") == ""
-        assert said(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
+        assert refusal(found, f"/?token={SECRET}") == ""
+        assert refusal(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
         for path in ("/", "/?token=", "/?token=a1b2c4", f"/?Token={SECRET}", f"/{SECRET}"):
-            assert "needs the token" in said(found, path)
+            assert "needs the token" in refusal(found, path)
         for cookie in (f"other={SECRET}", "cellwright_page=", "=;;=", "cellwright_page_1=a1b2c"):
-            assert "needs the token" in said(found, Cookie=cookie)
+            assert "needs the token" in refusal(found, Cookie=cookie)
 
 
 def test_two_hosts_are_none() -> None:
@@ -180,7 +180,7 @@ def test_half_requests_block_no_others() -> None:
         for connection in half[: 80 - MAX_UNFINISHED]:  # the oldest ones make room
             with suppress(ConnectionResetError):
                 assert connection.recv(1) == b""
-        asked = http.client.HTTPConnection(found.host, found.port, timeout=TIMEOUT)
-        asked.request("GET", "/")
-        assert asked.getresponse().status == 200
-        asked.close()
+        late = http.client.HTTPConnection(found.host, found.port, timeout=TIMEOUT)
+        late.request("GET", "/")
+        assert late.getresponse().status == 200
+        late.close()

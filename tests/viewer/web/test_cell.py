@@ -76,13 +76,13 @@ def test_a_slider_that_follows_the_belt_commands_nothing(opened: tuple[Any, Cell
 
 def test_a_failed_call_is_shown(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
-    found.said.clear()
+    found.notices.clear()
     found.link.succeeds = False
     clicked(panels._send, "AGV 1")
     found.link.refuses = "the server is away"
     clicked(panels._send, "AGV 1")
     found.link.refuses, found.link.succeeds = "", True
-    assert [text for _, text in found.said] == ["not now", "the server is away"]
+    assert [text for _, text in found.notices] == ["not now", "the server is away"]
 
 
 def test_a_competition_hides_what_it_refuses_and_says_why() -> None:

@@ -81,13 +81,13 @@ def judged() -> Cell:
 
 def test_before_the_start() -> None:
     panel = panel_of(Cell(WHOLE))
-    said = {piece.__name__: words(piece(panel)) for piece in PIECES}
-    assert "whole" in said["head_html"]
-    assert "agent me · seed 0 · servo original" in said["head_html"]
-    assert "has not begun" in said["game_html"]
-    assert "no order" in said["orders_html"]
-    assert "empty" in said["trays_html"]
-    assert "suction off, holds nothing" in said["floor_html"]
+    texts = {piece.__name__: words(piece(panel)) for piece in PIECES}
+    assert "whole" in texts["head_html"]
+    assert "agent me · seed 0 · servo original" in texts["head_html"]
+    assert "has not begun" in texts["game_html"]
+    assert "no order" in texts["orders_html"]
+    assert "empty" in texts["trays_html"]
+    assert "suction off, holds nothing" in texts["floor_html"]
 
 
 def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
@@ -104,10 +104,10 @@ def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
 
 def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
     panel = panel_of(judged())
-    said = words(cell_panels.evidence_html(panel))
-    assert "order_0_kit_0 6 of 6" in said
-    assert said.count("in its place, off by") == 2
-    assert "the tray held exactly what was ordered" in said
+    texts = words(cell_panels.evidence_html(panel))
+    assert "order_0_kit_0 6 of 6" in texts
+    assert texts.count("in its place, off by") == 2
+    assert "the tray held exactly what was ordered" in texts
     assert "sent: 6 of 6" in words(cell_panels.orders_html(panel))
     assert "complete" in words(cell_panels.orders_html(panel))
 
@@ -154,17 +154,17 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
     shows = CellPanel(cell, {"agent": "me"})
 
-    def said() -> dict[str, str]:
+    def texts() -> dict[str, str]:
         panel = json.loads(json.dumps(shows.panel()))
         return {piece.__name__: words(piece(panel)) for piece in PIECES}
 
-    before = said()
+    before = texts()
     assert "go agent me" in before["head_html"]
     assert "➤ fetching a gear" in before["head_html"]
     assert "AGV 1 preparing to deliver ▪" in before["trays_html"]
     assert "active" in before["orders_html"]
     shows.end({"outcome": "until", "error": "", "simulated": 1.2, "wall": 3.0, "state_hash": 64 * "a"})
-    after = said()
+    after = texts()
     assert "go at the end agent me" in after["head_html"]
     assert "last: fetching a gear" in after["head_html"]
     assert "➤" not in after["head_html"]
@@ -175,7 +175,7 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert after["floor_html"].strip().startswith("as it stood at the end")
     assert ("active" in after["orders_html"], "open" in after["orders_html"]) == (False, True)
     shows.begin_anew()
-    assert said() == before
+    assert texts() == before
 
 
 def test_collisions_are_shown_the_newest_first() -> None:

@@ -49,14 +49,14 @@ def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
 def test_it_asks_and_raises_refusals() -> None:
     cell = Cell(KITTING)
 
-    def refuse(asked: dict[str, Any]) -> dict[str, Any]:
-        raise RejectedCommandError(f"not {asked['what']}")
+    def refuse(request: dict[str, Any]) -> dict[str, Any]:
+        raise RejectedCommandError(f"not {request['what']}")
 
     with hosted(cell) as server:
         server.offer("no", refuse)
         link = Link(server.address)
-        said, data = link.ask_data(SCENE)
-        assert set(said) == {"digest", "about"}
+        answer, data = link.ask_data(SCENE)
+        assert set(answer) == {"digest", "about"}
         assert decode_scene(bytes(data)).name == "kitting"
         with pytest.raises(CellwrightError, match=r"cellwright/scene: .*no JSON object"):
             link.ask(SCENE)
@@ -95,7 +95,7 @@ def test_it_reconnects_to_a_server_that_is_back() -> None:
 def test_several_threads_each_get_their_own_answers() -> None:
     wrong: list[int] = []
     with hosted(Cell(KITTING)) as server:
-        server.offer("echo", lambda asked: asked)
+        server.offer("echo", lambda request: request)
         link = Link(server.address)
 
         def ask(first: int) -> None:
@@ -217,23 +217,23 @@ def answered(answer: tuple[dict[str, Any], bytes], _asked: dict[str, Any]) -> tu
 def test_poller_asks_for_changes_and_for_whole_frame_after_connection_loss() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
-    asked: list[dict[str, Any]] = []
+    requests: list[dict[str, Any]] = []
     sent: list[bytes] = []
 
     def note(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-        said, data = services.frame(request)
-        asked.append(request)
+        answer, data = services.frame(request)
+        requests.append(request)
         sent.append(data)
-        return said, data
+        return answer, data
 
     with hosted(cell) as server:
         server.offer("cellwright/frame", note)
         asking = StatePoller(Link(server.address), dict)
         asking._ask()
         asking._ask()
-        assert asked[0] == asked[1] == {}, "there is no scene before the first answer"
+        assert requests[0] == requests[1] == {}, "there is no scene before the first answer"
         assert [*map(is_whole_frame, sent)] == [True, True, False]
-        assert asked[2].keys() == {"since"}
+        assert requests[2].keys() == {"since"}
         asking._link.close()  # as another server at the same address would
         server.offer("cellwright/frame", SceneServices(ServedScene(cell)).frame)
         asking._ask()

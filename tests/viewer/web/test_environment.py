@@ -13,13 +13,13 @@ def environment() -> Environment:
     return next(each for each in program.features() if isinstance(each, Environment))
 
 
-@pytest.mark.parametrize(("said", "shadows"), [(None, True), ("", True), ("0", True), ("1", False)])
+@pytest.mark.parametrize(("value", "shadows"), [(None, True), ("", True), ("0", True), ("1", False)])
 def test_shadows_unless_it_is_to_be_plain_and_at_a_click(
-    said: str | None, shadows: bool, monkeypatch: pytest.MonkeyPatch
+    value: str | None, shadows: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(PLAIN, raising=False)
-    if said is not None:
-        monkeypatch.setenv(PLAIN, said)
+    if value is not None:
+        monkeypatch.setenv(PLAIN, value)
     page = MagicMock(about={})
     feature = environment()
     feature.page = page

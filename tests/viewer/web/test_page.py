@@ -203,7 +203,7 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
             {"type": "TransformControlsUpdateMessage", "name": "/scene", "wxyz": (0, 0, 0, 0), "position": (1, 2)},
         ):
             bad = FakeViewer(page.url)
-            bad.say(nonsense)
+            bad.send(nonsense)
             for _ in range(10):
                 hall.step()
             bad.close()
@@ -250,6 +250,6 @@ def test_a_page_whose_parent_is_gone_ends_silently() -> None:
     os.close(writer)
     os.close(reader)
 
-    _, said = process.communicate(json.dumps(options).encode() + b"\n", timeout=TIMEOUT)
+    _, output = process.communicate(json.dumps(options).encode() + b"\n", timeout=TIMEOUT)
 
-    assert (process.returncode, said) == (0, b"")
+    assert (process.returncode, output) == (0, b"")

@@ -43,8 +43,8 @@ class Sound(Feature):
     def on_disconnect(self, reason: str) -> None:
         self._note("on_disconnect")
 
-    def _note(self, what: str) -> None:
-        self.calls.append(what)
+    def _note(self, name: str) -> None:
+        self.calls.append(name)
 
 
 class Broken(Sound):
@@ -58,10 +58,10 @@ class Broken(Sound):
         super().__init__()
         self._at = at
 
-    def _note(self, what: str) -> None:
-        super()._note(what)
-        if what == self._at:
-            raise ZeroDivisionError(what)
+    def _note(self, name: str) -> None:
+        super()._note(name)
+        if name == self._at:
+            raise ZeroDivisionError(name)
 
 
 @pytest.mark.parametrize("at", ["on_scene", "wants", "show", "on_frame", "panel", "on_disconnect"])
@@ -71,7 +71,7 @@ def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog
     page._poller.is_watched = True
     with caplog.at_level(logging.ERROR):
         for _ in range(2):
-            wanted = page._wants()
+            overlays = page._wants()
             came: list[Any] = [(SCENE, {}), ANSWER, {"kind": "cell"}, AwayError("gone"), ANSWER]
             for found in came:
                 page._take(found)
@@ -80,5 +80,5 @@ def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog
     assert broken.calls.count(at) == 1, "it is asked nothing more"
     assert sound.calls[: len(sound.calls) // 2] == sound.calls[len(sound.calls) // 2 :]
     assert page.features == (sound,)
-    assert wanted == {"Sound": True}
+    assert overlays == {"Sound": True}
     assert [record.getMessage() for record in caplog.records] == ["Broken is left out of the page"]

@@ -98,7 +98,7 @@ def test_the_second_click_resets(opened: tuple[Any, TimeControls]) -> None:
     controls.panel(panel())
     assert (found.link.requests, controls._reset.label) == ([{"action": "reset"}], RESET)
     clicked(controls._reset, True)
-    controls._asked_at -= 10.0
+    controls._first_click -= 10.0
     clicked(controls._reset, True)
     assert len(found.link.requests) == 1
 
@@ -114,7 +114,7 @@ def test_a_refusal_is_shown(opened: tuple[Any, TimeControls]) -> None:
     found.link.refuses = "not here"
     clicked(controls._steps, "Pause")
     found.link.refuses = ""
-    assert found.said[-1] == ("pause: refused", "not here")
+    assert found.notices[-1] == ("pause: refused", "not here")
 
 
 def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
@@ -170,10 +170,10 @@ def test_time_of_each_kind_of_panel() -> None:
     ],
 )
 def test_the_clock_says_how_time_passes(state: dict[str, Any], expected: str) -> None:
-    said = clock(12.3456, panel()["control"] | state, 0.987)
-    assert expected in said
-    assert "12.35" in said
-    assert ("1.0 × real time" in said) == (not state.get("paused"))
+    html = clock(12.3456, panel()["control"] | state, 0.987)
+    assert expected in html
+    assert "12.35" in html
+    assert ("1.0 × real time" in html) == (not state.get("paused"))
 
 
 def test_a_panel_of_another_version_is_ignored(opened: tuple[Any, TimeControls]) -> None:

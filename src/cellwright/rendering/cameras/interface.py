@@ -1,6 +1,6 @@
 """Pictures as ROS messages.
 
-Numbers are little-endian. The optical frame has x to the right, y down and z along the line of sight; the centre of the
+Numbers are little-endian. The optical frame has x to the right, y down and z along the line of sight. The centre of the
 first pixel is (0, 0).
 """
 

@@ -63,12 +63,12 @@ def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDA
     count = np.searchsorted(at[order], at, side="right") - first
     count[count > _MAX_FACES] = 0
 
-    mine = np.repeat(np.arange(len(at)), count)
-    within = np.arange(len(mine)) - np.repeat(np.cumsum(count) - count, count)
+    members = np.repeat(np.arange(len(at)), count)
+    within = np.arange(len(members)) - np.repeat(np.cumsum(count) - count, count)
     other = order[np.repeat(first, count) + within] // 3
-    is_alike = np.einsum("ij,ij->i", flat[mine // 3], flat[other]) > _CREASE
+    is_alike = np.einsum("ij,ij->i", flat[members // 3], flat[other]) > _CREASE
     total = np.zeros((len(at), 3))
-    np.add.at(total, mine[is_alike], weighted[other[is_alike]])
+    np.add.at(total, members[is_alike], weighted[other[is_alike]])
     size = np.linalg.norm(total, axis=1, keepdims=True)
     own = np.repeat(flat, 3, axis=0)
     return np.where(size > 0, total / np.where(size > 0, size, 1.0), own)
@@ -83,8 +83,8 @@ _Corner = tuple[dict[int, int], int]
 
 def box_triangles(half: Vector3) -> Triangles:
     """Return a box with these half sides [m]; unless it is thin, small bevels make its edges catch the light."""
-    least = min(half)
-    bevel = min(_BEVEL * least, _MAX_BEVEL) if least > _MIN_BEVELLED else 0.0
+    smallest = min(half)
+    bevel = min(_BEVEL * smallest, _MAX_BEVEL) if smallest > _MIN_BEVELLED else 0.0
     octants, set_back, normals, faces = _pattern(is_broken=bevel > 0)
     return Triangles(octants * np.array(half) - bevel * set_back, normals, faces)
 

@@ -52,7 +52,7 @@ class Control:
 
     Args:
         tempo: rate control of the simulation.
-        reset: how to reset.
+        reset: its reset action.
         refused: reasons why other actions are refused, by action; a real robot's time cannot be paused.
         lockstep: True if time advances only on request.
         acts: further actions, or replacements, by name; each takes the request.

@@ -73,10 +73,10 @@ def joint_groups(config: RobotConfig, numbers: Mapping[str, int]) -> tuple[Joint
     left = set(numbers)
     found = []
     for group in _candidates(config, tuple(numbers)):
-        mine = tuple(sorted((name for name in group.joints if name in left), key=lambda name: numbers[name]))
-        left.difference_update(mine)
-        if mine:
-            found.append(JointGroup(group.name, group.kind, mine, group.side))
+        members = tuple(sorted((name for name in group.joints if name in left), key=lambda name: numbers[name]))
+        left.difference_update(members)
+        if members:
+            found.append(JointGroup(group.name, group.kind, members, group.side))
     return tuple(found)
 
 

@@ -10,7 +10,7 @@ Messages that act pass at a limited rate, one message of each browser in turn. A
 delays no other for long.
 
 viser accepts any connection. So the guard binds the listening socket, and checks every request, websocket handshakes
-too, and every message before viser. On loopback that keeps out other sites in a browser of this machine: they cannot
+too, and every message before viser. On loopback that keeps out other sites in a browser of this machine. They cannot
 name this host (DNS rebinding), and their origin gives them away. A page with a token refuses requests without it.
 """
 

@@ -229,8 +229,8 @@ def _judged(kit: Panel) -> str:
         text = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
         parts.append(widgets.mark(sign, color, text))
     for extra in kit["extras"]:
-        kind, said = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
-        parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {said}"))
+        kind, notice = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
+        parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {notice}"))
     return widgets.block(*parts)
 
 
@@ -266,11 +266,11 @@ class CellPanels(Feature):
         is_recorded = panel.get("kind") != "cell"
         try:
             self._show(cell)
-            said = "this is a recording: nothing can be changed any more" if is_recorded else ""
-            self._offer(said or cell["refused"].get("belt", ""))
+            notice = "this is a recording: nothing can be changed any more" if is_recorded else ""
+            self._offer(notice or cell["refused"].get("belt", ""))
         except STRANGE as error:
-            said = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
-            self._head.content = widgets.block(said)
+            notice = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
+            self._head.content = widgets.block(notice)
 
     def on_disconnect(self, reason: str) -> None:
         """Disable the controls: the server does not answer."""
@@ -337,8 +337,8 @@ class CellPanels(Feature):
             self.page.notify(f"{service}: refused", str(error), is_bad=True)
             return
         if not response.success:
-            said = getattr(response, "message", "") or "not now"
-            self.page.notify(f"{service}: refused", str(said), is_bad=True)
+            notice = getattr(response, "message", "") or "not now"
+            self.page.notify(f"{service}: refused", str(notice), is_bad=True)
 
 
 def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:

@@ -50,7 +50,7 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True)
-class _Come:
+class _Arrival:
     frame: Frame
     wall: float
     run: int
@@ -60,30 +60,30 @@ class FrameInterpolator:
     """Interpolator of incoming frames, by wall time."""
 
     def __init__(self) -> None:
-        self._come: deque[_Come] = deque(maxlen=8)
+        self._arrivals: deque[_Arrival] = deque(maxlen=8)
         self._period = 1 / 30
         self._is_cut = True
         self._shown: Frame | None = None
 
     def take(self, frame: Frame, *, run: int, wall: float) -> None:
         """Add a frame of a run that came at `wall` [s]."""
-        if self._come:
-            newest = self._come[-1]
+        if self._arrivals:
+            newest = self._arrivals[-1]
             is_other = len(frame.poses) != len(newest.frame.poses)
             if run != newest.run or frame.time < newest.frame.time or is_other:
                 self.cut()
             elif (gap := wall - newest.wall) < _MAX_GAP:
                 self._period += 0.1 * (gap - self._period)
-        self._come.append(_Come(frame, wall, run))
+        self._arrivals.append(_Arrival(frame, wall, run))
 
     def cut(self) -> None:
         """Discard the frames: the next one does not continue them."""
-        self._come.clear()
+        self._arrivals.clear()
         self._is_cut = True
 
     def at(self, wall: float) -> Moment | None:
         """Moment to show at `wall` [s]; None if it is the one returned last."""
-        if not self._come:
+        if not self._arrivals:
             return None
         is_cut, self._is_cut = self._is_cut, False
         frame = self._frame(wall - _DELAY * self._period)
@@ -93,12 +93,12 @@ class FrameInterpolator:
         return Moment.of(frame, None if is_cut else before)
 
     def _frame(self, wall: float) -> Frame:
-        come = self._come
-        while len(come) > 1 and come[1].wall <= wall:
-            come.popleft()
-        if len(come) == 1 or wall <= come[0].wall:
-            return come[0].frame
-        before, after = come[0], come[1]
+        arrivals = self._arrivals
+        while len(arrivals) > 1 and arrivals[1].wall <= wall:
+            arrivals.popleft()
+        if len(arrivals) == 1 or wall <= arrivals[0].wall:
+            return arrivals[0].frame
+        before, after = arrivals[0], arrivals[1]
         gap = after.wall - before.wall
         if gap > _MAX_GAP:
             return before.frame

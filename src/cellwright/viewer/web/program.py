@@ -1,9 +1,9 @@
 """Process of a page: `python -m cellwright.viewer.web.program`.
 
-It reads its options as a line of JSON from standard input, since every user can read a process's arguments, which must
-not hold a token. They are `address` [host, port] of the server and its `key`, `host` and `port` to listen at, `token`
-and `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input closes, and so with
-its parent.
+It reads its options as a line of JSON from standard input. Every user can read a process's arguments, so they must not
+hold a token. The options are `address` [host, port] of the server and its `key`, `host` and `port` to listen at,
+`token` and `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input closes, and so
+with its parent.
 """
 
 import json
@@ -75,10 +75,10 @@ def main() -> int:
 
 def _own_stdout() -> TextIO:
     """Standard output for this program alone: viser's prints are discarded."""
-    mine = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
-    return mine
+    return own
 
 
 def _answer(out: TextIO, values: dict[str, str]) -> None:

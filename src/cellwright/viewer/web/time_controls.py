@@ -52,7 +52,7 @@ class TimeControls(Feature):
     def __init__(self) -> None:
         self._is_up = False
         self._pace = SeenPace()
-        self._asked_at = -_SURE
+        self._first_click = -_SURE
         self._slid_at = -_SETTLED
         self._slider: Any = None
         self._now = 0.0
@@ -107,7 +107,7 @@ class TimeControls(Feature):
 
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
         button = self._reset
-        is_sure = time.perf_counter() - self._asked_at < _SURE
+        is_sure = time.perf_counter() - self._first_click < _SURE
         button.label = REALLY if is_sure else RESET
         button.color = "red" if is_sure else "gray"
         button.visible = panel.get("kind") != "robot"  # whose own controls send it home
@@ -145,11 +145,11 @@ class TimeControls(Feature):
 
     def _on_reset(self) -> None:
         now = time.perf_counter()
-        if now - self._asked_at < _SURE:
-            self._asked_at = -_SURE
+        if now - self._first_click < _SURE:
+            self._first_click = -_SURE
             self._ask(action="reset")
         else:
-            self._asked_at = now
+            self._first_click = now
             self._reset.label = REALLY
 
     def _seek(self, event: Any) -> None:

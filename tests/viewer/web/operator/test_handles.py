@@ -148,9 +148,9 @@ def test_a_browser_may_send_what_it_likes(
     drag(one, AIM.position)
     queue.due()
     one.use(ME, "update", position=np.array(position), wxyz=np.array(wxyz))
-    wanted = queue.hands.held(0)
-    assert wanted is not None
-    assert wanted.position == pytest.approx(AIM.position)
+    requested = queue.hands.held(0)
+    assert requested is not None
+    assert requested.position == pytest.approx(AIM.position)
     one.use(ME, "end")
     handles.show(queue.state)
     assert one.position == pytest.approx(TIPS[0].position), "it is put right"

@@ -59,9 +59,9 @@ def test_a_handle_along_the_worlds_axes_moves_and_turns_the_tip_along_them(tip: 
     x, y, z = (at + step for at, step in zip(tip.position, way, strict=True))
     turn = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.5))
     hands.move(0, ME, Pose((x, y, z), turn.quaternion), 0.0)
-    wanted = hands.held(0)
-    assert wanted is not None
-    assert same(wanted, Pose((x, y, z), (turn @ Pose(quaternion=tip.quaternion)).quaternion), 1e-6)
+    requested = hands.held(0)
+    assert requested is not None
+    assert same(requested, Pose((x, y, z), (turn @ Pose(quaternion=tip.quaternion)).quaternion), 1e-6)
 
 
 def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:

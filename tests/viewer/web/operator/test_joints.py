@@ -18,11 +18,11 @@ def at(**positions: float) -> tuple[float | None, ...]:
     return tuple(found)
 
 
-def walked(wanted: float, seconds: float, *, period: float = 0.02, follows: bool = True) -> tuple[list[float], str]:
+def walked(requested: float, seconds: float, *, period: float = 0.02, follows: bool = True) -> tuple[list[float], str]:
     """Targets of the elbow, for a joint that follows at once or not at all; and the note."""
     moves = JointMoves(seen())
     position, found = -1.2, []
-    moves.ask(ELBOW, wanted, 0.0)
+    moves.ask(ELBOW, requested, 0.0)
     for step in range(round(seconds / period)):
         target = moves.due(state(positions=at(right_3=position)), step * period)
         if target:
@@ -34,10 +34,10 @@ def walked(wanted: float, seconds: float, *, period: float = 0.02, follows: bool
 
 @pytest.mark.slow
 @given(st.floats(-3.0, 3.0) | st.floats(allow_nan=False), st.sampled_from([0.005, 0.02, 0.05, 0.3]))
-def test_targets_walk_within_the_limits_and_arrive(wanted: float, period: float) -> None:
-    found, _ = walked(wanted, 4.0, period=period)
+def test_targets_walk_within_the_limits_and_arrive(requested: float, period: float) -> None:
+    found, _ = walked(requested, 4.0, period=period)
     assert all(-2.0 <= target <= 2.0 for target in found)
-    assert found[-1] == min(max(wanted, -2.0), 2.0)
+    assert found[-1] == min(max(requested, -2.0), 2.0)
     steps = [abs(after - before) for before, after in zip([-1.2, *found], found, strict=False)]
     assert max(steps) <= max(JOINT_SPEED["rad"] * min(period, 0.25), 0.0) + 1e-9, "however far the slider was thrown"
 

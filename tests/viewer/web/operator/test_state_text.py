@@ -36,8 +36,8 @@ def test_names_from_outside_are_text() -> None:
     assert "<img" not in html
     assert "<script" not in html
     assert "&lt;script&gt;" in html
-    for said in ("3 refused", "2 ignored", "delay 42 ms", "/&lt;img"):
-        assert said in html
+    for expected in ("3 refused", "2 ignored", "delay 42 ms", "/&lt;img"):
+        assert expected in html
 
 
 def test_why_nothing_moves() -> None:
