@@ -1,7 +1,7 @@
-"""Fixtures for tests of pages: a browser that they share, and visitors in it.
+"""Fixtures for tests of pages: a shared browser, and visitors in it.
 
-A test that uses them is marked `browser`. The browser is there as long as the tests of this folder run, and no longer:
-its event loop would be in the way of others.
+A test that uses them has the marker `browser`. The browser runs only as long as the tests of this folder: its event
+loop would disturb others.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,12 +16,12 @@ from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
 from tests.waiting import TIMEOUT
 
 Visit = Callable[..., Visitor]
-"""Opens a page in a window of its own: `visit(url)`, or `visit(url, scale=1.0)` for a picture to look at."""
+"""Opens a page in its own window: `visit(url)`, or `visit(url, scale=1.0)` for a full-size picture."""
 
 
 @pytest.fixture(scope="package", autouse=True)
 def plain() -> Iterator[None]:
-    """Pages without shadows, which the processor would draw too."""
+    """Pages without shadows, which the processor would have to draw."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(PLAIN, "1")
         yield
@@ -29,7 +29,7 @@ def plain() -> Iterator[None]:
 
 @pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Chromium, without a display."""
+    """Chromium without a display."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=browser_path(), args=[*ARGUMENTS], timeout=TIMEOUT * 1e3, chromium_sandbox=False
@@ -40,11 +40,11 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def visiting(browser: Browser, name: str) -> Iterator[Visit]:
-    """Visits; in the end each page is seen once more in `build/screenshots`, and has made no error.
+    """Yield a `Visit`; at the end check each page for errors, and keep its screenshot in `build/screenshots`.
 
     Args:
-        browser: where the windows are.
-        name: of the screenshots.
+        browser: the browser for the windows.
+        name: prefix of the screenshots.
     """
     visitors: list[Visitor] = []
 
@@ -74,7 +74,7 @@ def visit(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
 
 @pytest.fixture(scope="module")
 def visit_all(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
-    """Visits for all tests of a file: opening a page takes longer than what most of them do on it."""
+    """Visits for all tests of a file: opening a page takes longer than most of them."""
     name = str(request.path.stem).removeprefix("test_")
     with visiting(browser, name) as visit:
         yield visit

@@ -1,6 +1,6 @@
-"""What the marker `browser` asks for: Chromium or Chrome, which draws without a display and without a graphics card.
+"""Requirement of the marker `browser`: Chromium or Chrome, without a display or graphics card.
 
-Where there is none a test is skipped, with the reason; in CI it fails, so that a green build has seen the page.
+Without one a test is skipped, with the reason; in CI it fails, so that a green build has tested the page.
 """
 
 import os
@@ -10,17 +10,17 @@ from functools import cache
 from pathlib import Path
 
 VARIABLE = "CELLWRIGHT_BROWSER"
-"""Names a browser other than the one that is found."""
+"""Environment variable that names another browser than the one found."""
 
 NAMES = ("chromium", "google-chrome", "google-chrome-stable", "chromium-browser")
 SCREENSHOTS = Path(__file__).parents[2] / "build" / "screenshots"
-"""Where pictures of pages are kept, for people to look at."""
+"""Folder for pictures of pages."""
 
 ARGUMENTS = (
-    "--no-sandbox",  # in a container there is none to be had
+    "--no-sandbox",  # a container has none
     "--disable-dev-shm-usage",
     "--use-gl=angle",
-    # Mesa draws a frame in a sixth of the processor time that the browser's own SwiftShader takes
+    # Mesa draws a frame in a sixth of the processor time of the browser's own SwiftShader
     *(
         ("--use-angle=gl-egl", "--ignore-gpu-blocklist", "--enable-gpu")
         if find_library("EGL")
@@ -31,13 +31,13 @@ ARGUMENTS = (
 
 @cache
 def browser_path() -> str | None:
-    """The browser's program; None where there is none."""
+    """Path of the browser; None if there is none."""
     named = os.environ.get(VARIABLE)
     return next((path for name in ([named] if named else NAMES) if (path := shutil.which(name))), None)
 
 
 def lacking() -> str | None:
-    """Why tests of pages cannot run here; None where they can."""
+    """Return why tests of pages cannot run here; None if they can."""
     if browser_path() is None:
         return f"no Chromium or Chrome: scripts/install-browser installs one, {VARIABLE} names another"
     return None

@@ -1,7 +1,7 @@
-"""What a picture shows, told by its content: never pixel against pixel.
+"""Checks of a picture by its content: never pixel by pixel.
 
-A page is drawn by whatever draws in a browser, and looks a little different from one machine to the next. What does not
-change: that there is something, the colours of known things, and where they roughly stand.
+A page looks a little different from one browser and machine to the next. Some things do not change: that there is
+something, the colours of known things, and their rough positions.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Hues:
-    """A range of colours.
+    """Range of colours.
 
     Attributes:
-        centre: of the hues [degrees]: red 0, green 120, blue 240.
-        width: how far from it a hue may lie [degrees].
-        saturation: the least; grey has 0.
-        value: the least brightness 0..1.
+        centre: hue [degrees]: red 0, green 120, blue 240.
+        width: largest distance of a hue from it [degrees].
+        saturation: minimum; grey has 0.
+        value: minimum brightness 0..1.
     """
 
     centre: float
@@ -36,20 +36,20 @@ class Hues:
 
 
 def pixels(png: bytes | Path) -> Pixels:
-    """A picture as an array."""
+    """Decode a picture."""
     with Image.open(io.BytesIO(png) if isinstance(png, bytes) else png) as picture:
         return np.asarray(picture.convert("RGB"))
 
 
 def variety(picture: Pixels) -> int:
-    """How many clearly different colours there are, each on a thousandth of the picture: an empty page has 1."""
+    """Count of clearly different colours, each on a thousandth of the picture: an empty page has 1."""
     coarse = (picture >> 4).reshape(-1, 3).astype(np.int32)
     _, counts = np.unique(coarse @ np.array([256, 16, 1]), return_counts=True)
     return int((counts >= coarse.shape[0] / 1000).sum())
 
 
 def of_hue(picture: Pixels, hues: Hues) -> NDArray[np.bool_]:
-    """Which pixels have a colour of this range."""
+    """Mask of the pixels in this range of colours."""
     rgb = picture.astype(np.float32) / 255.0
     high, low = rgb.max(axis=-1), rgb.min(axis=-1)
     spread = high - low
@@ -69,25 +69,25 @@ def of_hue(picture: Pixels, hues: Hues) -> NDArray[np.bool_]:
 
 
 def share(picture: Pixels, hues: Hues) -> float:
-    """The share of the picture in colours of this range, 0..1."""
+    """Share of the picture in this range of colours, 0..1."""
     return float(of_hue(picture, hues).mean())
 
 
 def middle(picture: Pixels, hues: Hues) -> tuple[float, float]:
-    """Where colours of this range lie: the median of their places across and down, 0..1; nan where there are none."""
+    """Centre of this range of colours: the median across and down, 0..1; nan if there are none."""
     rows, columns = np.nonzero(of_hue(picture, hues))
     if not len(rows):
         return float("nan"), float("nan")
     return float(np.median(columns)) / picture.shape[1], float(np.median(rows)) / picture.shape[0]
 
 
-def change(before: Pixels, after: Pixels, least: int = 24) -> float:
-    """The share of the picture, 0..1, that has clearly changed: by more than `least` of 255 in one of its colours."""
-    return float((np.abs(before.astype(np.int16) - after.astype(np.int16)).max(axis=-1) > least).mean())
+def change(before: Pixels, after: Pixels, threshold: int = 24) -> float:
+    """Share of the picture, 0..1, that differs clearly: by more than `threshold` of 255 in one channel."""
+    return float((np.abs(before.astype(np.int16) - after.astype(np.int16)).max(axis=-1) > threshold).mean())
 
 
 def distance(one: Pixels, other: Pixels) -> float:
-    """How far the colours of two pictures are apart, wherever they lie: 0 the same shares of each, 1 none in common."""
+    """Distance between the colours of two pictures, regardless of position: 0 same shares of each, 1 none in common."""
     return 0.5 * float(np.abs(_shares(one) - _shares(other)).sum())
 
 

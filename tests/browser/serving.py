@@ -1,4 +1,4 @@
-"""Cells, robots and recordings that are served with a page on them, each by a process as somebody starts it."""
+"""Cells, robots and recordings served with a page, each by a process as a user starts it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tests.warm import warm_start
 
 
 class Viewed(Process):
-    """A command of ours with a page: `view`, or another with `--view`.
+    """Command with a page: `view`, or another with `--view`.
 
     Args:
-        folder: where it runs.
-        arguments: of `cellwright`, without those of the page.
+        folder: its working directory.
+        arguments: those of `cellwright`, without those of the page.
     """
 
     def __init__(self, folder: Path, *arguments: str) -> None:
@@ -30,19 +30,19 @@ class Viewed(Process):
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it serves programs."""
+        """Address for clients."""
         found = self.wait_for(r"^ready: .* at ([\d.]+):(\d+)")
         return found[1], int(found[2])
 
     @property
     def url(self) -> str:
-        """Address of the page, as it is printed."""
+        """Printed address of the page."""
         return self.wait_for(r"^page: (http://\S+)$")[1]
 
 
 @contextmanager
 def viewed(folder: Path, *arguments: str) -> Iterator[Viewed]:
-    """Have a command with a page on it run; in the end nothing of it is left."""
+    """Run a command with a page; at the end stop it and its children."""
     process = Viewed(folder, *arguments)
     try:
         yield process

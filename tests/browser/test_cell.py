@@ -1,6 +1,6 @@
-"""A cell on the page: it looks as rays see it, its time obeys, several look on, and it comes back when it was gone.
+"""Cell page: it looks like the ray-cast picture, controls time, serves several viewers, and survives a restart.
 
-The tests share a cell and a window, and so they follow each other.
+The tests share a cell and a window, so their order matters.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ADDRESS = ("127.0.0.1", free_port())
 
 @contextmanager
 def served(folder: Path, trial: str) -> Iterator[Process]:
-    """A cell at the address, until the end."""
+    """Serve a cell at the address until the end."""
     command = [sys.executable, "-m", "cellwright", "serve", trial, "--development-mode", "--port", str(ADDRESS[1])]
     process = Process(command, os.environ, folder, warm=warm_start())
     try:
@@ -47,14 +47,14 @@ def served(folder: Path, trial: str) -> Iterator[Process]:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Process]:
-    """The lesson's cell in real time, for whoever wants to look."""
+    """Cell of the lesson in real time, for any client."""
     with served(tmp_path_factory.mktemp("cell"), "lesson") as process:
         yield process
 
 
 @pytest.fixture(scope="module")
 def page(cell: Process) -> Iterator[WebPage]:
-    """A page on it, which does not end with the cell."""
+    """Page of the cell, which outlives it."""
     assert cell.running
     page = WebPage(ADDRESS, port=0)
     yield page
@@ -62,14 +62,14 @@ def page(cell: Process) -> Iterator[WebPage]:
 
 
 @pytest.fixture(scope="module")
-def onlooker(page: WebPage, visit_all: Visit) -> Visitor:
-    """Somebody who looks on at it."""
+def visitor(page: WebPage, visit_all: Visit) -> Visitor:
+    """Browser on the page."""
     return visit_all(page.url)
 
 
 @pytest.fixture(scope="module")
 def cast() -> Pixels:
-    """The same cell, drawn by casting rays."""
+    """Ray-cast picture of the same cell."""
     simulation = Cell(load_trial([find_trial("lesson")]).trial).simulation
     simulation.refresh()
     size = round(WIDTH * COARSE), round(HEIGHT * COARSE)
@@ -77,52 +77,52 @@ def cast() -> Pixels:
 
 
 def seconds(visitor: Visitor) -> float:
-    """The time that the page tells [s]."""
+    """Time on the page [s]."""
     return float(visitor.read(CLOCK)[1])
 
 
-def test_it_appears_as_rays_see_it(onlooker: Visitor, cast: Pixels) -> None:
-    seen = onlooker.scene()
+def test_it_appears_as_rays_see_it(visitor: Visitor, cast: Pixels) -> None:
+    seen = visitor.scene()
     for name, hues in {"belt": GREEN, "AGV 1": ORANGE, "AGV 2": BLUE}.items():
         assert middle(seen, hues) == pytest.approx(middle(cast, hues), abs=0.06), name
         assert share(seen, hues) == pytest.approx(share(cast, hues), rel=0.6), name
     assert distance(seen, cast) < 0.5
 
 
-def test_time_passes_stands_and_passes_as_one_likes(onlooker: Visitor) -> None:
-    begin = seconds(onlooker)
-    onlooker.wait(lambda: seconds(onlooker) > begin, "time that passes")
-    onlooker.press("Pause")
-    onlooker.read("^paused$")
-    before = seconds(onlooker)
-    onlooker.press("10")
-    onlooker.read("asked 10 ×")  # a round trip, in which no time passes
-    assert seconds(onlooker) == before
-    onlooker.press("1 s")
-    onlooker.wait(lambda: seconds(onlooker) == pytest.approx(before + 1.0, abs=0.011), "second more")
+def test_time_passes_stands_and_passes_as_one_likes(visitor: Visitor) -> None:
+    begin = seconds(visitor)
+    visitor.wait(lambda: seconds(visitor) > begin, "time that passes")
+    visitor.press("Pause")
+    visitor.read("^paused$")
+    before = seconds(visitor)
+    visitor.press("10")
+    visitor.read("asked 10 ×")  # a round trip, in which no time passes
+    assert seconds(visitor) == before
+    visitor.press("1 s")
+    visitor.wait(lambda: seconds(visitor) == pytest.approx(before + 1.0, abs=0.011), "second more")
 
 
 def test_another_who_comes_later_sees_the_present_and_both_may_act(
-    page: WebPage, onlooker: Visitor, visit_all: Visit
+    page: WebPage, visitor: Visitor, visit_all: Visit
 ) -> None:
-    stands = seconds(onlooker)
+    stands = seconds(visitor)
     late = visit_all(page.url)
     late.read("^paused$")
     assert seconds(late) == stands
     late.press("Go on")
-    onlooker.read("^running$")
-    onlooker.wait(lambda: seconds(onlooker) > stands + 1.0, "time that goes on")
-    onlooker.press("Pause")
+    visitor.read("^running$")
+    visitor.wait(lambda: seconds(visitor) > stands + 1.0, "time that goes on")
+    visitor.press("Pause")
     late.read("^paused$")
     late.close()
 
 
-def test_one_that_was_gone_and_comes_back_is_another(cell: Process, onlooker: Visitor, tmp_path: Path) -> None:
-    before = onlooker.scene()
+def test_one_that_was_gone_and_comes_back_is_another(cell: Process, visitor: Visitor, tmp_path: Path) -> None:
+    before = visitor.scene()
     cell.kill()
-    onlooker.read("Not connected:")
+    visitor.read("Not connected:")
     with served(tmp_path, "sample"):
-        onlooker.wait(lambda: onlooker.find("Not connected:") is None, "cell that is back")
-        onlooker.read("^sample$")
-        seen = onlooker.change(before, 3e-4)  # other parts lie in other bins
+        visitor.wait(lambda: visitor.find("Not connected:") is None, "cell that is back")
+        visitor.read("^sample$")
+        seen = visitor.change(before, 3e-4)  # other parts are in other bins
         assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt

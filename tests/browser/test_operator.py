@@ -1,4 +1,4 @@
-"""A robot is driven in a real browser: a hand is dragged with the mouse, a joint typed, and the stop pressed."""
+"""Robot driven in a real browser: a dragged hand, a typed joint position, and the stop button."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from tests.viewer.web.operator.robots import served
 pytestmark = pytest.mark.browser
 
 UPWARD = Hues(centre=212.0, width=14.0, saturation=0.55, value=0.5)
-"""The colour of the arrow that leads up; nothing else of this robot is blue."""
-_LEAST = 20  # pixels of it
+"""Colour of the arrow that points up; this robot has no other blue."""
+_MIN_PIXELS = 20  # pixels of it
 
 
 class Robot:
-    """A robot that is served, and its page."""
+    """Served robot, and its page."""
 
     def __init__(self, address: tuple[str, int], url: str) -> None:
         self.url = url
         self.link = Link(address, node="/test")
 
     def panel(self) -> dict[str, Any]:
-        """How it stands."""
+        """State of the robot."""
         return self.link.ask("cellwright/panel")
 
     def height(self) -> float:
-        """Of the higher one of its hands [m]."""
+        """Height of the higher hand [m]."""
         return max(float(tip[2]) for tip in self.panel()["tips"])
 
 
@@ -54,16 +54,16 @@ def robot() -> Iterator[Robot]:
 
 
 def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
-    """Take hold of the arrow that reaches highest, and pull."""
+    """Grab the highest arrow, and pull."""
     mouse, before = visitor.page.mouse, robot.height()
 
     def is_higher() -> bool:
         return robot.height() > before + 0.02
 
     def drag() -> bool:
-        """One attempt: the page may not have drawn yet what is there, or not have noticed the mouse on the arrow."""
+        """Try once: the page may not have drawn the latest state, or noticed the mouse on the arrow."""
         rows, columns = np.nonzero(of_hue(visitor.canvas(), UPWARD))
-        if len(rows) < _LEAST:
+        if len(rows) < _MIN_PIXELS:
             return False
         x, y = (float(np.median(columns[rows <= rows.min() + 2])) + 0.5) / COARSE, (float(rows.min()) + 2.0) / COARSE
         mouse.move(x + 3.0, y + 3.0)

@@ -1,4 +1,4 @@
-"""Other pages: that of a robot, and one that is open to the network."""
+"""Other pages: of a robot, and one that is open to the network."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ pytestmark = pytest.mark.browser
 
 def test_a_robot_appears_with_its_controls(tmp_path: Path, visit: Visit) -> None:
     with viewed(tmp_path, "teleop", "qinglong", "--port", "0") as robot:
-        onlooker = visit(robot.url)
-        onlooker.read("(?i)stop")
-        seen = onlooker.scene(least=4)
+        visitor = visit(robot.url)
+        visitor.read("(?i)stop")
+        seen = visitor.scene(min_colours=4)
         assert 0.002 < (seen.max(axis=-1) < 110).mean() < 0.5  # something dark before a light background
 
 

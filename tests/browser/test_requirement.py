@@ -1,4 +1,4 @@
-"""Which browser tests take, and what is said where there is none."""
+"""Browser of the tests, and the message without one."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The eye of the browser tests: pictures whose content is known."""
+"""Picture checks of the browser tests, on pictures with known content."""
 
 import io
 
@@ -18,7 +18,7 @@ def canvas(colour: tuple[int, int, int] = (230, 230, 230)) -> Pixels:
 
 
 def with_box(colour: tuple[int, int, int]) -> Pixels:
-    """A box on the right, above the middle: a tenth of the picture."""
+    """Box on the right, above the middle: a tenth of the picture."""
     picture = canvas()
     picture[10:50, 140:190] = colour
     return picture
@@ -44,7 +44,7 @@ def test_a_thing_is_found_by_its_colour() -> None:
 
 
 @given(st.tuples(*[st.integers(0, 255)] * 3))
-def test_hues_are_those_of_everybody(colour: tuple[int, int, int]) -> None:
+def test_hues_are_the_usual_ones(colour: tuple[int, int, int]) -> None:
     import colorsys
 
     hue, saturation, value = colorsys.rgb_to_hsv(*(part / 255 for part in colour))

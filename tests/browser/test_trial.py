@@ -1,4 +1,4 @@
-"""A trial on the page while the bundled agent works it, to the end; then its recording, which shows it again."""
+"""Trial on the page while the bundled agent works it, to the end; then its recording."""
 
 from __future__ import annotations
 
@@ -21,49 +21,49 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
     tmp_path: Path, visit: Visit
 ) -> None:
     with viewed(tmp_path, "serve", "lesson", "--lockstep", "--port", "0", "--record", "run.mcap") as cell:
-        onlooker = visit(cell.url)
-        onlooker.read(r"^0\s+points")
-        begin = onlooker.scene()
-        assert onlooker.find("order_0") is None  # it has not been announced, and this is a competition
+        visitor = visit(cell.url)
+        visitor.read(r"^0\s+points")
+        begin = visitor.scene()
+        assert visitor.find("order_0") is None  # it is not announced yet, and this is a competition
         host, port = cell.address
         command = [sys.executable, "-m", "cellwright", "run", "--connect", f"{host}:{port}", "--no-picture"]
         agent = Process(command, os.environ, tmp_path)
         try:
-            onlooker.read(r"order_0_kit_0")
-            onlooker.read(r"piston_rod_part_\d+")  # on the tray
-            onlooker.read(r"^8\s+of 12 points", within=4 * TIMEOUT)  # a whole trial, which the page slows down
-            onlooker.read("^done$")
+            visitor.read(r"order_0_kit_0")
+            visitor.read(r"piston_rod_part_\d+")  # on the tray
+            visitor.read(r"^8\s+of 12 points", within=4 * TIMEOUT)  # a whole trial, which the page slows down
+            visitor.read("^done$")
         finally:
             agent.kill()
-        onlooker.change(begin)
-        onlooker.page.get_by_role("tab", name="Score").click()
-        onlooker.read(r"lies [\d.]+ m off the tray")  # why there are no more
-        onlooker.close()
+        visitor.change(begin)
+        visitor.page.get_by_role("tab", name="Score").click()
+        visitor.read(r"lies [\d.]+ m off the tray")  # the reason for the missing points
+        visitor.close()
         cell.interrupt()
     replayed(tmp_path, visit)
 
 
 def test_a_run_that_is_over_says_so_and_its_page_says_when_it_has_ended(tmp_path: Path, visit: Visit) -> None:
-    """An AGV is on its way at that moment: it is shown where it is, and nothing claims that it moves on."""
+    """An AGV is moving at that moment: the page shows its place, and does not claim that it still moves."""
     (tmp_path / "sends.py").write_text(SENDS)
     command = ("run", "lesson", "--agent", "sends.py:Sends", "--no-picture", "--speed", "0.02")
     with viewed(tmp_path, *command) as run:
-        onlooker = visit(run.url)
-        onlooker.read("^running$")
-        onlooker.press("max")
+        visitor = visit(run.url)
+        visitor.read("^running$")
+        visitor.press("max")
         run.wait_for("^the page stays open")
-        onlooker.read("^delivering at the end$")
-        onlooker.read("the run is over: done")
-        onlooker.read(r"^0 of 12 points")
-        onlooker.read("all is shown as it stood at the end")
-        assert onlooker.find("^running$") is None
-        assert not onlooker.button("Pause").is_visible()
-        assert onlooker.button("Begin anew").is_disabled()  # it is a competition
-        before = onlooker.canvas()
-        onlooker.frames(10)
-        assert change(before, onlooker.canvas()) < 1e-3
+        visitor.read("^delivering at the end$")
+        visitor.read("the run is over: done")
+        visitor.read(r"^0 of 12 points")
+        visitor.read("all is shown as it stood at the end")
+        assert visitor.find("^running$") is None
+        assert not visitor.button("Pause").is_visible()
+        assert visitor.button("Begin anew").is_disabled()  # it is a competition
+        before = visitor.canvas()
+        visitor.frames(10)
+        assert change(before, visitor.canvas()) < 1e-3
         assert run.interrupt() == 0
-        onlooker.read("This page has ended:.* the run is over")
+        visitor.read("This page has ended:.* the run is over")
 
 
 SENDS = """
@@ -76,14 +76,14 @@ class Sends:
 
 
 def replayed(folder: Path, visit: Visit) -> None:
-    """The recording's page: begun at its start, and at another moment at a click on its timeline."""
+    """Page of the recording: shown from the start, and at a time clicked on its timeline."""
     with viewed(folder, "view", "run.mcap") as recording:
-        onlooker = visit(recording.url)
-        onlooker.read("^paused$")
-        onlooker.read(r"at \[s\]")
-        early = onlooker.scene()
-        handle = onlooker.page.get_by_role("slider").first
+        visitor = visit(recording.url)
+        visitor.read("^paused$")
+        visitor.read(r"at \[s\]")
+        early = visitor.scene()
+        handle = visitor.page.get_by_role("slider").first
         handle.focus()
         handle.press("End")
-        onlooker.read(r"^8\s+of 12 points")
-        onlooker.change(early)
+        visitor.read(r"^8\s+of 12 points")
+        visitor.change(early)

@@ -1,4 +1,4 @@
-"""The visitor of pages, at a page whose content is known."""
+"""Visitor of pages, on a page with known content."""
 
 import threading
 from collections.abc import Iterator
@@ -18,14 +18,14 @@ GREEN = Hues(120.0)
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[str]:
-    """A green box, a text, and a button that changes the text."""
+    """Green box, text, and a button that changes the text."""
     server = viser.ViserServer(host="127.0.0.1", port=(port := free_port()), verbose=False)
     server.scene.add_box("/box", dimensions=(1, 1, 1), color=(20, 200, 40))
-    said = server.gui.add_markdown("waiting")
+    text = server.gui.add_markdown("waiting")
 
     @server.gui.add_button("Go").on_click
     def _(_event: object) -> None:
-        threading.Timer(0.3, lambda: setattr(said, "content", "gone after **2.5 s**")).start()
+        threading.Timer(0.3, lambda: setattr(text, "content", "gone after **2.5 s**")).start()
 
     yield f"http://127.0.0.1:{port}/"
     server.stop()
@@ -34,7 +34,7 @@ def page() -> Iterator[str]:
 def test_a_visitor_sees_reads_presses_and_tells_what_does_not_come(page: str, visit: Visit) -> None:
     visitor = visit(page)
     visitor.read("^waiting$")
-    picture = visitor.scene(least=3)
+    picture = visitor.scene(min_colours=3)
     assert picture.shape == (HEIGHT * COARSE, WIDTH * COARSE, 3)
     assert 0.01 < share(picture, GREEN) < 0.1
     assert middle(picture, GREEN) == pytest.approx((0.5, 0.5), abs=0.05)

@@ -12,7 +12,7 @@ FLOOR = '<geom name="floor" type="plane" size="20 20 .1" rgba=".5 .5 .5 1" group
 
 
 def scene(world: str, assets: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """A model with that worldbody, and its state with all positions computed."""
+    """Return a model with this worldbody, and its state with all positions computed."""
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><compiler angle="radian"/><asset>{assets}</asset><worldbody>{world}</worldbody></mujoco>'
     )
@@ -22,7 +22,7 @@ def scene(world: str, assets: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 
 def clutter(seed: int, count: int = 40) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Shapes of every kind thrown about within two metres of the origin, some in groups that pictures leave out."""
+    """Shapes of every kind at random within two metres of the origin, some in groups that pictures leave out."""
     rng = np.random.default_rng(seed)
     points = " ".join(f"{v:.4f}" for v in rng.normal(size=90) * 0.15)
     sizes = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
@@ -48,10 +48,10 @@ def unit_vectors(rng: np.random.Generator, count: int) -> NDArray[np.float64]:
 
 
 def project(camera: Camera, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
-    """Where `points` (n, 3) of the world [m] appear: (n, 3) of column, row and depth [m] along the line of sight.
+    """Project `points` (n, 3) of the world [m] to (n, 3) of column, row and depth [m] along the line of sight.
 
-    A point beside the picture has pixel coordinates outside it; one in the camera's plane or behind it has a depth of
-    zero or less, and NaN for column and row.
+    A point beside the picture has pixel coordinates outside it. A point in the camera's plane or behind it has a depth
+    of zero or less, and NaN for column and row.
     """
     optical = (points - np.asarray(camera.eye)) @ camera.world_R_optical
     depth = np.where(optical[:, 2] > 0, optical[:, 2], np.nan)

@@ -1,4 +1,4 @@
-"""A little scene: a red ball on a body of its own, above a grey floor."""
+"""Small scene: a red ball on its own body, above a grey floor."""
 
 import numpy as np
 
@@ -29,6 +29,6 @@ def ball_at(x: float, y: float, z: float, *, shown: bool = True, time: int = 0) 
 
 
 def skip_without_opengl(worker: RenderWorker) -> None:
-    """Where there is no OpenGL what it draws cannot be tested; in CI it has to be there."""
+    """Skip without OpenGL; in CI it is required."""
     if worker.ready.result(TIMEOUT) == "rays":
         cannot_run("no OpenGL: scripts/install-display installs it", "what OpenGL draws")

@@ -10,7 +10,7 @@ COUNT = WIDTH * HEIGHT
 
 
 def flat_layer() -> Layer:
-    """A picture of one level grey surface."""
+    """Layer of one level grey surface."""
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     zeros = np.zeros(COUNT, np.float32)
     albedo = np.full((COUNT, 3), 0.5, np.float32)
@@ -18,7 +18,7 @@ def flat_layer() -> Layer:
 
 
 def around(row: int, column: int) -> set[int]:
-    """A pixel and its neighbours in the same row and column."""
+    """Pixel and its neighbours in the same row and column."""
     places = {(row, column), (row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)}
     return {r * WIDTH + c for r, c in places if 0 <= r < HEIGHT and 0 <= c < WIDTH}
 
@@ -35,12 +35,12 @@ def test_empty_space_has_no_edges() -> None:
 
 
 @given(st.integers(0, HEIGHT - 1), st.integers(0, WIDTH - 1), st.sampled_from(["geom", "normal", "albedo"]))
-def test_a_pixel_that_differs_makes_an_edge_with_its_neighbours(row: int, column: int, what: str) -> None:
+def test_a_pixel_that_differs_makes_an_edge_with_its_neighbours(row: int, column: int, difference: str) -> None:
     layer = flat_layer()
     at = row * WIDTH + column
-    if what == "geom":
+    if difference == "geom":
         layer.hits.geom[at] = 1
-    elif what == "normal":
+    elif difference == "normal":
         layer.hits.normal[at] = (0.0, 1.0, 0.0)
     else:
         layer.albedo[at, 1] = 0.6

@@ -1,4 +1,4 @@
-"""The engine's renderer, made to look as rays do: sky, floor lines, and what is translucent."""
+"""Engine renderer, matched to the ray renderer: sky, floor lines, and translucent shapes."""
 
 import math
 from collections.abc import Iterator
@@ -54,7 +54,7 @@ def test_floor_lines_are_where_ray_pictures_have_them(worker: RenderWorker) -> N
 
 
 def _darker(picture: np.ndarray, axis: int) -> np.ndarray:
-    """Rows or columns that are darker than those two steps away on either side."""
+    """Rows or columns darker than those two steps away on either side."""
     profile = np.median(picture, axis=axis)
     dark = np.zeros(len(profile), bool)
     dark[2:-2] = profile[2:-2] < np.minimum(profile[:-4], profile[4:]) - 2

@@ -15,7 +15,7 @@ SKY = sky((0, 0, 0), 8.0)
 def patch(
     lamps: NDArray[np.float64], world: str, middle: tuple[float, float], size: float = 0.02
 ) -> NDArray[np.float32]:
-    """How open the floor is to lamps in a small square about `middle`, as SIDE x SIDE pixels see it from above."""
+    """Openness of the floor to lamps in a small square about `middle`, for SIDE x SIDE pixels from above."""
     caster = RayCaster(*scene(FLOOR + world))
     offset = (np.arange(SIDE) + 0.5) / SIDE * size - size / 2
     rows, columns = np.divmod(np.arange(SIDE * SIDE), SIDE)
@@ -94,7 +94,7 @@ def test_neighbours_on_another_surface_do_not_share() -> None:
 
 
 def test_sides_of_one_thing_do_not_share() -> None:
-    # left half of the pixels on a wall's side that looks at an awning from close by, right half on its free top
+    # left half of the pixels on a wall's side that faces an awning close by, right half on its free top
     caster = RayCaster(
         *scene('<geom type="box" size="1 1 1" group="1"/><geom type="box" size=".5 1 .1" pos="1.6 0 1.2" group="1"/>')
     )

@@ -9,7 +9,7 @@ COUNT = WIDTH * HEIGHT
 
 
 def numbered_layer() -> Layer:
-    """Every pixel another geom, with a light of its own: pixel n sees n / 100 of the lamp and n / 50 of the sky."""
+    """Layer with another geom in every pixel: pixel n sees n / 100 of the lamp and n / 50 of the sky."""
     number = np.arange(COUNT)
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     hits = Hits(number.astype(np.int32), np.ones(COUNT), up)

@@ -25,7 +25,7 @@ def is_red(picture: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 
 def radius_of_ball(distance: float, height: int) -> float:
-    """How far [pixels] the rim of a ball of 0.5 m appears from its middle: where the tangent from the eye touches."""
+    """Distance [pixels] of a ball's rim (0.5 m) from its middle in the picture: at the tangent from the eye."""
     return 0.5 / math.sqrt(distance**2 - 0.5**2) * height / (2 * math.tan(CAMERA.fov / 2))
 
 
@@ -64,7 +64,7 @@ def test_more_samples_smooth_edges_and_nothing_else() -> None:
 
 
 def test_things_cast_shadows() -> None:
-    # the lamp stands at (-3.2, -4.6, 7) from the camera's target: a slab 1 m up throws its shadow beyond itself
+    # the lamp is at (-3.2, -4.6, 7) from the camera's target: a slab 1 m up casts its shadow beyond itself
     slab = '<geom type="box" size=".3 .3 .02" pos="0 0 1" rgba="1 1 1 1" group="1"/>'
     lamp, centre = np.array([-3.2, -4.6, 7.0]), np.array([0, 0, 1.0])
     shadow = lamp + (centre - lamp) * lamp[2] / (lamp[2] - centre[2])
@@ -129,12 +129,12 @@ def test_watching_changes_nothing() -> None:
 
 
 def test_progress_runs_from_nothing_to_everything() -> None:
-    told: list[float] = []
-    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=told.append)
-    assert told[0] == 0
-    assert told[-1] == 1
-    assert told == sorted(told)
-    assert len(told) > 4
+    shares: list[float] = []
+    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=shares.append)
+    assert shares[0] == 0
+    assert shares[-1] == 1
+    assert shares == sorted(shares)
+    assert len(shares) > 4
 
 
 def test_what_goes_wrong_while_it_draws_reaches_the_caller() -> None:
@@ -167,7 +167,7 @@ def test_no_graphics_library_is_loaded() -> None:
         "print([n for n in sys.modules if n.split('.')[0] in ('OpenGL', 'glfw', 'PIL', 'matplotlib')"
         " or n.startswith(('mujoco.egl', 'mujoco.osmesa', 'mujoco.gl_context'))])"
     )
-    # where glfw is installed, for the window, the engine loads it unprompted unless it is told not to
+    # if glfw is installed, for the window, the engine loads it unless the environment forbids that
     alone = {**os.environ, "MUJOCO_GL": "disable"}
     done = subprocess.run([sys.executable, "-c", script], env=alone, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -1,4 +1,4 @@
-"""The geometry of pictures: matrix, rays and points agree with the camera that draws."""
+"""Geometry of pictures: matrix, rays and points agree with the camera that draws."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from cellwright.util.errors import UsageError
 
 
 def chunks_of(png: bytes) -> list[tuple[bytes, bytes]]:
-    """The chunks of a PNG file, with every checksum verified."""
+    """Chunks of a PNG file, with every checksum verified."""
     assert png[:8] == bytes([137, 80, 78, 71, 13, 10, 26, 10])
     chunks, at = [], 8
     while at < len(png):
@@ -28,7 +28,7 @@ def chunks_of(png: bytes) -> list[tuple[bytes, bytes]]:
 
 
 def decode(png: bytes) -> NDArray[np.uint8]:
-    """The pixels of a PNG of 8-bit true colour, row by row and byte by byte as the specification says."""
+    """Pixels of a PNG of 8-bit true colour, decoded as in the specification."""
     chunks = chunks_of(png)
     assert [kind for kind, _ in chunks] == [b"IHDR", b"sRGB", b"IDAT", b"IEND"]
     width, height, depth, colour, compression, filtering, interlace = struct.unpack(">IIBBBBB", chunks[0][1])

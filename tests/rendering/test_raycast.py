@@ -109,7 +109,7 @@ def test_rays_find_bodies_where_qpos_says() -> None:
         '<body name="ball"><freejoint/><geom type="sphere" size=".5" group="1"/></body>'
         '<body name="held" mocap="true" pos="0 9 0"><geom type="sphere" size=".5" group="1"/></body>'
     )
-    data.qpos[:3] = (5, 0, 0)  # and no kinematics after it
+    data.qpos[:3] = (5, 0, 0)  # without kinematics after it
     data.mocap_pos[0] = (0, 3, 0)
     hits = RayCaster(model, data).cast(ORIGIN, np.array([[1.0, 0, 0], [0, 1.0, 0]]))
     assert hits.distance == pytest.approx((4.5, 2.5))

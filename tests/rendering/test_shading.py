@@ -17,14 +17,14 @@ GREY = 'type="plane" size="60 60 1" rgba=".5 .5 .5 1" group="1"'
 
 @pytest.fixture
 def matte(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing has a highlight."""
+    """Surfaces without a highlight."""
     monkeypatch.setattr(shading, "HIGHLIGHT", 0.0)
 
 
 def light_from(
     world: str, target: Vector3, *, key: float = 1.0, open_sky: float = 1.0, eye: Vector3 = EYE
 ) -> NDArray[np.float32]:
-    """The light that the eye receives from where it looks at `target`."""
+    """Light to the eye from its view of `target`."""
     model, data = scene(world)
     caster = RayCaster(model, data)
     lamps = disc_lamp((0, 0, 7), (0, 0, 0), 0.2), sky((0, 0, 0), 9)

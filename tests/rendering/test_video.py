@@ -49,7 +49,7 @@ def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None:
+def test_a_picture_is_shown_longer_if_waiting_is_not_allowed(tmp_path: Path) -> None:
     video = Video(of_a_ball(tmp_path / "a.mp4"), BALL)
     os.kill(video._worker._process.pid, signal.SIGSTOP)
     took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
@@ -60,7 +60,7 @@ def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None
     assert took.count(True) + 1 == video.taken < 20
     assert video.taken + video.dropped == 21
     pictures = read(tmp_path / "a.mp4")
-    assert len(pictures) == 21  # time is as it was
+    assert len(pictures) == 21  # time is unchanged
     places = left_of_red(pictures)
     assert places[10] == pytest.approx(places[19], abs=0.6)
     assert places[20] > places[19] + 3
@@ -108,7 +108,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.slow
-def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
+def test_the_caller_may_be_killed(tmp_path: Path) -> None:
     file = tmp_path / "a.mp4"
     ran = subprocess.run(
         [sys.executable, "-c", _GIVES_FRAMES, str(file)],
@@ -118,7 +118,7 @@ def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
         check=False,
     )
     assert ran.returncode == -signal.SIGKILL
-    wait_until(lambda: not is_running(int(ran.stdout)), "end of the process that draws")  # by itself
+    wait_until(lambda: not is_running(int(ran.stdout)), "end of the process that draws")  # on its own
     assert len(read(file)) == 30
     assert file.read_bytes().index(b"moov") < file.read_bytes().index(b"mdat")  # and has finished the file
 

@@ -1,4 +1,4 @@
-"""The named views, looked through in the cell itself."""
+"""Named views, in the cell itself."""
 
 import math
 

@@ -32,18 +32,23 @@ class Filmed:
         self.cell = Cell(TRIAL)
         self.times: list[float] = []
         self.warnings: list[str] = []
-        self.told: dict[str, float | str] = {}
+        self.made: dict[str, float | str] = {}
         self._killed_at = killed_at
         at = []
         if file is not None:
-            wish = VideoOptions(file, speed=speed, width=64, height=48)
+            options = VideoOptions(file, speed=speed, width=64, height=48)
             self.film = Filming(
-                self.cell, wish, camera=VIEWS["overview"], caption=self._caption, waits=True, warn=self.warnings.append
+                self.cell,
+                options,
+                camera=VIEWS["overview"],
+                caption=self._caption,
+                waits=True,
+                warn=self.warnings.append,
             )
             at = [(Fraction(0), lambda _cell: self.film.start())]
         self.hash = run_cell(self.cell, find_agent("lesson")(), RunOptions(until=until, at=at)).state_hash
         if file is not None:
-            self.told = self.film.finish()
+            self.made = self.film.finish()
 
     def _caption(self) -> str:
         self.times.append(self.cell.simulation.time)
@@ -58,7 +63,7 @@ def test_frames_are_taken_at_their_times_and_the_run_stays_as_it_is(tmp_path: Pa
     assert filmed.hash == plain.hash
     assert filmed.warnings == []
     assert filmed.times == pytest.approx([n / 25 for n in range(21)], abs=1e-9)
-    assert filmed.told == {"file": str(tmp_path / "a.mp4"), "length": 0.84, "frames": 21, "dropped": 0}
+    assert filmed.made == {"file": str(tmp_path / "a.mp4"), "length": 0.84, "frames": 21, "dropped": 0}
     pictures = read(tmp_path / "a.mp4")
     assert len(pictures) == 21
     assert np.abs(pictures[0].astype(int) - pictures[20]).max() > 40  # the arm moves, and so does the clock
@@ -73,17 +78,17 @@ def test_a_time_lapse_takes_fewer(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_time_goes_no_slower_than_by_a_frame_a_tick(tmp_path: Path) -> None:
-    assert Filmed(tmp_path / "a.mp4", speed=0.05, until=0.02).told["frames"] == 11
+    assert Filmed(tmp_path / "a.mp4", speed=0.05, until=0.02).made["frames"] == 11
     with pytest.raises(UsageError, match=r"give a speed of 0\.05 or more, not 0\.04"):
         Filmed(tmp_path / "b.mp4", speed=0.04, until=0.02)
     assert not (tmp_path / "b.mp4").exists()
 
 
 @pytest.mark.slow
-def test_a_video_that_comes_to_an_end_is_told_once_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_a_video_that_ends_early_is_reported_once_and_the_run_goes_on(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", killed_at=3)
     assert filmed.hash == Filmed(None).hash
     (warning,) = filmed.warnings
     assert "a.mp4: the video is not whole: the process that draws has ended" in warning
     assert not filmed.film.is_whole
-    assert len(filmed.times) < 21  # nothing is drawn for nobody
+    assert len(filmed.times) < 21  # the dropped frames were not drawn

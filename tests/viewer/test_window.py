@@ -1,4 +1,4 @@
-"""The window on a robot: why there is none, what it shows, and a real one where there is a virtual display."""
+"""Window on a robot: reasons against it, its content, and a real one on a virtual display."""
 
 import importlib.util
 import math
@@ -36,7 +36,7 @@ def node() -> RobotNode:
 
 @pytest.fixture
 def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A display that nobody sees."""
+    """Virtual display."""
     command = ["Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert process.stdout is not None
@@ -98,7 +98,7 @@ def test_the_first_view_has_the_robot_in_front(node: RobotNode) -> None:
 
 
 class Unseen:
-    """A window that nobody sees: what its sliders are moved to, one value a look."""
+    """Window without a display: its sliders take one value per update."""
 
     def __init__(self, data: mujoco.MjData, slider: int, values: list[float]) -> None:
         self.cam = mujoco.MjvCamera()
@@ -147,24 +147,24 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
 def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture[str]) -> None:
     node = RobotNode(two_arms())
     server = Server(node, port=0)
-    asked: list[Any] = []
+    requests: list[Any] = []
     services = RobotServices(node)
 
     def state(values: dict[str, Any]) -> dict[str, Any]:
-        asked.append(values)
+        requests.append(values)
         return services.state(values)
 
     server.offer(STATE_SERVICE, state)
     shown = Window(node.world.model, server.address, sliders=True)
     loop = Loop(node.simulation, server)
-    wait_until(lambda: len(asked) > 20 or not shown.is_running, "questions of the window", between=loop.tick)
+    wait_until(lambda: len(requests) > 20 or not shown.is_running, "questions of the window", between=loop.tick)
     assert shown.is_running, capfd.readouterr().err
     os.kill(shown._process.pid, signal.SIGSTOP)
     for _ in range(24):
-        loop.tick()  # the physics does not wait for the window
+        loop.tick()  # physics does not wait for the window
     os.kill(shown._process.pid, signal.SIGCONT)
-    answered = len(asked)
-    wait_until(lambda: len(asked) > answered, "more questions of the window", between=loop.tick)
+    answered = len(requests)
+    wait_until(lambda: len(requests) > answered, "more questions of the window", between=loop.tick)
     server.close("it is over")
     wait_until(lambda: not shown.is_running, "end of the window")
     shown.close()

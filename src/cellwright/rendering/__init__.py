@@ -1,1 +1,1 @@
-"""Pictures of what is simulated."""
+"""Rendering of scenes: pictures, cameras and videos."""

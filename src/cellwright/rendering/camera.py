@@ -1,8 +1,7 @@
 """Pinhole cameras: rays through pixels, geometry of pictures, and named views of the cell.
 
-A pinhole camera without distortion. Pixel coordinates are (column, row), continuous, with (0, 0) at the upper left
-corner of the picture: the centre of the first pixel is (0.5, 0.5). The optical frame has x to the right, y down and z
-forward.
+Cameras have no distortion. Pixel coordinates are (column, row), continuous, with (0, 0) at the upper left corner of the
+picture: the centre of the first pixel is (0.5, 0.5). The optical frame has x to the right, y down and z forward.
 """
 
 import math
@@ -20,16 +19,16 @@ from cellwright.util.pose import Pose, Vector3
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera in the world frame.
+    """Pinhole camera in the world frame.
 
     Attributes:
-        eye: where the camera stands [m].
-        target: the point that appears in the middle of the picture [m].
-        up: a direction that points upwards in the picture; need not be square to the line of sight.
+        eye: position of the camera [m].
+        target: point in the middle of the picture [m].
+        up: upward direction in the picture; need not be perpendicular to the line of sight.
         fov: vertical opening angle [rad], between 0 and pi.
 
     Raises:
-        UsageError: these numbers make no camera.
+        UsageError: the numbers make no camera.
     """
 
     eye: Vector3
@@ -51,7 +50,7 @@ class Camera:
 
     @property
     def world_R_optical(self) -> NDArray[np.float64]:
-        """The rotation (3, 3) from the optical frame (x right, y down, z forward) to the world frame."""
+        """Rotation matrix (3, 3) from the optical frame (x right, y down, z forward) to the world frame."""
         forward = np.subtract(self.target, self.eye)
         forward = forward / np.linalg.norm(forward)
         right = np.cross(forward, self.up)
@@ -77,11 +76,11 @@ OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
 
 @dataclass(frozen=True)
 class Pinhole:
-    """A camera without distortion that looks along the +x axis of its frame, with z up.
+    """Pinhole camera that looks along the +x axis of its frame, with z up.
 
     Here the centre of the first pixel is (0, 0), as in OpenCV and ROS, and not (0.5, 0.5) as in `Camera`.
 
-    Its `fov` [rad] is how far it sees to the left and right together.
+    Its `fov` [rad] is the horizontal opening angle.
     """
 
     width: int
@@ -90,21 +89,21 @@ class Pinhole:
 
     @property
     def focal_length(self) -> float:
-        """How many pixels a slope of 1 covers; pixels are square."""
+        """Focal length in pixels, which are square."""
         return self.width / 2 / math.tan(self.fov / 2)
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Column and row that the line of sight goes through."""
+        """Column and row of the line of sight."""
         return (self.width - 1) / 2, (self.height - 1) / 2
 
     @property
     def vertical_fov(self) -> float:
-        """How far it sees up and down together [rad]."""
+        """Vertical opening angle [rad]."""
         return 2 * math.atan(self.height / 2 / self.focal_length)
 
     def at(self, world_T_camera: Pose) -> Camera:
-        """The camera to draw with, where this one stands."""
+        """Return the camera to draw with, at a pose."""
         ahead, up = world_T_camera.transform((1.0, 0.0, 0.0)), world_T_camera.rotate((0.0, 0.0, 1.0))
         return Camera(world_T_camera.position, ahead, up, self.vertical_fov)
 
@@ -117,7 +116,7 @@ class Pinhole:
         return across.astype(np.float32), down.astype(np.float32)
 
     def points(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """The points (height, width, 3) [m] in the optical frame that depths (height, width) [m] stand for."""
+        """Return the points (height, width, 3) [m] in the optical frame for depths (height, width) [m]."""
         across, down = self.slopes
         points = np.empty((*depth.shape, 3), np.float32)
         np.multiply(depth, across, out=points[..., 0])
@@ -126,8 +125,8 @@ class Pinhole:
         return points
 
 
-_USUAL, _WIDEST = 45.0, 180.0  # [degrees]
-_FARTHEST = 1e6  # [m]
+_DEFAULT_ANGLE, _MAX_ANGLE = 45.0, 180.0  # [degrees]
+_MAX_COORDINATE = 1e6  # [m]
 _PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
 _UPWARDS, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
@@ -144,13 +143,13 @@ VIEWS: Mapping[str, Camera] = MappingProxyType(
 
 
 def camera_of(text: str) -> Camera:
-    """The camera of a name, or of numbers: `x,y,z:x,y,z` for where it stands and what it looks at [m].
+    """Return a camera by name, or by numbers: `x,y,z:x,y,z` for its position and its target [m].
 
-    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`. What looks straight down or up has
-    the x axis of the world upwards in the picture, as `overview` looks along it.
+    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`. A camera that looks straight down
+    or up has the world's x axis upwards in the picture, the direction in which `overview` looks.
 
     Raises:
-        UnknownNameError: there is none of that name.
+        UnknownNameError: there is no such view.
         UsageError: the numbers make no camera.
     """
     if ":" not in text:
@@ -161,13 +160,13 @@ def camera_of(text: str) -> Camera:
     try:
         x, y, z = (float(number) for number in eye.split(","))
         at_x, at_y, at_z = (float(number) for number in target.split(","))
-        (degrees,) = [float(each) for each in angle] or [_USUAL]
+        (degrees,) = [float(each) for each in angle] or [_DEFAULT_ANGLE]
     except ValueError:
         raise UsageError(f"{text}: give where it stands and what it looks at, such as -4,-3,3:0,0,0.6") from None
-    if any(abs(number) > _FARTHEST for number in (x, y, z, at_x, at_y, at_z)):
-        raise UsageError(f"{text}: no number may be above {_FARTHEST:g} m")
-    if not 0 < degrees < _WIDEST:
-        raise UsageError(f"{text}: it opens by more than 0 and less than {_WIDEST:g} degrees, not by {degrees:g}")
+    if any(abs(number) > _MAX_COORDINATE for number in (x, y, z, at_x, at_y, at_z)):
+        raise UsageError(f"{text}: no number may be above {_MAX_COORDINATE:g} m")
+    if not 0 < degrees < _MAX_ANGLE:
+        raise UsageError(f"{text}: it opens by more than 0 and less than {_MAX_ANGLE:g} degrees, not by {degrees:g}")
     is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
     try:
         return Camera((x, y, z), (at_x, at_y, at_z), _AHEAD if is_plumb else _UPWARDS, math.radians(degrees))

@@ -16,31 +16,31 @@ from cellwright.util.pose import Vector3
 
 _NEAR, _FAR = 0.02, 200.0  # [m]
 _HAZE = (18.0, 36.0)
-"""From where to where floors fade [m]; what lies beyond is not drawn. The engine's haze is a surface, which would cut
-through things of a cell if it began at the ray renderer's 9 m."""
-_MAX_SAMPLES, _MAX_SIDE = 3, 8192  # along a side of a pixel; [pixels] of what is drawn before it is made smaller
+"""Distances [m] at which floors start and end to fade; the rest is not drawn. The engine's haze is a surface, which
+would cut through a cell if it began at the ray renderer's 9 m."""
+_MAX_SAMPLES, _MAX_SIDE = 3, 8192  # along a side of a pixel; [pixels] before downscaling
 _SHADOW_SIZE = 2048  # [texels], side of the shadow map
-_SHADOW_REACH = (2.5, 6.5)  # [m], least and most, around the point that the lamp is placed by
-_CUTOFF = 80.0  # [degrees], half the opening angle of the lamp; the engine has none wider
+_SHADOW_REACH = (2.5, 6.5)  # [m], smallest and largest, around the point from which the lamp is placed
+_CUTOFF = 80.0  # [degrees], half the lamp's opening angle; the engine's maximum
 _SKY_SIDE, _FLOOR_SIDE = 64, 512  # [texels]
-_TRANSLUCENT = 5  # a geom group of the engine that no layer has
+_TRANSLUCENT = 5  # a geom group of the engine that is no layer
 
-# Fitted to pictures of the ray renderer. The engine adds light up in sRGB, not linearly: these are no amounts of light.
+# Fitted to pictures of the ray renderer. The engine adds light in sRGB, not linearly: these are no physical amounts.
 _AMBIENT = (0.643, 0.656, 0.664)
 _DIFFUSE = (0.578, 0.556, 0.522)
 _SPECULAR = (0.22, 0.22, 0.22)
 
 
 class EngineRenderer:
-    """Draws a scene by OpenGL over and over, as `CastRenderer` does by rays, in the thread that made it.
+    """Renderer of a scene by OpenGL, with the interface of `CastRenderer`, for the thread that made it.
 
     Args:
-        scene: what is to be seen.
-        says: what draws, for those who want to know. Its context is current in this thread.
+        scene: the scene to draw.
+        description: text about the renderer. Its context is current in this thread.
     """
 
-    def __init__(self, scene: Scene, says: str) -> None:
-        self.says = says
+    def __init__(self, scene: Scene, description: str) -> None:
+        self.description = description
         self._scene = EngineScene(scene, prepare=_set_surroundings)
         self._model = model = self._scene.model
         model.geom_group[model.geom_rgba[:, 3] < 1] = _TRANSLUCENT
@@ -50,16 +50,16 @@ class EngineRenderer:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._target)
         self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
-        """A picture (height, width, 3), sRGB.
+    def colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+        """Return a picture (height, width, 3), sRGB.
 
-        It is drawn up to three times as wide and high and then made smaller. Edges of shadows come out smooth;
+        It is drawn up to three times as wide and high, and then downscaled. That smooths the edges of shadows;
         multisampling would leave them jagged, and takes as long without a GPU.
         """
-        self._place(frame, asked, depth=False)
-        camera, width, height, lamp, about = asked.camera, asked.width, asked.height, asked.lamp, asked.about
+        self._place(frame, request, depth=False)
+        camera, width, height, lamp, about = request.camera, request.width, request.height, request.lamp, request.about
         reach = _SHADOW_REACH[1]
-        if about is None:  # a camera that no other shares its light with: shadows are as sharp as its picture needs
+        if about is None:  # no shared light: shadows are as sharp as the picture needs
             about = camera.target
             reach = min(max(math.dist(camera.eye, about), _SHADOW_REACH[0]), reach)
         shadow_angle = math.degrees(math.asin(min(0.9, reach / math.hypot(*lamp))))  # half the opening angle of a cone
@@ -69,9 +69,9 @@ class EngineRenderer:
         self._drawn.nlight = 2
         _set_light(self._drawn.lights[0], spot, at, np.negative(lamp), diffuse=_DIFFUSE, specular=_SPECULAR)
         _set_light(self._drawn.lights[1], directional, at, (0.0, 0.0, -1.0), ambient=_AMBIENT)
-        self._drawn.lights[0].castshadow = asked.shadows
-        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = asked.shadows
-        times = max(1, min(asked.samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
+        self._drawn.lights[0].castshadow = request.shadows
+        self._drawn.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = request.shadows
+        times = max(1, min(request.samples, _MAX_SAMPLES, _MAX_SIDE // max(width, height)))
         large = np.empty((times * height, times * width, 3), np.uint8)
         self._draw(large, None)
         if times == 1:
@@ -82,19 +82,19 @@ class EngineRenderer:
                 total += large[row::times, column::times]
         return (total // times**2).astype(np.uint8)[::-1]
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
+    def depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
         """See `CastRenderer.depth`."""
-        self._place(frame, asked, depth=True)
+        self._place(frame, request, depth=True)
         self._drawn.nlight = 0
-        nearness = np.empty((asked.height, asked.width), np.float32)  # 1 at the near plane, 0 at the far plane
+        nearness = np.empty((request.height, request.width), np.float32)  # 1 at the near plane, 0 at the far plane
         self._draw(None, nearness)
         depth: NDArray[np.float32] = _NEAR * _FAR / (_NEAR + nearness[::-1] * np.float32(_FAR - _NEAR))
         depth[nearness[::-1] <= 0] = np.inf
         return depth
 
-    def _place(self, frame: Frame, asked: PictureRequest, *, depth: bool) -> None:
-        """Put the bodies and the camera where they belong."""
-        camera, aspect = asked.camera, asked.width / asked.height
+    def _place(self, frame: Frame, request: PictureRequest, *, depth: bool) -> None:
+        """Move the bodies and the camera to their poses."""
+        camera, aspect = request.camera, request.width / request.height
         self._scene.show(frame)
         option = mujoco.MjvOption()
         option.geomgroup[:] = 1
@@ -102,7 +102,7 @@ class EngineRenderer:
         everything = mujoco.mjtCatBit.mjCAT_ALL
         free = mujoco.MjvCamera()
         far = _FAR if depth else _HAZE[1]
-        self._aim(camera, aspect, far)  # endless floors are put under the camera, which the update then moves away
+        self._aim(camera, aspect, far)  # puts endless floors under the camera, which the update then moves
         mujoco.mjv_updateScene(self._model, self._scene.data, option, None, free, everything, self._drawn)
         self._aim(camera, aspect, far)
         for flag in (mujoco.mjtRndFlag.mjRND_HAZE, mujoco.mjtRndFlag.mjRND_SKYBOX):
@@ -117,7 +117,7 @@ class EngineRenderer:
             eye.frustum_center, eye.frustum_width = 0.0, top * aspect
 
     def _draw(self, colour: NDArray[np.uint8] | None, depth: NDArray[np.float32] | None) -> None:
-        """Draw into one of the arrays (height, width, …), whose first row is the lowest."""
+        """Draw into one of the arrays (height, width, …); its first row is the lowest."""
         (array,) = (each for each in (colour, depth) if each is not None)
         height, width = array.shape[:2]
         target = self._target
@@ -145,8 +145,8 @@ def _set_light(
 
 
 def _set_surroundings(spec: Any) -> None:
-    """Give a model sky, haze and lines on its floors, as the ray renderer has them."""
-    spec.stat.extent = 1.0  # the unit of these figures
+    """Add the ray renderer's sky, haze and floor lines to a model."""
+    spec.stat.extent = 1.0  # the unit of the lengths below
     spec.visual.map.znear, spec.visual.map.zfar = _NEAR, _FAR
     spec.visual.map.haze = 1 - _HAZE[0] / _HAZE[1]
     spec.visual.rgba.haze = (*(to_screen(HORIZON) / 255).tolist(), 1.0)
@@ -157,7 +157,7 @@ def _set_surroundings(spec: Any) -> None:
     ):
         height, width, _ = picture.shape
         spec.add_texture(name=name, type=kind, width=width, height=height, nchannel=3).data = picture.tobytes()
-    repeat = 2 / TILE  # the engine counts in halves of a metre
+    repeat = 2 / TILE  # the engine counts in half metres
     floor = spec.add_material(name="floor", texuniform=True, texrepeat=(repeat, repeat))
     floor.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
     for geom in spec.geoms:
@@ -166,7 +166,7 @@ def _set_surroundings(spec: Any) -> None:
 
 
 def _sky() -> NDArray[np.uint8]:
-    """The sky on the sides of a cube, one below the other: right, left, up, down, front, back."""
+    """Sky on the sides of a cube, one below the other: right, left, up, down, front, back."""
     middle = (np.arange(_SKY_SIDE) + 0.5) / _SKY_SIDE * 2 - 1
     across, up = np.meshgrid(middle, -middle)
     length = np.sqrt(1 + across**2 + up**2)
@@ -176,7 +176,7 @@ def _sky() -> NDArray[np.uint8]:
 
 
 def _tile() -> NDArray[np.uint8]:
-    """A white tile with lines through its middle, where the engine has the whole metres of a floor."""
+    """White tile with lines through its middle, which the engine puts at the whole metres of a floor."""
     tile = np.full((_FLOOR_SIDE, _FLOOR_SIDE, 3), 255, np.uint8)
     middle, half = _FLOOR_SIDE // 2, round(LINE / TILE * _FLOOR_SIDE / 2)
     line = slice(middle - half, middle + half)

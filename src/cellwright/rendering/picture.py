@@ -1,10 +1,10 @@
 """Ray-cast pictures: layers of surfaces, smooth edges, bands drawn in parallel, and PNG files.
 
-Bands keep the arrays small, and let several threads draw at once. Pixels share light with their neighbours, so a band
-is computed with a margin of rows above and below it, which are then dropped.
+Bands keep the arrays small, and let several threads draw at once. Pixels share light with their neighbours. So a band
+is drawn with a margin of rows above and below it, which are then dropped.
 
-One ray through the middle of every pixel, light by `lamps` and `shading`, and then more rays through those pixels in
-which surfaces or colours meet, so that edges are smooth.
+One ray goes through the middle of every pixel, with light by `lamps` and `shading`. Pixels in which surfaces or colours
+meet get more rays, so that edges are smooth.
 """
 
 import os
@@ -37,7 +37,7 @@ _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One surface per pixel (n,) of some rows of a picture, row by row, and how much of lamp and sky each sees, 0..1.
+    """One surface per pixel (n,) of some rows of a picture, row by row, with its share of lamp and sky, 0..1.
 
     The colours `albedo` (n, 3) are linear; `width` is the picture's, in pixels.
     """
@@ -50,14 +50,14 @@ class Layer:
 
     @property
     def height(self) -> int:
-        """The number of rows."""
+        """Number of rows."""
         return len(self.key) // self.width
 
     def borrow(self, pixels: NDArray[np.int64], hits: Hits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """How much of lamp and sky the surfaces `hits` see, which lie anywhere within the `pixels` (n,).
+        """Return the shares of lamp and sky for surfaces `hits` anywhere within the `pixels` (n,).
 
-        Read off the pixel itself or that one of its neighbours that shows the same surface; where none does (things
-        finer than a pixel), off the pixel itself.
+        They are those of the pixel, or of a neighbour that shows the same surface. If none does (for surfaces finer
+        than a pixel), they are those of the pixel.
         """
         key, sky = self.key[pixels], self.sky[pixels]
         rows, columns = np.divmod(pixels, self.width)
@@ -75,7 +75,7 @@ class Layer:
 
 
 def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], rows: range, width: int) -> Layer:
-    """The layer of surfaces that the rays in `directions` (len(rows) * width, 3) met, for those rows of a picture."""
+    """Return the layer of the surfaces hit by rays in `directions` (len(rows) * width, 3), for rows of a picture."""
     points = shader.eye + directions * np.where(np.isfinite(hits.distance), hits.distance, 0.0)[:, None]
     key = openness(shader.caster, shader.key, hits, points, rows, width)
     sky = openness(shader.caster, shader.sky, hits, points, rows, width)
@@ -83,7 +83,7 @@ def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], row
 
 
 def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> tuple[NDArray[np.int64], Hits]:
-    """Which rays (k,) met something translucent, and what opaque (k) they meet behind it."""
+    """Return the rays (k,) that hit a translucent surface, and the opaque hits (k) behind it."""
     met = np.flatnonzero(hits.geom >= 0)
     at = met[shader.surfaces.opacity[hits.geom[met]] < 1]
     return at, shader.caster.cast(shader.eye, directions[at], through_translucent=True)
@@ -92,9 +92,9 @@ def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> 
 def light_seen(
     shader: Shader, layers: Sequence[Layer], pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """The light (n, 3), linear, along rays that lie within the `pixels` (n,) of a picture and met `hits`.
+    """Return the light (n, 3), linear, along rays within the `pixels` (n,) of a picture that hit `hits`.
 
-    `layers` holds the picture's nearest surfaces, and those behind translucent ones if there are any.
+    `layers` holds the picture's nearest surfaces, and those behind translucent ones, if any.
     """
     light = _light_of(shader, layers[0], pixels, hits, directions)
     if len(layers) > 1:
@@ -113,7 +113,7 @@ def _light_of(
 
 
 def spread(hits: Hits, at: NDArray[np.int64], count: int) -> Hits:
-    """The hits (k) at the places `at` (k,) among `count` rays of which the others met nothing."""
+    """Expand hits (k) to `count` rays: they go to the indices `at` (k,), and the other rays hit nothing."""
     geom = np.full(count, -1, np.int32)
     distance = np.full(count, np.inf)
     normal = np.zeros((count, 3))
@@ -126,7 +126,7 @@ _COLOUR = 0.02  # between their colours, linear
 
 
 def edge_pixels(layer: Layer) -> NDArray[np.int64]:
-    """The pixels (k,) that differ from one of their four neighbours in geom, in colour or in the way they face."""
+    """Return the pixels (k,) that differ from one of four neighbours in geom, colour or normal."""
     shape = (layer.height, layer.width)
     geom = layer.hits.geom.reshape(shape)
     normal = layer.hits.normal.astype(np.float32).reshape(*shape, 3)
@@ -145,10 +145,10 @@ def edge_pixels(layer: Layer) -> NDArray[np.int64]:
 
 
 def pixel_points(pixels: NDArray[np.int64], width: int, *, samples: int) -> NDArray[np.float64]:
-    """Column and row of samples * samples points in each of the `pixels` (n,): (n * samples * samples, 2).
+    """Return column and row of samples * samples points per pixel of `pixels` (n,): (n * samples * samples, 2).
 
-    They lie in the middles of equal squares, each row of squares shifted a little against the next, so that nearly
-    level and nearly upright edges come out smooth as well; with one sample it is the middle of the pixel.
+    They lie in the middles of equal squares. Each row of squares is shifted a little against the next, so that nearly
+    level and nearly upright edges come out smooth as well. One sample is the middle of the pixel.
     """
     step = np.arange(samples)
     down, right = (a.reshape(-1) for a in np.meshgrid(step, step, indexing="ij"))
@@ -163,24 +163,24 @@ def pixel_points(pixels: NDArray[np.int64], width: int, *, samples: int) -> NDAr
 
 
 BAND_HEIGHT = 90  # rows; two bands in a small picture of 320 x 180, twelve in one of 1920 x 1080
-_MARGIN = 5  # rows; light is shared over three, borrowed over one, and edges are looked for over one
-_PIXELS_AT_ONCE = 16384  # of those that take more than one ray
+_MARGIN = 5  # rows; light is shared over three, borrowed over one, and edges need one
+_PIXELS_AT_ONCE = 16384  # with more than one ray
 
 
 def bands(height: int) -> list[range]:
-    """The rows of a picture in bands, from above."""
+    """Split the rows of a picture into bands, from above."""
     return [range(first, min(first + BAND_HEIGHT, height)) for first in range(0, height, BAND_HEIGHT)]
 
 
 def draw_band(
     shader: Shader, camera: Camera, width: int, height: int, rows: range, samples: int
 ) -> NDArray[np.float32]:
-    """The light (len(rows), width, 3), linear, of some rows of a `width` x `height` picture.
+    """Return the light (len(rows), width, 3), linear, of some rows of a `width` x `height` picture.
 
     `samples` is the number of rays along each side of a pixel in which surfaces meet.
     """
     wide = range(max(0, rows.start - _MARGIN), min(height, rows.stop + _MARGIN))
-    start = wide.start * width  # what is called a pixel below is counted from here
+    start = wide.start * width  # pixel indices below count from here
     everywhere = np.arange(len(wide) * width)
     directions = camera.directions(pixel_points(start + everywhere, width, samples=1), width, height)
     hits = shader.caster.cast(shader.eye, directions)
@@ -207,10 +207,13 @@ TRUE_COLOUR, FILTER_UP = 2, 2
 
 
 def encode_png(picture: NDArray[np.uint8]) -> bytes:
-    """The PNG file of a picture (height, width, 3) of 8 bits per channel, sRGB.
+    """Return the PNG file of a picture (height, width, 3) of 8 bits per channel, sRGB.
 
     Each row is stored as its difference to the row above (filter "up"), which suits smooth shading and costs one
-    subtraction. UsageError: the array is of another type or shape, or empty.
+    subtraction.
+
+    Raises:
+        UsageError: the array has another type or shape, or is empty.
     """
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3 or picture.size == 0:
         raise UsageError(f"a picture is a (height, width, 3) array of uint8, not {picture.shape} of {picture.dtype}")
@@ -230,7 +233,11 @@ def encode_png(picture: NDArray[np.uint8]) -> bytes:
 
 
 def save_png(path: str | Path, picture: NDArray[np.uint8]) -> None:
-    """Write a picture to a PNG file, whole or not at all; UsageError: it cannot be written."""
+    """Write a picture to a PNG file, whole or not at all.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
     try:
         write_whole(Path(path), encode_png(picture))
     except OSError as error:
@@ -242,13 +249,13 @@ def _png_chunk(kind: bytes, content: bytes) -> bytes:
 
 
 Progress: TypeAlias = Callable[[float], None]
-"""Called now and then with the share of the work that is done, 0..1."""
+"""Called from time to time with the finished share of the work, 0..1."""
 
-LARGEST_SIDE = 4096
-"""The widest and highest picture, in pixels."""
+MAX_SIDE = 4096
+"""Largest width and height of a picture, in pixels."""
 
 LAMP: Vector3 = (-3.2, -4.6, 7.0)
-"""Where the lamp of a picture is [m] from the point that the camera looks at, unless told otherwise."""
+"""Default position of the lamp [m], from the point that the camera looks at."""
 
 _LAMP_RADIUS = 0.14  # [m]
 _SKY_DISTANCE = 9.0  # [m]
@@ -265,30 +272,30 @@ def render(
     lamp: Vector3 = LAMP,
     progress: Progress | None = None,
 ) -> NDArray[np.uint8]:
-    """A picture (height, width, 3), sRGB, of the cell in its present state.
+    """Return a picture (height, width, 3), sRGB, of a cell in its present state.
 
-    The state is only read. The same state gives the same picture, on however many cores.
+    It only reads the state. The same state gives the same picture, on any number of cores.
 
     Args:
         model: the cell.
-        data: its state; positions follow from `qpos`, whatever was computed last.
-        camera: where it is seen from.
+        data: its state; positions follow from `qpos`, whatever was last computed.
+        camera: the camera.
         width: [pixels], 1 to 4096.
         height: [pixels], 1 to 4096.
         samples: rays along each side of a pixel in which surfaces meet, 1 to 8; 1 leaves edges jagged.
-        lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
-        progress: told how far it is, by the thread that called.
+        lamp: position of the light [m], from the point that the camera looks at, along the world's axes.
+        progress: called with the finished share, by the calling thread.
 
     Raises:
-        UsageError: if `width`, `height` or `samples` is out of range.
+        UsageError: `width`, `height` or `samples` is out of range.
     """
     check_size(width, height)
     if not 1 <= samples <= 8:
         raise UsageError(f"the number of samples of a picture is between 1 and 8, not {samples}")
-    tell = progress or (lambda _: None)
-    tell(0.0)
+    report = progress or (lambda _: None)
+    report(0.0)
 
-    # Every thread has a caster of its own; all are made here, so that the state is not read after this.
+    # Each thread has its own caster; all are made here, so that the state is not read after this.
     casters = [RayCaster(model, data) for _ in range(min(4, os.cpu_count() or 1))]
     surfaces = Surfaces(model, casters[0].still)
     key = disc_lamp(np.add(camera.target, lamp), camera.target, _LAMP_RADIUS)
@@ -311,7 +318,7 @@ def render(
         try:
             for done, job in enumerate(as_completed(jobs), 1):
                 job.result()
-                tell(done / len(jobs))
+                report(done / len(jobs))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -319,24 +326,24 @@ def render(
 
 
 def check_size(width: int, height: int) -> None:
-    """Raise UsageError for a picture that is empty, or too large."""
+    """Raise UsageError for a picture that is empty or too large."""
     for name, value in (("width", width), ("height", height)):
-        if not 1 <= value <= LARGEST_SIDE:
-            raise UsageError(f"the {name} of a picture is between 1 and {LARGEST_SIDE}, not {value}")
+        if not 1 <= value <= MAX_SIDE:
+            raise UsageError(f"the {name} of a picture is between 1 and {MAX_SIDE}, not {value}")
 
 
 @dataclass(frozen=True)
 class PictureRequest:
-    """A picture that a renderer is to draw of a frame.
+    """Options of a picture for a renderer.
 
     Attributes:
-        camera: where it is seen from.
+        camera: the camera.
         width, height: [pixels].
-        samples: along each side of a pixel at edges, so that they are smooth; 1 leaves them jagged.
-        shadows: whether light is held off by what stands in its way; rays always draw shadows.
-        about: the point [m] that the lamp is placed by, so that cameras that move, or are several, are in one light;
-            None takes the one that the camera looks at.
-        lamp: where the light comes from [m], from that point, along the axes of the world.
+        samples: points along each side of a pixel at edges; 1 leaves them jagged.
+        shadows: True to draw shadows; the ray renderer always does.
+        about: point [m] from which the lamp is placed, so that several or moving cameras have the same light; None for
+            the camera's target.
+        lamp: position of the light [m], from that point, along the world's axes.
     """
 
     camera: Camera
@@ -349,32 +356,32 @@ class PictureRequest:
 
 
 class CastRenderer:
-    """Draws a scene over and over by casting rays: slow, and possible everywhere.
+    """Renderer that casts rays: slow, and available everywhere.
 
     Args:
-        scene: what is to be seen.
+        scene: the scene to draw.
     """
 
-    says = RAYS
+    description = RAYS
 
     def __init__(self, scene: Scene) -> None:
         self._scene = EngineScene(scene)
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
-        """A picture (height, width, 3), sRGB."""
+    def colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+        """Return a picture (height, width, 3), sRGB."""
         self._scene.show(frame)
-        camera, about = asked.camera, asked.about or asked.camera.target
-        x, y, z = np.subtract(asked.lamp, np.subtract(camera.target, about)).tolist()
+        camera, about = request.camera, request.about or request.camera.target
+        x, y, z = np.subtract(request.lamp, np.subtract(camera.target, about)).tolist()
         model, data = self._scene.model, self._scene.data
-        return render(model, data, camera, asked.width, asked.height, samples=asked.samples, lamp=(x, y, z))
+        return render(model, data, camera, request.width, request.height, samples=request.samples, lamp=(x, y, z))
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
-        """How far [m] what is seen at each pixel is (height, width), along the camera's line of sight.
+    def depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
+        """Return the depths (height, width) [m] along the camera's line of sight.
 
-        Infinite where nothing is. Translucent things count as if they were not.
+        They are infinite where there is nothing. Translucent surfaces are ignored.
         """
         self._scene.show(frame)
-        camera, width, height = asked.camera, asked.width, asked.height
+        camera, width, height = request.camera, request.width, request.height
         directions = camera.directions(pixel_points(np.arange(width * height), width, samples=1), width, height)
         caster = RayCaster(self._scene.model, self._scene.data)
         hits = caster.cast(np.array(camera.eye, np.float64), directions, through_translucent=True)

@@ -1,10 +1,10 @@
-"""Many rays into a cell at once: which geom each one meets, how far away, and how the surface is turned there.
+"""Ray caster for many rays at once: the geom that each one hits, its distance, and the surface's normal.
 
 The engine casts bundles of rays that share an origin (`mj_multiRay`). A primary ray starts at the camera, so a picture
-is one bundle. A shadow is one too: seen from the lamp, a point is lit when nothing stands before it.
+is one bundle. A shadow is one too: a point is lit if nothing is between it and the lamp.
 
-The engine casts into its own tables of shapes, so this needs no graphics library, no display and no GPU. It releases
-the interpreter's lock while it casts.
+The engine casts into its own tables of shapes, so this needs no graphics library, display or GPU. It releases the
+interpreter's lock meanwhile.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _FAR = 1e4  # [m]
 
 @dataclass(frozen=True, slots=True)
 class Hits:
-    """What n rays met.
+    """Hits of n rays.
 
     Attributes:
-        geom: (n,) geom id, -1 where nothing was met.
-        distance: (n,) [m], infinite where nothing was met.
-        normal: (n, 3) unit normal of the surface, world frame, on the side of the ray; zero where nothing was met.
+        geom: (n,) geom id, -1 for a miss.
+        distance: (n,) [m], infinite for a miss.
+        normal: (n, 3) unit normal of the surface, world frame, on the side of the ray; zero for a miss.
     """
 
     geom: NDArray[np.int32]
@@ -38,15 +38,15 @@ class Hits:
     normal: NDArray[np.float64]
 
     def __getitem__(self, which: slice) -> Hits:
-        """What some of the rays met."""
+        """Hits of some of the rays."""
         return Hits(self.geom[which], self.distance[which], self.normal[which])
 
 
 class RayCaster:
-    """Casts rays into a cell as it stands at the moment of construction.
+    """Ray caster for a cell in its state at construction.
 
-    It works on copies of its own: neither `model` nor `data`, of which only positions are read, is written to, nor
-    kept. The engine's scratch memory is among them, so two threads need two casters.
+    It works on copies: it neither changes nor keeps `model` and `data`, of which it reads positions only. The copies
+    include the engine's scratch memory, so two threads need two casters.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -54,13 +54,13 @@ class RayCaster:
         opacity = model.geom_rgba[:, 3]
         drawn = np.isin(model.geom_group, sorted(SEEN)) & (opacity > 0)  # a geom's group is its layer in a scene
         translucent = drawn & (opacity < 1)
-        # Rays pass through whatever has no opacity; here only the group decides.
+        # Rays pass through a geom without opacity; here only the group decides.
         self._model.geom_matid[:] = -1
         self._model.geom_rgba[:] = 1.0
         self._model.geom_group[:] = np.select([translucent, drawn], [_TRANSLUCENT, _OPAQUE], _HIDDEN)
-        # A fresh state, in which nothing sleeps, so that the kinematics touch every body.
+        # A new state, in which nothing sleeps, so that the kinematics update every body.
         self.still = mujoco.MjData(self._model)
-        """The cell as the rays find it, to be read only."""
+        """State of the cell that the rays see; read-only."""
         self.still.qpos[:] = data.qpos
         self.still.mocap_pos[:] = data.mocap_pos
         self.still.mocap_quat[:] = data.mocap_quat
@@ -69,7 +69,7 @@ class RayCaster:
     def cast(
         self, origin: NDArray[np.float64], directions: NDArray[np.float64], *, through_translucent: bool = False
     ) -> Hits:
-        """What the rays from `origin` (3,) [m] along unit vectors `directions` (n, 3) meet first."""
+        """Return the first hits of rays from `origin` (3,) [m] along unit vectors `directions` (n, 3)."""
         geom, distance, flat = self._shoot(origin, directions, through_translucent=through_translucent, normals=True)
         normal = flat.reshape(-1, 3)
         from_inside = np.einsum("ij,ij->i", normal, directions) > 0
@@ -80,10 +80,10 @@ class RayCaster:
         return Hits(geom, distance, normal)
 
     def reaches(self, lamp: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which of the surface `points` (n, 3) [m] the light of a point lamp (3,) [m] reaches.
+        """Return which surface `points` (n, 3) [m] the light of a point lamp (3,) [m] reaches.
 
-        Translucent things cast no shadow. A surface that faces away from the lamp may come out either way where it is
-        thinner than a tenth of a millimetre: its shading has to ask for the side as well.
+        Translucent surfaces cast no shadow. A surface that faces away from the lamp may get either result where it is
+        thinner than a tenth of a millimetre: its shading must check the side as well.
         """
         rays = points - lamp
         geom, share, _ = self._shoot(lamp, rays, through_translucent=True, normals=False)
@@ -109,7 +109,7 @@ class RayCaster:
                 np.ascontiguousarray(rays, np.float64).reshape(-1),
                 groups,
                 True,  # static geoms too
-                -1,  # no body left out
+                -1,  # no body excluded
                 geom,
                 distance,
                 normal if normals else None,

@@ -1,10 +1,10 @@
 """Shading of the ray renderer: soft lamps, surface colours, and light that comes back along a ray.
 
-Both are groups of point lamps. Asking every lamp about every pixel would cost too much, so neighbouring pixels ask
-different lamps of a group, in a repeating square, and then share what they learned with those neighbours that lie on
+Lamp and sky are groups of point lamps. Testing every lamp for every pixel would cost too much. So neighbouring pixels
+test different lamps of a group, in a repeating square. They then share the results with those neighbours that lie on
 the same surface (interleaved sampling: Keller and Heidrich, 2001).
 
-Amounts of light are linear until the very end; `to_screen` turns them into sRGB.
+Light is linear until the very end; `to_screen` converts it to sRGB.
 """
 
 import math
@@ -17,15 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from cellwright.rendering.raycast import Hits, RayCaster
 from cellwright.rendering.scene.scene import linear
 
-_STEP = 11  # from a lamp to the next one asked; prime to the number of lamps
+_STEP = 11  # from a lamp to the next one tested; prime to the number of lamps
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 _SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that share
 SIDE = 5
-"""Of the square of pixels that share the lamps of a group; odd."""
+"""Side of the square of pixels that share the lamps of a group; odd."""
 
 
 def disc_lamp(centre: ArrayLike, towards: ArrayLike, radius: float) -> NDArray[np.float64]:
-    """Point lamps (SIDE * SIDE, 3) [m] of a round lamp of `radius` [m] at `centre`, facing the point `towards` [m]."""
+    """Point lamps (SIDE * SIDE, 3) [m] of a disc of `radius` [m] at `centre` that faces the point `towards` [m]."""
     axis = np.subtract(towards, centre, dtype=np.float64)
     axis /= np.linalg.norm(axis)
     across = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
@@ -49,25 +49,25 @@ def sky(centre: ArrayLike, distance: float) -> NDArray[np.float64]:
 
 
 def _scattered(lamps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The lamps in an order in which those of neighbouring pixels lie far apart."""
+    """Reorder the lamps so that those of neighbouring pixels lie far apart."""
     return lamps[np.arange(len(lamps)) * _STEP % len(lamps)]
 
 
 def openness(
     caster: RayCaster, lamps: NDArray[np.float64], hits: Hits, points: NDArray[np.float64], rows: range, width: int
 ) -> NDArray[np.float32]:
-    """How much of a group of lamps each pixel's surface sees, of what it would see if nothing stood in the way.
+    """Return the visible share of a group of lamps for each pixel's surface, 1 if nothing is in the way.
 
     Args:
         caster: the cell.
         lamps: the group (SIDE * SIDE, 3) [m].
-        hits: what the pixels show, row by row (len(rows) * width).
-        points: where (len(rows) * width, 3) [m].
-        rows: which rows of the picture these are; which pixel asks which lamp depends on its place in the picture.
-        width: of the picture, in pixels.
+        hits: hits of the pixels, row by row (len(rows) * width).
+        points: their positions (len(rows) * width, 3) [m].
+        rows: these rows of the picture; a pixel's place in the picture selects its lamp.
+        width: width of the picture in pixels.
 
     Returns:
-        (len(rows) * width,) in 0..1; 0 where the surface faces away from the lamps, and where there is none.
+        (len(rows) * width,) in 0..1; 0 where the surface faces away from the lamps, and for a miss.
     """
     shape = (len(rows), width)
     chosen = np.add.outer(np.array(rows) % SIDE * SIDE, np.arange(width) % SIDE).reshape(-1)
@@ -81,14 +81,14 @@ def openness(
         facing[at] = cosine
         seen[at] = cosine * caster.reaches(lamp, points[at])
     facing, seen = _shared(facing.reshape(shape), seen.reshape(shape), hits, SIDE // 2)
-    facing, seen = _shared(facing, seen, hits, 1)  # rounds off what is left of the squares
+    facing, seen = _shared(facing, seen, hits, 1)  # smooths the remains of the squares
     return np.divide(seen, facing, out=np.zeros_like(seen), where=facing > 0).reshape(-1)
 
 
 def _shared(
     facing: NDArray[np.float32], seen: NDArray[np.float32], hits: Hits, reach: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Both pictures (height, width), each pixel summed with its neighbours up to `reach` away on the same surface."""
+    """Sum each pixel of both pictures (height, width) with neighbours up to `reach` away on the same surface."""
     height, width = facing.shape
     geom = hits.geom.reshape(height, width)
     normal = hits.normal.astype(np.float32).reshape(height, width, 3)
@@ -96,7 +96,7 @@ def _shared(
     for down in range(reach + 1):
         for right in range(-reach, reach + 1):
             if (down, right) <= (0, 0):
-                continue  # of every pair of neighbours once
+                continue  # each pair of neighbours once
             here = (slice(0, height - down), slice(max(0, -right), width - max(0, right)))
             there = (slice(down, height), slice(max(0, right), width + min(0, right)))
             same = geom[here] == geom[there]
@@ -113,7 +113,7 @@ LINE_SHADE = 0.8  # factor on the colour
 
 
 class Surfaces:
-    """Colours by geom id, as arrays that are indexed with many hits at once; planes are where `data` has them."""
+    """Colours by geom id, as arrays to index with many hits at once; `data` has the poses of planes."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self.opacity = np.array(model.geom_rgba[:, 3])
@@ -126,9 +126,9 @@ class Surfaces:
     def albedo(
         self, geom: NDArray[np.int32], points: NDArray[np.float64], footprint: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """The share of light that comes back (n, 3), linear, at surface `points` (n, 3) [m] of geoms (n,).
+        """Return the albedo (n, 3), linear, at surface `points` (n, 3) [m] of geoms (n,).
 
-        `footprint` (n,) is how much of the surface [m] one pixel covers; patterns finer than that are blurred away.
+        `footprint` (n,) is the length of surface [m] in one pixel; finer patterns are blurred away.
         """
         colour = self._base[geom]
         for plane in np.flatnonzero(self._plane):
@@ -141,7 +141,7 @@ class Surfaces:
 
 
 def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArray[np.float32]:
-    """The factor (n,) that the joints between floor tiles put on the floor's colour at `local` (n, 2) [m]."""
+    """Factor (n,) of the lines between floor tiles on the floor's colour at `local` (n, 2) [m]."""
     # The share of a pixel that a line covers: the overlap of two intervals, along either axis.
     offset = np.abs(local - np.round(local / TILE) * TILE)
     pixel = np.maximum(footprint, 1e-6)[:, None]
@@ -162,12 +162,12 @@ HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
 ZENITH = np.array((0.20, 0.30, 0.44), np.float32)
 HAZE_START, HAZE_END = 9.0, 26.0  # [m]
 
-KNEE = 0.6  # amount of light above which the screen gets less than proportionally brighter
+KNEE = 0.6  # amount of light above which the screen's response is less than proportional
 
 
 @dataclass(frozen=True, slots=True)
 class Shader:
-    """Colours what rays from one eye (3,) [m] met; those of neighbouring pixels are `pixel_angle` [rad] apart."""
+    """Shader for rays from one eye (3,) [m]; rays of neighbouring pixels are `pixel_angle` [rad] apart."""
 
     caster: RayCaster
     surfaces: Surfaces
@@ -177,7 +177,7 @@ class Shader:
     pixel_angle: float
 
     def albedo(self, hits: Hits, directions: NDArray[np.float64]) -> NDArray[np.float32]:
-        """The colour (n, 3) of the surfaces themselves, linear; zero where nothing was met."""
+        """Return the albedo (n, 3) of the surfaces, linear; zero for a miss."""
         result = np.zeros((len(hits.geom), 3), np.float32)
         at = np.flatnonzero(hits.geom >= 0)
         distance, ray = hits.distance[at], directions[at]
@@ -194,10 +194,10 @@ class Shader:
         key: NDArray[np.float32],
         sky: NDArray[np.float32],
     ) -> NDArray[np.float32]:
-        """The light (n, 3) that comes back along rays in `directions` (n, 3), linear.
+        """Return the light (n, 3) that comes back along rays in `directions` (n, 3), linear.
 
-        Lambert's law for the lamp, a hemisphere of sky and ground, and Blinn's highlight; far things fade into the
-        background. `key` and `sky` (n,) say how much of lamp and sky the surface sees, 0..1.
+        Lambert's law for the lamp, a hemisphere of sky and ground, and Blinn's highlight. Distant surfaces fade into
+        the background. `key` and `sky` (n,) are the visible shares of lamp and sky, 0..1.
         """
         result = background(directions)
         at = np.flatnonzero(hits.geom >= 0)
@@ -218,16 +218,16 @@ class Shader:
 
 
 def background(directions: NDArray[np.float64]) -> NDArray[np.float32]:
-    """The light (n, 3) where there is nothing, linear: bright from below up to the horizon, darker above."""
+    """Return the light (n, 3) of the background, linear: bright from below up to the horizon, darker above."""
     height = _smooth(directions[:, 2] / 0.7)[:, None]
     return (HORIZON * (1 - height) + ZENITH * height).astype(np.float32)
 
 
 def to_screen(light: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Values for the screen, sRGB 0..255 (IEC 61966-2-1), of amounts of light.
+    """Convert amounts of light to sRGB 0..255 for the screen (IEC 61966-2-1).
 
-    Up to a knee they are taken as they are. Above it they approach 1 along a hyperbola that continues the straight
-    line smoothly, so that bright surfaces keep some of their colour and shape.
+    They stay as they are up to a knee. Above it they approach 1 along a hyperbola that continues the straight line
+    smoothly, so that bright surfaces keep some of their colour and shape.
     """
     x = np.maximum(light, 0)
     room = np.float32(1 - KNEE)
@@ -238,19 +238,19 @@ def to_screen(light: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The vectors (n, 3) scaled to unit length; what is next to nothing stays so."""
+    """Scale vectors (n, 3) to unit length; tiny ones stay tiny."""
     length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     scaled: NDArray[np.float64] = vectors / np.maximum(length, 1e-12)[:, None]
     return scaled
 
 
 def _cosine(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
-    """The cosine of the angle between each two of the unit vectors (n, 3)."""
+    """Cosines of the angles between unit vectors (n, 3), pair by pair."""
     cosine: NDArray[np.float64] = np.einsum("ij,ij->i", a, b)
     return cosine.astype(np.float32)
 
 
 def _smooth(share: NDArray[np.float64]) -> NDArray[np.float32]:
-    """A soft step from 0 at 0 to 1 at 1."""
+    """Smooth step from 0 at 0 to 1 at 1."""
     s = np.clip(share, 0, 1).astype(np.float32)
     return s * s * (3 - 2 * s)

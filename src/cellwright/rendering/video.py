@@ -1,4 +1,4 @@
-"""A video of a scene, drawn and written by a process of its own."""
+"""Video of a scene, drawn and written by another process."""
 
 from collections import deque
 from collections.abc import Callable
@@ -13,28 +13,28 @@ from cellwright.rendering.video_options import RATE, VideoOptions, check_video_s
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from cellwright.util.pose import Vector3
 
-_WAITING = 6  # frames that may wait to be drawn
-_LONGEST_CAPTION = 300  # characters
+_WAITING = 6  # frames that may wait for drawing
+_MAX_CAPTION = 300  # characters
 
 
 Made: TypeAlias = dict[str, float | str]
-"""What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""
+"""Figures of a video: `file`, `length` [s], `frames`, and `dropped`, the count of frames that were not drawn."""
 
 
 class Video:
-    """A video under way.
+    """Writer of a video.
 
-    Frames are drawn in a process of its own while whoever gives them goes on; the file can be played however either
-    process ends. The same frames give the same pictures on the same machine.
+    A process of its own draws the frames, while the caller goes on. The file is playable however either process ends.
+    The same frames give the same pictures on the same machine.
 
     Args:
         options: file, size and quality.
-        scene: what is seen.
-        lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
-        warn: takes a line where there is no OpenGL.
+        scene: the scene to show.
+        lamp: position of the light [m], from the point that the camera looks at, along the world's axes.
+        warn: receives a line if there is no OpenGL.
 
     Raises:
-        UsageError: the size is none that a video can have.
+        UsageError: no video can have this size.
         RenderingError: the file cannot be written.
     """
 
@@ -49,13 +49,13 @@ class Video:
         check_video_size(options.width, options.height)
         self.file = file = options.file
         self.taken = 0
-        """Frames that were taken."""
+        """Count of the frames taken."""
         self.dropped = 0
-        """Frames that were not drawn, for others waited still; the one before is shown longer instead."""
+        """Count of the frames dropped since others still waited; the previous one is shown longer instead."""
         self.error = ""
-        """Why it has come to an end by itself; empty while all is well."""
+        """Reason why it ended early; empty otherwise."""
         self._options, self._lamp = options, lamp
-        self._worker = RenderWorker(scene, most=_WAITING)
+        self._worker = RenderWorker(scene, max_pending=_WAITING)
         self._repeats = 0
         self._waiting: deque[Future[None]] = deque()
         try:
@@ -69,18 +69,18 @@ class Video:
 
     @property
     def made(self) -> Made:
-        """What there is to be told of it so far."""
+        """Figures of the video so far."""
         frames = self.taken + self.dropped
         return {"file": str(self.file), "length": float(frames / RATE), "frames": frames, "dropped": self.dropped}
 
     def take(self, frame: Frame, camera: Camera, caption: str = "", *, waits: bool = True) -> bool:
-        """Add a frame to the video; whether it was. One that has come to an end takes no more.
+        """Add a frame to the video; return whether it was added. A video that has ended takes no more.
 
         Args:
-            frame: where the bodies are.
-            camera: where they are seen from.
-            caption: a line of text in a corner.
-            waits: for room, where many frames wait to be drawn; else the frame is dropped, and counted.
+            frame: poses of the bodies.
+            camera: the camera.
+            caption: line of text in a corner.
+            waits: wait if many frames are in the queue; else the frame is dropped, and counted.
         """
         self._look_back()
         if self.error:
@@ -93,17 +93,17 @@ class Video:
             return False
         options = self._options
         samples = 4 if options.fine else 2
-        asked = PictureRequest(camera, options.width, options.height, samples=samples, lamp=self._lamp)
-        self._waiting.append(self._worker.ask("take", frame, asked, caption[:_LONGEST_CAPTION], self._repeats))
+        request = PictureRequest(camera, options.width, options.height, samples=samples, lamp=self._lamp)
+        self._waiting.append(self._worker.ask("take", frame, request, caption[:_MAX_CAPTION], self._repeats))
         self.taken += 1
         self._repeats = 0
         return True
 
     def close(self) -> None:
-        """Draw what is left, and finish the file.
+        """Draw the remaining frames, and finish the file.
 
         Raises:
-            RenderingError: something could not be drawn, or the file could not be written.
+            RenderingError: a frame could not be drawn, or the file could not be written.
         """
         try:
             self._worker.ask("finish", self._repeats).result()
@@ -114,7 +114,7 @@ class Video:
             raise RenderingError(self.error)
 
     def _look_back(self) -> None:
-        """See what has come of the frames that were given."""
+        """Collect the results of earlier frames."""
         while self._waiting and self._waiting[0].done() and not self.error:
             try:
                 self._waiting.popleft().result()

@@ -6,27 +6,27 @@ from fractions import Fraction
 from pathlib import Path
 
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import LARGEST_SIDE
+from cellwright.rendering.picture import MAX_SIDE
 from cellwright.util.errors import UsageError
 
 WIDTH, HEIGHT = 1280, 720
-"""Of a video, in pixels, unless told otherwise."""
+"""Default size of a video, in pixels."""
 RATE = Fraction(25)
-"""Pictures a second, as it is played."""
+"""Frames per second of the video."""
 
-_SMALLEST_SIDE = 16
+_MIN_SIDE = 16
 
 
 @dataclass(frozen=True)
 class VideoOptions:
-    """What a video is to be.
+    """Options of a video.
 
     Attributes:
         file: MP4; overwritten.
-        camera: where it is taken from; None for where a robot is seen whole.
-        speed: simulated seconds a second of the video.
+        camera: the camera; None for one that sees the whole robot.
+        speed: simulated seconds per second of the video.
         width, height: [pixels], even.
-        fine: smoother edges, which takes half as long again without a GPU.
+        fine: smoother edges, which take half as long again without a GPU.
     """
 
     file: Path
@@ -40,14 +40,16 @@ class VideoOptions:
 def check_video_size(width: int, height: int) -> None:
     """Raise UsageError for a size that no video can have."""
     for name, value in (("width", width), ("height", height)):
-        if not _SMALLEST_SIDE <= value <= LARGEST_SIDE or value % 2:
-            raise UsageError(
-                f"the {name} of a video is an even number from {_SMALLEST_SIDE} to {LARGEST_SIDE}, not {value}"
-            )
+        if not _MIN_SIDE <= value <= MAX_SIDE or value % 2:
+            raise UsageError(f"the {name} of a video is an even number from {_MIN_SIDE} to {MAX_SIDE}, not {value}")
 
 
 def period_of(speed: float) -> Fraction:
-    """Simulation time [s] from a frame to the next; UsageError for a speed that is none."""
+    """Return the simulation time [s] between two frames.
+
+    Raises:
+        UsageError: `speed` is not positive and finite.
+    """
     if not (math.isfinite(speed) and speed > 0):
         raise UsageError(f"the speed of a video is a number above 0, not {speed:g}")
     return Fraction(str(speed)) / RATE

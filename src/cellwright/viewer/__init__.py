@@ -1,1 +1,1 @@
-"""Those who look on: guests of a server, in processes of their own."""
+"""Viewers: clients of a server that show a run, each in its own process."""

@@ -1,4 +1,4 @@
-"""A video of whatever is served or runs: frames at exact simulation times, and nothing that a run would notice."""
+"""Video of a run or of a served node: frames at exact simulation times, without effect on the run."""
 
 from collections.abc import Callable
 
@@ -14,26 +14,26 @@ from cellwright.util.pose import Vector3
 
 
 class Filming:
-    """Takes a video of something whose time passes.
+    """Video recorder of a simulation.
 
     Args:
-        served: what is seen.
-        wish: what the video is to be.
-        camera: where it is taken from.
-        caption: a line to be written in its corner, asked for each frame.
-        waits: hold time until a frame can be drawn; else frames are dropped where drawing is slower than time.
-        warn: takes a line about what goes wrong, once.
-        lamp: where the light comes from [m], from the point that the camera looks at.
+        served: the cell or node that it films.
+        options: file, size, speed and quality of the video.
+        camera: the camera that it films with.
+        caption: returns the line in the corner of each frame.
+        waits: hold time until a frame is drawn; else frames are dropped where drawing is slower than time.
+        warn: receives a line for each problem, each once.
+        lamp: position of the light [m], from the point that the camera looks at.
 
     Raises:
-        UsageError: the size or the speed is none that a video can have.
+        UsageError: no video can have this size or speed.
         RenderingError: the file cannot be written.
     """
 
     def __init__(
         self,
         served: Served,
-        wish: VideoOptions,
+        options: VideoOptions,
         *,
         camera: Camera,
         caption: Callable[[], str],
@@ -43,26 +43,26 @@ class Filming:
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
         self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
-        self._period = period_of(wish.speed)
+        self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
-            least = float(tick * RATE)
+            min_speed = float(tick * RATE)
             raise UsageError(
-                f"{wish.file}: a video shows no more than a frame a tick: give a speed of {least:g} or more, "
-                f"not {wish.speed:g}"
+                f"{options.file}: a video shows no more than a frame a tick: give a speed of {min_speed:g} or more, "
+                f"not {options.speed:g}"
             )
-        self._video = Video(wish, self._taker.scene, lamp=lamp, warn=warn)
+        self._video = Video(options, self._taker.scene, lamp=lamp, warn=warn)
         self._watch: Watch | None = None
         self.is_whole = True
-        """Whether all that was to be seen is in it so far."""
+        """True while the video holds every frame so far."""
 
     def start(self) -> None:
-        """Take the first frame now, and others as time passes."""
+        """Take the first frame now, and the others as time passes."""
         if self._watch is None:
             self._take(0)
             self._watch = self._served.simulation.watch("video", self._period, self._take)
 
     def finish(self) -> Made:
-        """Take no more, and have the file finished; what there is to be told of it."""
+        """Take no more frames and finish the file; return the figures of the video."""
         if self._watch is not None:
             self._watch.cancel()
         video = self._video

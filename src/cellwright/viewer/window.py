@@ -1,4 +1,4 @@
-"""A window on a robot, MuJoCo's own: a process that asks the robot's node how it is, and that no step waits for."""
+"""Window of a robot, MuJoCo's own: a process that polls the robot's node and delays no step."""
 
 import importlib.util
 import os
@@ -18,19 +18,19 @@ _TIME_TO_END = 0.7  # [s]
 
 
 class WindowError(CellwrightError):
-    """A window that cannot be opened; the text says why, and what to do."""
+    """Error of a window that cannot open; the text says why and what to do."""
 
 
 class Window(ChildProcess):
-    """A window that is open, or was.
+    """Window on a robot.
 
     Args:
-        model: what it shows.
-        address: where the node is served; it has to answer `services.STATE`, and does so later, once it runs.
-        sliders: show a slider for each joint; who moves one sends a target as any program does.
+        model: the model that it shows.
+        address: where the node is served. It must answer `services.STATE`, and does so only once it runs.
+        sliders: show a slider for each joint; a moved slider sends a target as any client does.
 
     Raises:
-        WindowError: there is no display, or what draws is not installed.
+        WindowError: there is no display, or OpenGL support is not installed.
     """
 
     def __init__(self, model: mujoco.MjModel, address: tuple[str, int], *, sliders: bool) -> None:
@@ -41,18 +41,18 @@ class Window(ChildProcess):
             mujoco.mj_saveModel(model, str(file), None)
             command = [sys.executable, "-P", "-m", "cellwright.viewer.window_program"]
             super().__init__([*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""])
-            said = self.ready_line()
-        if said != _READY:
+            line = self.ready_line()
+        if line != _READY:
             self.close()
-            raise WindowError(said or "no window can be opened: its process has ended")
+            raise WindowError(line or "no window can be opened: its process has ended")
 
     def close(self) -> None:
-        """See that it is closed. By itself it closes when the node has ended; it is given a moment to do so."""
+        """Close the window. It closes on its own when the node has ended, so it first gets a moment to do so."""
         self.end(_TIME_TO_END)
 
 
 def hindrance() -> str:
-    """Why no window can be opened here, in a sentence; empty where one can be tried."""
+    """Return why no window can open here, in a sentence; empty where one may."""
     lacking = [name for name in ("glfw", "OpenGL") if importlib.util.find_spec(name) is None]
     if lacking:
         return f"no window can be opened: {' and '.join(lacking)} is not installed; {HOW_TO_GET_IT}"

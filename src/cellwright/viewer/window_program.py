@@ -1,7 +1,7 @@
 """Process of a robot's window: `python -m cellwright.viewer.window_program HOST PORT MODEL [sliders]`.
 
-It prints `ready` once there is something to draw on, or a sentence that says why not. Then it shows the robot that is
-served there as it is, about sixty times a second, until the window is closed or the robot's node has ended.
+It prints `ready` once the window is open, or a sentence that says why not. Then it shows the served robot, about sixty
+times a second, until the window closes or the robot's node ends.
 """
 
 from __future__ import annotations
@@ -30,23 +30,25 @@ NODE = "/window"
 COMMANDS = "/io_teleop/joint_cmd"
 
 _PERIOD = 1 / 60  # [s]
-_AMBIENT, _DIFFUSE = 0.35, 0.7  # of the light that comes along with the eye: there is no other
+_AMBIENT, _DIFFUSE = 0.35, 0.7  # of the light at the eye: there is no other
 _TIME_TO_CLOSE = 2.0  # [s]
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Show a robot; the exit status."""
+    """Show a robot; return the exit status."""
     host, port, file, *more = arguments
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the node, whose end is ours
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the node; its end ends this process
     model = mujoco.MjModel.from_binary_path(file)
-    import glfw  # here, for it needs a system's library that may not be there
+    import glfw  # here, since it needs a system library that may be missing
 
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
-        said: Any = glfw.get_error()[1]
-        _say(f"no window can be opened: {said.decode(errors='replace') if isinstance(said, bytes) else said}")
+        reason: Any = glfw.get_error()[1]
+        _print_line(
+            f"no window can be opened: {reason.decode(errors='replace') if isinstance(reason, bytes) else reason}"
+        )
         return 1
-    _say("ready")
+    _print_line("ready")
     try:
         transport = SocketTransport((host, int(port)), node=NODE)
         _show(model, transport, has_sliders="sliders" in more)
@@ -56,7 +58,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: bool) -> None:
-    from mujoco import viewer  # here, for it loads glfw
+    from mujoco import viewer  # here, since it loads glfw
 
     data = mujoco.MjData(model)
     picture = RobotPicture(model, data)
@@ -69,11 +71,11 @@ def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: boo
             _keep_up(window, picture, transport)
     finally:
         for thread in set(threading.enumerate()) - before:
-            thread.join(_TIME_TO_CLOSE)  # what it draws on goes when this process does
+            thread.join(_TIME_TO_CLOSE)  # the process's end frees the window
 
 
 def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> None:
-    """Show the robot as it is, and pass on what is done with the sliders, until the window is closed."""
+    """Show the robot and forward slider moves until the window closes."""
     with window.lock():
         picture.look_at_it(window.cam)
     while window.is_running():
@@ -81,7 +83,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
         with window.lock():
             moved = picture.moved()
         if moved:
-            # without a stamp, for the node's time may be another; what is refused is seen by the slider going back
+            # without a stamp, since the node's time may differ; a refused target shows as the slider going back
             with contextlib.suppress(RejectedCommandError):
                 transport.publish(COMMANDS, joint_state(list(moved), np.array([*moved.values()]), time=0))
         state = transport.ask_server(process.STATE_SERVICE)
@@ -92,7 +94,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
 
 
 class RobotPicture:
-    """The engine's model as a robot's node tells of it; its joints and actuators are called as the robot's joints."""
+    """Engine model posed as the robot's node reports; its joints and actuators have the names of the robot's joints."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model, self._data = model, data
@@ -102,13 +104,13 @@ class RobotPicture:
 
     @property
     def camera(self) -> Camera:
-        """One that has the whole robot in its picture, as `--snapshot` has it."""
+        """Camera with the whole robot in its picture, as for `--snapshot`."""
         w, x, y, z = self._data.mocap_quat[0].tolist()
         heading = Pose(quaternion=(w, x, y, z)).yaw
         return camera_on(self._model, self._data, heading + TURN, TILT, WIDTH, HEIGHT)
 
     def look_at_it(self, view: mujoco.MjvCamera) -> None:
-        """Have MuJoCo's own camera stand there."""
+        """Put MuJoCo's own camera there."""
         camera = self.camera
         forward = np.subtract(camera.target, camera.eye)
         view.lookat[:], view.distance = camera.target, np.linalg.norm(forward)
@@ -116,12 +118,12 @@ class RobotPicture:
         view.elevation = math.degrees(math.asin(forward[2] / view.distance))
 
     def moved(self) -> dict[str, float]:
-        """Joints whose slider somebody has moved since the last state, with where it stands [rad; m]."""
+        """Positions [rad; m] of the joints whose slider was moved since the last state."""
         sliders = self._data.ctrl
         return {self._names[number]: float(sliders[number]) for number in np.flatnonzero(sliders != self._targets)}
 
     def take(self, state: dict[str, Any]) -> None:
-        """Show a state as `services.STATE` tells it."""
+        """Show a state, as `services.STATE` answers it."""
         data = self._data
         data.qpos[self._places] = state["driven"]
         data.mocap_pos[0], data.mocap_quat[0] = state["carrier"][:3], state["carrier"][3:]
@@ -129,7 +131,7 @@ class RobotPicture:
         mujoco.mj_forward(self._model, data)
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 

@@ -1,4 +1,4 @@
-"""Cameras that take pictures: when they are drawn and delivered, and what becomes of them when it is late."""
+"""Cameras that take pictures: their drawing and delivery, and late pictures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EYE = Camera("eye", "rgbd_camera", Pose((2.0, 0.0, 0.0)), width=16, height=8, no
 
 
 class Room:
-    """A part that glides by, a camera, and what it reported."""
+    """Part that glides by, a camera, and its reports."""
 
     def __init__(self, camera: Camera = EYE) -> None:
         spec = empty_spec()
@@ -86,7 +86,7 @@ def test_latency_is_kept_whatever_drawing_takes(latency: float, due: list[int]) 
     assert [picture.time_ns // MS for _, picture in room.pictures][:2] == [100, 200]
 
 
-def test_nothing_is_drawn_for_nobody() -> None:
+def test_nothing_is_drawn_without_listeners() -> None:
     room = Room()
     room.run(300)
     assert not room.workers
@@ -102,7 +102,7 @@ def test_nothing_is_drawn_for_nobody() -> None:
 
 
 @pytest.mark.parametrize(("colour", "depth"), [(True, False), (False, True), (True, True), (False, False)])
-def test_only_what_somebody_wants_is_drawn(colour: bool, depth: bool) -> None:
+def test_only_requested_channels_are_drawn(colour: bool, depth: bool) -> None:
     room = Room()
     room.look(colour=colour, depth=depth)
     room.run(250)
@@ -121,15 +121,15 @@ def test_what_several_want_is_drawn_once() -> None:
     leave()
     room.run(250)
     assert [kinds for _, _, kinds in room.worker.asked[1:]] == [["depth"]]
-    ((_, picture),) = room.pictures  # the one that is still there gets what was begun for both
+    ((_, picture),) = room.pictures  # the remaining listener gets the channels requested for both
     assert picture.colour is not None
 
 
-@pytest.mark.parametrize(("kind", "wanted"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
-def test_what_a_camera_cannot_take(kind: str, wanted: str) -> None:
+@pytest.mark.parametrize(("kind", "channel"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
+def test_what_a_camera_cannot_take(kind: str, channel: str) -> None:
     room = Room(replace(EYE, type=kind))
     with pytest.raises(UsageError, match=f"a {kind} takes no such pictures"):
-        room.look(colour=wanted == "colour", depth=wanted == "depth")
+        room.look(colour=channel == "colour", depth=channel == "depth")
 
 
 def test_listening_asks_for_all_that_it_can_take() -> None:
@@ -195,7 +195,7 @@ def test_time_waits_for_a_picture() -> None:
     room.simulation.is_paced = True
     room.look()
     room.run(150)
-    room.worker.is_quick = False  # what is fetched then is waited for
+    room.worker.is_quick = False  # fetching waits
     room.run(410)
     assert [picture.sample for _, picture in room.pictures] == [1, 2, 3]
     assert room.camera.dropped == 0
@@ -256,7 +256,7 @@ def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
     assert (room.camera.dropped > 0, len(room.pictures)) == (is_paced, 0 if is_paced else 1)
 
 
-def test_a_worker_that_fails_is_told_once_and_the_run_goes_on() -> None:
+def test_a_worker_that_fails_is_reported_once_and_the_run_goes_on() -> None:
     room = Room()
     room.look()
     room.run(250)

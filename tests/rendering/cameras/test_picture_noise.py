@@ -1,4 +1,4 @@
-"""Noise of pictures: as strong as it was asked for, and the same for the same sample."""
+"""Noise of pictures: of the requested strength, and the same for the same sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where pictures are drawn: a process, which may fail, and ends with those who need it."""
+"""Render service of cameras: its process may fail, and ends with its users."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Order, Studio
+from cellwright.rendering.cameras.studio import PendingPicture, Studio
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
 
 
-def ask(studio: Studio) -> Order | None:
+def ask(studio: Studio) -> PendingPicture | None:
     return studio.ask(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
 
 
@@ -40,14 +40,14 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
     monkeypatch.setenv(BACKEND, way)
     simulation = room()
     studio = Studio(simulation)
-    orders = []
+    requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
         simulation.step()
-        orders.append(ask(studio))
-    for order, distance in zip(orders, (0.8, 1.3), strict=True):  # what is drawn of a part is four times as large
-        assert order is not None
-        drawn = studio.fetch(order)
+        requests.append(ask(studio))
+    for pending, distance in zip(requests, (0.8, 1.3), strict=True):  # the drawn part is four times as large
+        assert pending is not None
+        drawn = studio.fetch(pending)
         assert drawn is not None
         assert drawn[1] is not None
         assert drawn[1][6, 8] == pytest.approx(distance, abs=1e-4)
@@ -57,16 +57,16 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> None:
+def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
     studio = Studio(room(), report=lines.append)
-    order = ask(studio)
-    assert order is not None
-    assert studio.fetch(order) is not None
+    pending = ask(studio)
+    assert pending is not None
+    assert studio.fetch(pending) is not None
     late = ask(studio)
     assert late is not None
     os.kill(process_of(studio).pid, signal.SIGKILL)
-    found = [studio.fetch(late), *(None if order is None else studio.fetch(order) for order in [ask(studio)] * 2)]
+    found = [studio.fetch(late), *(None if pending is None else studio.fetch(pending) for pending in [ask(studio)] * 2)]
     assert found[1:] == [None, None]
     assert len(lines) == 1
     assert lines[0].startswith("cameras take no more pictures in this run: the process that draws has ended")

@@ -1,4 +1,4 @@
-"""A small scene to try things on, and a strategy for frames of it."""
+"""Small scene for tests, and a strategy for its frames."""
 
 from typing import Any
 
@@ -37,7 +37,7 @@ XML = """
 
 
 def small() -> tuple[Any, Any, SceneTaker]:
-    """The engine's model and data, and what takes scenes of them."""
+    """Return the engine's model and data, and the capture of their scenes."""
     model = mujoco.MjModel.from_xml_string(XML)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -45,7 +45,7 @@ def small() -> tuple[Any, Any, SceneTaker]:
 
 
 def frames(bodies: int) -> st.SearchStrategy[Frame]:
-    """Frames of so many bodies."""
+    """Frames with this number of bodies."""
     numbers = st.floats(-1e3, 1e3, width=32)
     return st.builds(
         Frame,

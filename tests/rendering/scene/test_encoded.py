@@ -1,4 +1,4 @@
-"""A scene as bytes: what goes in comes out, and nonsense is refused."""
+"""Scene as bytes: round trip, and refusal of nonsense."""
 
 import json
 import zlib

@@ -1,4 +1,4 @@
-"""A scene as a model of its own: it shows what the first model showed, and nothing in it touches."""
+"""Scene as a model of its own: it shows the same as the first model, and nothing in it collides."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from tests.rendering.scene.scenes import small
 
 
 def points(model: Any, data: Any, geom: int) -> Any:
-    """Where the corners of a mesh are, and the middle of what is none; in the world, in a fixed order."""
+    """Corners of meshes, and centres of other geoms; in the world, in a fixed order."""
     number = int(model.geom_dataid[geom])
     if number < 0:
         return data.geom_xpos[geom][None]

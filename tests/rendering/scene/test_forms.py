@@ -1,4 +1,4 @@
-"""Triangles of each form: closed, facing outwards, of the right size, however fine."""
+"""Triangles of each form: closed, facing outwards, of the right size, at any resolution."""
 
 import math
 
@@ -64,7 +64,7 @@ def test_solids_are_closed_and_as_large_as_they_should_be(
     edges = np.concatenate([found.faces[:, pair] for pair in ((0, 1), (1, 2), (2, 0))])
     _, places = np.unique(np.round(found.points / min(size), 5), axis=0, return_inverse=True)
     there = places.reshape(-1)[edges]
-    assert (there[:, 0] != there[:, 1]).all()  # no triangle is none
+    assert (there[:, 0] != there[:, 1]).all()  # no degenerate triangle
     forth = {(a, b) for a, b in there.tolist()}
     assert forth == {(b, a) for a, b in forth}
 
@@ -96,7 +96,7 @@ def test_a_box_has_its_edges_broken_unless_it_is_thin() -> None:
 def test_a_broken_edge_leaves_the_sides_where_they_are() -> None:
     found = of(Form.BOX, (0.1, 0.2, 0.3))
     np.testing.assert_allclose(np.abs(found.points).max(axis=0), (0.1, 0.2, 0.3))
-    assert not (np.abs(found.points) >= (0.1, 0.2, 0.3)).all(axis=1).any()  # no corner is there any more
+    assert not (np.abs(found.points) >= (0.1, 0.2, 0.3)).all(axis=1).any()  # no corner of the box remains
 
 
 def test_a_plane_faces_up_and_may_be_without_end() -> None:

@@ -1,4 +1,4 @@
-"""Frames as bytes: what goes in comes out, in whole and in changes, and nonsense is refused."""
+"""Frames as bytes: round trip, whole and as changes, and refusal of nonsense."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, mo
 
 
 @given(frames(3), frames(4))
-def test_of_another_scene_the_whole_is_told(first: Frame, second: Frame) -> None:
+def test_a_frame_after_one_of_another_scene_is_encoded_whole(first: Frame, second: Frame) -> None:
     assert same(decode_frame(second.encode(first)), second)
 
 

@@ -1,4 +1,4 @@
-"""A scene of a model shows what the model is, and its frames where it is."""
+"""Capture of a model: its scene has the model's shapes, and frames have their poses."""
 
 from typing import Any
 
@@ -106,4 +106,4 @@ def test_what_is_shown_is_looked_at_in_each_frame() -> None:
         hidden[:] = now
         shown.append(taker.frame(simulation.data, 0).shown)
         assert (np.flatnonzero(~shown[-1]) == [taker.index(body) for body in now]).all()
-    assert shown[1] is shown[2]  # as long as it is the same, which spares comparing it
+    assert shown[1] is shown[2]  # the same array, which is fast to compare

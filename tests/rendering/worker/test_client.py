@@ -90,7 +90,7 @@ def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: Ren
     assert [picture for _, _, picture in together] == [alone[x] for x, _, _ in together]
 
 
-def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker) -> None:
+def test_a_failed_picture_is_reported_and_the_rest_is_drawn(worker: RenderWorker) -> None:
     bad, good = (
         worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, -3, 120)),
         worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)),
@@ -102,7 +102,7 @@ def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker
 
 @QUICK_DRAWING
 def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
-    with RenderWorker(BALL, most=2) as worker:
+    with RenderWorker(BALL, max_pending=2) as worker:
         worker.ready.result(TIMEOUT)
         os.kill(worker._process.pid, signal.SIGSTOP)
         waiting = [worker.depth(ball_at(0, 0, 1), PictureRequest(CAMERA, 8, 6)) for _ in range(2)]
@@ -120,18 +120,18 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["rays", "osmesa"])
-def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BACKEND, way)
+@pytest.mark.parametrize("backend", ["rays", "osmesa"])
+def test_without_a_graphics_library_rays_take_over(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, backend)
     with RenderWorker(BALL) as worker:
-        said = worker.ready.result(TIMEOUT)
-        assert said == "rays" or (way == "osmesa" and "OpenGL" in said)
+        renderer = worker.ready.result(TIMEOUT)
+        assert renderer == "rays" or (backend == "osmesa" and "OpenGL" in renderer)
         picture = worker.colour(ball_at(0, 0, 1), PictureRequest(CAMERA, 40, 30, samples=1)).result(TIMEOUT)
         assert is_red(picture).any()
 
 
 @pytest.mark.slow
-def test_whoever_asks_loads_no_graphics() -> None:
+def test_the_caller_loads_no_graphics() -> None:
     program = (
         "import sys\nfrom cellwright.rendering.worker import RenderWorker\n"
         "assert not {'OpenGL', 'av', 'matplotlib'} & {*sys.modules}\n"

@@ -47,7 +47,7 @@ def test_colours_are_those_of_the_pictures(tmp_path: Path) -> None:
     film.finish()
     with av.open(str(file)) as container:
         frame = next(container.decode(video=0))
-        assert frame.colorspace == 1  # BT.709, as what follows takes it
+        assert frame.colorspace == 1  # BT.709
         shown = frame.reformat(format="rgb24", src_colorspace="ITU709").to_ndarray()
     middles = np.s_[HEIGHT // 2, 8::16]
     assert shown[middles].astype(int) == pytest.approx(given[middles].astype(int), abs=12)
@@ -58,7 +58,7 @@ def test_one_that_is_never_finished_can_be_played(tmp_path: Path) -> None:
     film = Film(file, WIDTH, HEIGHT, Fraction(25))
     for level in range(100):
         film.add(grey(2 * level))
-    pictures = read(file)  # while it is open still
+    pictures = read(file)  # while it is still open
     assert len(pictures) >= 50
     assert float(pictures[40].mean()) == pytest.approx(80, abs=4)
     film.finish()
@@ -74,7 +74,7 @@ def test_a_film_that_cannot_be_written_says_why(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a disk that is always full")
-def test_a_full_disk_is_told() -> None:
+def test_a_full_disk_is_reported() -> None:
     film = Film(Path("/dev/full"), WIDTH, HEIGHT, Fraction(25))
     with pytest.raises(FilmError, match="No space left on device"):
         _fill(film)

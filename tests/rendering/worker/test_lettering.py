@@ -17,7 +17,7 @@ def test_a_line_stands_in_the_lower_left_corner() -> None:
     assert (written("12.4 s") > 200).any()
 
 
-def test_what_is_written_can_be_told_apart() -> None:
+def test_different_lines_look_different() -> None:
     assert not np.array_equal(written("12.4 s"), written("12.5 s"))
     assert np.array_equal(written("12.4 s"), written("12.4 s"))
 

@@ -1,4 +1,4 @@
-"""What is told of a cell: all that one may know, and nothing that a competition keeps secret."""
+"""Panel of a cell: complete, without the secrets of a competition."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ FAULTY = replace(KITTING, faulty_parts=frozenset({"gear_part_2"}))
 
 
 def panel(cell: Cell) -> dict[str, Any]:
-    """The panel, as it comes over a wire."""
-    told: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel(), allow_nan=False))
-    return told
+    """Panel as it arrives at a client."""
+    values: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel(), allow_nan=False))
+    return values
 
 
 def deliver(cell: Cell) -> None:
-    """Have the kit on tray 1 judged."""
+    """Submit the kit on tray 1."""
     assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
     run(cell, 1.0)
 
 
 def test_before_the_start_nothing_is_ordered() -> None:
-    told = panel(Cell(KITTING))
-    assert (told["kind"], told["name"], told["state"], told["orders"]) == ("cell", "kitting", "init", [])
-    assert told["about"]["agent"] == "me"
-    assert told["score"]["total"] == 0.0
-    assert told["result"] is None
-    assert told["gripper"] is None
+    values = panel(Cell(KITTING))
+    assert (values["kind"], values["name"], values["state"], values["orders"]) == ("cell", "kitting", "init", [])
+    assert values["about"]["agent"] == "me"
+    assert values["score"]["total"] == 0.0
+    assert values["result"] is None
+    assert values["gripper"] is None
 
 
 def test_a_tray_is_held_against_the_order_before_it_is_sent_off() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
-    told = panel(cell)
-    (found,) = told["orders"]
+    values = panel(cell)
+    (found,) = values["orders"]
     assert (found["status"], found["kits"][0]["submitted"]) == ("active", False)
-    first, second = told["trays"]
+    first, second = values["trays"]
     assert [part["type"] for part in first["parts"]] == ["gear_part", "gear_part"]
     (preview,) = first["as_kits"]
     assert (preview["kit_type"], preview["total"], preview["best"]) == ("order_0_kit_0", 6.0, 6.0)
     assert second["as_kits"][0]["total"] == 0.0
-    assert told["score"]["total"] == 0.0, "a preview is not a submission"
+    assert values["score"]["total"] == 0.0, "a preview is not a submission"
 
 
 def test_looking_is_no_submission() -> None:
@@ -65,8 +65,8 @@ def test_looking_is_no_submission() -> None:
 
 
 @pytest.mark.parametrize("competition", [True, False])
-def test_who_looks_on_all_along_sees_what_somebody_new_sees(*, competition: bool) -> None:
-    """What is kept from one look to the next is not what was true then."""
+def test_a_long_standing_viewer_sees_the_same_as_a_new_one(*, competition: bool) -> None:
+    """Values cached between two requests are not stale."""
     cell = Cell(FAULTY, competition=competition)
     watching = CellPanel(cell, {"agent": "me"})
     seen = []
@@ -82,7 +82,7 @@ def test_who_looks_on_all_along_sees_what_somebody_new_sees(*, competition: bool
         look()
     deliver(cell)
     look()
-    previews = [told["trays"][0]["as_kits"] for told in seen]
+    previews = [values["trays"][0]["as_kits"] for values in seen]
     assert [] in previews
     assert any(previews)
 
@@ -92,14 +92,14 @@ def test_a_kit_that_was_judged_has_its_points_and_a_reason_for_each() -> None:
     start(cell)
     run(cell, 1.1)
     deliver(cell)
-    told = panel(cell)
-    assert told["score"]["total"] == 6.0
-    (kit,) = told["score"]["orders"][0]["kits"]
+    values = panel(cell)
+    assert values["score"]["total"] == 6.0
+    (kit,) = values["score"]["orders"][0]["kits"]
     assert [part["cause"] for part in kit["parts"]] == ["placed", "placed"]
     assert all("in its place" in part["sentence"] for part in kit["parts"])
-    assert told["orders"][0]["status"] == "complete"
-    assert (told["state"], told["end_reason"]) == ("done", "all orders complete")
-    assert told["trays"][0]["as_kits"] == []
+    assert values["orders"][0]["status"] == "complete"
+    assert (values["state"], values["end_reason"]) == ("done", "all orders complete")
+    assert values["trays"][0]["as_kits"] == []
 
 
 def test_what_changes_all_the_time_is_apart() -> None:
@@ -117,23 +117,23 @@ def test_a_competition_does_not_say_which_parts_are_faulty_before_the_referee_ha
     cell = Cell(FAULTY)
     start(cell)
     run(cell, 1.1)
-    told = panel(cell)
-    assert told["trays"][0]["as_kits"][0]["total"] == 6.0
-    assert "faulty" not in json.dumps(told).replace('"faulty": false', "")
-    assert told["score"]["reachable"] == 6.0, "fewer would tell that a good part is missing"
+    values = panel(cell)
+    assert values["trays"][0]["as_kits"][0]["total"] == 6.0
+    assert "faulty" not in json.dumps(values).replace('"faulty": false', "")
+    assert values["score"]["reachable"] == 6.0, "fewer would tell that a good part is missing"
     deliver(cell)
-    told = panel(cell)
-    assert told["score"]["total"] == 2.0
-    assert [part["cause"] for part in told["score"]["orders"][0]["kits"][0]["parts"]] == ["placed", "faulty"]
+    values = panel(cell)
+    assert values["score"]["total"] == 2.0
+    assert [part["cause"] for part in values["score"]["orders"][0]["kits"][0]["parts"]] == ["placed", "faulty"]
 
 
 def test_in_development_mode_it_says_so_at_once() -> None:
     cell = Cell(FAULTY, competition=False)
     start(cell)
     run(cell, 1.1)
-    told = panel(cell)
-    assert [part["faulty"] for part in told["trays"][0]["parts"]] == [False, True]
-    assert told["trays"][0]["as_kits"][0]["total"] == 2.0
+    values = panel(cell)
+    assert [part["faulty"] for part in values["trays"][0]["parts"]] == [False, True]
+    assert values["trays"][0]["as_kits"][0]["total"] == 2.0
 
 
 @pytest.mark.parametrize("competition", [True, False])
@@ -142,19 +142,19 @@ def test_orders_to_come_are_for_development_mode_alone(competition: bool) -> Non
     cell = Cell(trial, competition=competition)
     start(cell)
     run(cell, 0.1)
-    told = panel(cell)
-    known = [(each["order_id"], each["status"]) for each in told["orders"]]
+    values = panel(cell)
+    known = [(each["order_id"], each["status"]) for each in values["orders"]]
     assert known == [("order_0", "active"), ("order_1", "to come")][: 1 if competition else 2]
-    assert ("order_1" in json.dumps(told)) is not competition
+    assert ("order_1" in json.dumps(values)) is not competition
 
 
 def test_an_order_that_is_interrupted_waits_and_its_kit_can_still_be_sent() -> None:
     cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=0.5))))
     start(cell)
     run(cell, 1.1)
-    told = panel(cell)
-    assert [each["status"] for each in told["orders"]] == ["interrupted", "active"]
-    assert [each["kit_type"] for each in told["trays"][0]["as_kits"]] == ["order_0_kit_0", "order_1_kit_0"]
+    values = panel(cell)
+    assert [each["status"] for each in values["orders"]] == ["interrupted", "active"]
+    assert [each["kit_type"] for each in values["trays"][0]["as_kits"]] == ["order_0_kit_0", "order_1_kit_0"]
 
 
 def test_a_game_that_was_ended_leaves_its_order_open() -> None:
@@ -165,18 +165,18 @@ def test_a_game_that_was_ended_leaves_its_order_open() -> None:
     assert panel(cell)["orders"][0]["status"] == "open"
 
 
-def test_what_stands_where_is_told_too() -> None:
+def test_belt_agvs_and_gripper_are_in_the_panel() -> None:
     cell = Cell(WHOLE)
     start(cell)
-    told = panel(cell)
-    assert told["belt"] == {"power": 100.0, "population": True}
-    assert [agv["state"] for agv in told["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
-    assert told["gripper"] == {"enabled": False, "attached": False, "part": None}
-    assert told["refused"]["belt"].startswith("not in a competition")
+    values = panel(cell)
+    assert values["belt"] == {"power": 100.0, "population": True}
+    assert [agv["state"] for agv in values["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
+    assert values["gripper"] == {"enabled": False, "attached": False, "part": None}
+    assert values["refused"]["belt"].startswith("not in a competition")
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
 
 
-def test_what_the_agent_is_about_is_told_with_its_time() -> None:
+def test_the_intention_of_the_agent_is_in_the_panel_with_its_time() -> None:
     cell = Cell(KITTING)
     assert panel(cell)["intention"] is None
     run(cell, 0.5)

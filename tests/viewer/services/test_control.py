@@ -1,4 +1,4 @@
-"""How time passes is told and changed by guests, and nonsense is refused."""
+"""Time control by clients, and refusal of nonsense."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.wire.frames import Frame, Kind
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
-from cellwright.viewer.services.control import FASTEST, MOST_TICKS, SLOWEST, Control, Reset, offer_panel
+from cellwright.viewer.services.control import MAX_SPEED, MAX_TICKS, MIN_SPEED, Control, Reset, offer_panel
 from cellwright.viewer.services.names import CONTROL, PANEL
 from tests.middleware.server.talk import served
 from tests.robot.talk import Talk
@@ -25,13 +25,15 @@ def control(tempo: RateControl | None = None, **more: Any) -> Control:
 def test_time_is_paused_stepped_and_let_go_again() -> None:
     desk = control()
     assert desk.control({"action": "pause"})["paused"]
-    told = desk.control({"action": "step", "ticks": 7})
-    assert (told["paused"], told["ticks_left"]) == (True, 7)
+    state = desk.control({"action": "step", "ticks": 7})
+    assert (state["paused"], state["ticks_left"]) == (True, 7)
     assert desk.control({"action": "step"})["ticks_left"] == 8
     assert not desk.control({"action": "resume"})["paused"]
 
 
-@pytest.mark.parametrize(("factor", "speed"), [(0.1, 0.1), (5, 5.0), ("max", None), (SLOWEST, 0.01), (FASTEST, 1000.0)])
+@pytest.mark.parametrize(
+    ("factor", "speed"), [(0.1, 0.1), (5, 5.0), ("max", None), (MIN_SPEED, 0.01), (MAX_SPEED, 1000.0)]
+)
 def test_a_speed_is_taken(factor: Any, speed: float | None) -> None:
     desk = control()
     assert desk.control({"action": "speed", "factor": factor})["speed"] == factor
@@ -46,7 +48,7 @@ def test_a_speed_that_is_none_is_refused(factor: Any) -> None:
     assert desk.tempo.speed == 1.0
 
 
-@pytest.mark.parametrize("ticks", [0, -3, 1.5, MOST_TICKS + 1, True, "all", None])
+@pytest.mark.parametrize("ticks", [0, -3, 1.5, MAX_TICKS + 1, True, "all", None])
 def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
     desk = control()
     with pytest.raises(RejectedCommandError, match="ticks"):
@@ -54,7 +56,7 @@ def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
     assert not desk.tempo.is_paused
 
 
-def test_when_the_run_is_over_its_time_obeys_nobody_but_it_may_begin_anew() -> None:
+def test_after_the_run_all_actions_but_reset_are_refused() -> None:
     desk = control(reset=Reset(lambda: None))
     assert desk.state()["over"] == ""
     desk.over = "the run is over"
@@ -66,15 +68,15 @@ def test_when_the_run_is_over_its_time_obeys_nobody_but_it_may_begin_anew() -> N
 
 
 @given(st.dictionaries(st.sampled_from(["action", "ticks", "factor", "x"]), st.none() | st.text() | st.integers()))
-def test_nonsense_is_refused_and_nothing_else_happens(asked: dict[str, Any]) -> None:
+def test_nonsense_is_refused_and_nothing_else_happens(message: dict[str, Any]) -> None:
     desk = control()
-    if asked.get("action") not in ("pause", "resume", "step", "speed", "reset", "state"):
+    if message.get("action") not in ("pause", "resume", "step", "speed", "reset", "state"):
         with pytest.raises(UnknownNameError, match="action"):
-            desk.control(asked)
+            desk.control(message)
         assert not desk.tempo.is_paused
 
 
-def test_where_it_cannot_begin_anew_the_reason_is_told() -> None:
+def test_a_refused_reset_has_a_reason() -> None:
     desk = control()
     assert "reset" in desk.state()["refused"]
     with pytest.raises(RejectedCommandError, match="cannot begin anew"):
@@ -82,7 +84,7 @@ def test_where_it_cannot_begin_anew_the_reason_is_told() -> None:
     assert desk.state()["resets"] == 0
 
 
-def test_it_begins_anew_and_counts_that() -> None:
+def test_a_reset_is_counted() -> None:
     done: list[bool] = []
     desk = control(reset=Reset(lambda: done.append(True)))
     before = desk.tempo.changes
@@ -102,11 +104,11 @@ def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
 def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> None:
     talk, tempo = Talk(), RateControl(1.0)
     with served(talk.node) as hall:
-        offer_panel(hall.server, lambda asked: {"kind": "robot", "asked": asked}, Control(tempo))
-        guest = hall.guest()
+        offer_panel(hall.server, lambda request: {"kind": "robot", "asked": request}, Control(tempo))
+        client = hall.guest()
 
-        def ask(service: str, **asked: Any) -> Frame:
-            return guest.ask(Frame(Kind.CALL, 3, service, payload=json.dumps(asked).encode()))
+        def ask(service: str, **request: Any) -> Frame:
+            return client.ask(Frame(Kind.CALL, 3, service, payload=json.dumps(request).encode()))
 
         assert ask(CONTROL, action="pause").json()["paused"]
         refused = ask(CONTROL, action="sleep")

@@ -1,4 +1,4 @@
-"""Joints in groups: each in one, by the configuration first and by their names after it."""
+"""Joint groups: each joint in one, by the configuration first and by its name after it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What is told of a robot for its panel: true, as JSON, and without a trace in the robot's state."""
+"""Panel of a robot: correct, as JSON, and without effect on the robot's state."""
 
 import json
 import math
@@ -29,9 +29,9 @@ def node(shared: RobotNode) -> RobotNode:
     return shared
 
 
-def told(node: RobotNode, **asked: Any) -> dict[str, Any]:
-    """The panel as it comes over a wire."""
-    return dict(json.loads(json.dumps(RobotPanel(node).tell(asked), allow_nan=False)))
+def panel_of(node: RobotNode, **request: Any) -> dict[str, Any]:
+    """Panel as it arrives at a client."""
+    return dict(json.loads(json.dumps(RobotPanel(node).tell(request), allow_nan=False)))
 
 
 def run(node: RobotNode, seconds: float) -> None:
@@ -43,8 +43,8 @@ def pose(numbers: list[float]) -> Pose:
     return Pose((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))
 
 
-def test_the_robot_is_told_once(node: RobotNode) -> None:
-    first = told(node)
+def test_the_robot_is_sent_once(node: RobotNode) -> None:
+    first = panel_of(node)
     robot = first["robot"]
     assert [joint["name"] for joint in robot["joints"]] == list(node.driver.joints)
     joints = {joint["name"]: joint for joint in robot["joints"]}
@@ -57,14 +57,14 @@ def test_the_robot_is_told_once(node: RobotNode) -> None:
     assert (robot["base_mode"], robot["is_real"]) == ("original", False)
     followers = {number for number, joint in enumerate(robot["joints"]) if joint["follows"]}
     assert followers.isdisjoint(number for group in robot["groups"] for number in group["joints"])
-    assert "robot" not in told(node, robot=first["digest"])
-    assert "robot" in told(node, robot="of another")
-    assert "robot" in told(node, robot=[1])
+    assert "robot" not in panel_of(node, robot=first["digest"])
+    assert "robot" in panel_of(node, robot="of another")
+    assert "robot" in panel_of(node, robot=[1])
 
 
 def test_a_base_that_is_fastened_cannot_be_moved() -> None:
     fixed = replace(two_arms(), fixed_link="torso")
-    assert told(RobotNode(fixed))["robot"]["base_mode"] is None
+    assert panel_of(RobotNode(fixed))["robot"]["base_mode"] is None
 
 
 def test_it_tells_where_joints_and_tips_are(node: RobotNode) -> None:
@@ -72,7 +72,7 @@ def test_it_tells_where_joints_and_tips_are(node: RobotNode) -> None:
     elbow = node.commander.numbers["elbow_right"]
     node.bus.publish("/io_teleop/joint_cmd", joint_state(["elbow_right"], [-0.5], time=0), node="/me")
     run(node, 1.0)
-    found = told(node)
+    found = panel_of(node)
     assert found["positions"][elbow] == pytest.approx(-0.5, abs=1e-3)
     assert found["targets"][elbow] == -0.5
     assert (found["stamp"], found["time"]) == (77, node.simulation.now)
@@ -92,37 +92,37 @@ def test_it_tells_what_tips_are_brought_to(node: RobotNode) -> None:
         "/io_teleop/target_ee_poses", PoseArray(header(), [*map(pose_message, (higher, left))]), node="/me"
     )
     run(node, 0.1)
-    found = told(node)
+    found = panel_of(node)
     assert pose(found["aims"][0]).position[2] == pytest.approx(pose(found["tips"][1]).position[2] + 0.05, abs=1e-3)
 
 
 def test_it_tells_why_commands_are_not_taken(node: RobotNode) -> None:
-    assert told(node)["enabled"]
+    assert panel_of(node)["enabled"]
     node.bus.publish("/io_teleop/emergency_stop", Bool(True), node="/guard")
     run(node, 0.05)
-    found = told(node)
+    found = panel_of(node)
     assert found["stopped"]
     assert "emergency stop by /guard" in found["held"]
     assert "clear_emergency_stop" in found["message"]
 
 
 def test_it_tells_what_was_refused(node: RobotNode) -> None:
-    before = told(node)["refused"]
+    before = panel_of(node)["refused"]
     for number in range(12):
         with suppress(RejectedCommandError):
             node.bus.publish("/io_teleop/joint_cmd", joint_state(["lift"], [math.nan], time=0), node=f"/bad{number}")
     run(node, 0.05)
-    found = told(node)
+    found = panel_of(node)
     assert found["refused"] == before + 12
-    assert 0 < len(found["refusals"]) <= 8, "names come from outside, and are not told without end"
+    assert 0 < len(found["refusals"]) <= 8, "names come from outside, and are limited"
 
 
-def test_a_joint_that_nobody_can_tell_of_is_null(node: RobotNode, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_joint_position_is_null(node: RobotNode, monkeypatch: pytest.MonkeyPatch) -> None:
     readings = node.driver.read()
     unknown = readings.positions.copy()
     unknown[0] = math.nan
     monkeypatch.setattr(node.servos, "read", lambda: readings._replace(positions=unknown))
-    found = told(node)
+    found = panel_of(node)
     assert found["positions"][0] is None
     assert None not in found["positions"][1:]
 
@@ -130,5 +130,5 @@ def test_a_joint_that_nobody_can_tell_of_is_null(node: RobotNode, monkeypatch: p
 def test_asking_changes_nothing(node: RobotNode) -> None:
     run(node, 0.1)
     before = node.simulation.state_hash()
-    told(node)
+    panel_of(node)
     assert node.simulation.state_hash() == before

@@ -1,4 +1,4 @@
-"""What is to be seen, as guests are told it: whole, at any time, and without a trace in what is looked at."""
+"""Scene and frames as clients receive them: whole, at any time, and without effect on the state."""
 
 import hashlib
 import json
@@ -21,18 +21,18 @@ from tests.cells import KITTING, WHOLE
 from tests.middleware.server.talk import served
 
 
-def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
+def test_a_client_receives_the_scene_and_its_frames() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         onlookers.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
-        guest = hall.guest()
-        told, data = guest.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).data()
-        assert told["digest"] == hashlib.sha256(data).hexdigest()
+        client = hall.guest()
+        answer, data = client.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).data()
+        assert answer["digest"] == hashlib.sha256(data).hexdigest()
         scene = decode_scene(bytes(data))
         assert scene.name == cell.name
         cell.step()
-        found, data = guest.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
-    assert (found["tick"], found["digest"]) == (1, told["digest"])
+        found, data = client.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
+    assert (found["tick"], found["digest"]) == (1, answer["digest"])
     frame = decode_frame(data)
     assert frame.time == cell.simulation.now
     assert len(frame.poses) == len(scene.bodies)
@@ -73,23 +73,23 @@ def test_looking_leaves_no_trace(every: int) -> None:
 
 
 class Looker:
-    """Asks as a page does: with the number of the frame that it has."""
+    """Client that polls as a page does: with the number of its newest frame."""
 
     def __init__(self, services: SceneServices) -> None:
         self.services = services
-        self.asked: dict[str, Any] = {}
+        self.request: dict[str, Any] = {}
         self.frame: Frame | None = None
         self.data = b""
 
     def look(self) -> int:
-        """Ask for a frame; its sequence number."""
-        said, self.data = self.services.frame(self.asked)
+        """Request a frame; return its sequence number."""
+        answer, self.data = self.services.frame(self.request)
         self.frame = decode_frame(self.data, self.frame)
-        self.asked = {"since": said["sequence"]}
-        return int(said["sequence"])
+        self.request = {"since": answer["sequence"]}
+        return int(answer["sequence"])
 
     def has(self, cell: Cell) -> bool:
-        """Whether it knows where everything is now."""
+        """Return whether its poses are the current ones."""
         whole = decode_frame(self.services.frame({})[1])
         return self.frame is not None and self.frame.equals(whole) and self.frame.time == cell.simulation.now
 
@@ -118,7 +118,7 @@ def test_frame_of_same_state_keeps_its_sequence_number(monkeypatch: pytest.Monke
     number = one.look()
     assert number == other.look() == one.look()
     now = source.frame()
-    hidden = Frame(now.time, now.poses, ~now.shown)  # a part is taken away while time stands
+    hidden = Frame(now.time, now.poses, ~now.shown)  # a part disappears while time is paused
     monkeypatch.setattr(source, "frame", lambda: hidden)
     assert one.look() == other.look() == number + 1
     assert one.has(cell)

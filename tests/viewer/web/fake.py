@@ -1,4 +1,4 @@
-"""A page that is not there: it keeps what features put on it."""
+"""Fake page: it keeps the handles that features create."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cellwright.rendering.scene import Scene
 
 
 class Handle:
-    """A handle of viser's, as far as features use them: whatever is set stays set."""
+    """Handle of viser's, as far as features use it: it keeps each value."""
 
     def __init__(self, nodes: dict[str, Handle], name: str, **properties: Any) -> None:
         self.__dict__.update(properties)
@@ -17,11 +17,11 @@ class Handle:
         self.clicked: Any = None
 
     def remove(self) -> None:
-        """Be there no longer."""
+        """Remove the handle."""
         del self._nodes[self.name]
 
     def on_update(self, callback: Any) -> Any:
-        """Take note of what to call."""
+        """Keep the callback."""
         self.clicked = callback
         return callback
 
@@ -29,7 +29,7 @@ class Handle:
 
 
 class FakePage:
-    """Nodes by name, boxes by label."""
+    """Page with nodes by name, and boxes by label."""
 
     root = "/scene"
 

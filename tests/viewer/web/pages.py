@@ -1,4 +1,4 @@
-"""A page for features, over a real viser, and a link that takes note of what is asked."""
+"""Page for features, over a real viser, and a connection that records its requests."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from cellwright.util.errors import RejectedCommandError
 
 
 class NotingLink:
-    """Stands for the way to what is served."""
+    """Fake connection to the server."""
 
     def __init__(self) -> None:
         self.welcome: dict[str, Any] = {"timestep": [1, 500]}
-        self.asked: list[dict[str, Any]] = []
+        self.requests: list[dict[str, Any]] = []
         self.called: list[tuple[str, Any]] = []
         self.refuses = ""
-        """Why everything is refused; empty where nothing is."""
+        """Reason to refuse all requests; empty to accept them."""
         self.succeeds = True
 
-    def ask(self, service: str, **asked: Any) -> dict[str, Any]:
+    def ask(self, service: str, **request: Any) -> dict[str, Any]:
         if self.refuses:
             raise RejectedCommandError(self.refuses)
-        self.asked.append(asked)
+        self.requests.append(request)
         return {}
 
     def call(self, service: str, request: Any) -> Any:
@@ -37,12 +37,12 @@ class NotingLink:
 
 
 class StubPage:
-    """Has what features use of a page; what is said to people is in `said`."""
+    """Page, as far as features use it; its notifications are in `notices`."""
 
     def __init__(self, server: viser.ViserServer, panel: dict[str, Any]) -> None:
         self.server, self.link, self.scene = server, NotingLink(), None
         self.first_panel = panel
-        self.said: list[tuple[str, str]] = []
+        self.notices: list[tuple[str, str]] = []
         self.tabs: list[str] = []
         self._group = server.gui.add_tab_group()
 
@@ -50,14 +50,14 @@ class StubPage:
         self.tabs.append(name)
         return self._group.add_tab(name)
 
-    def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
+    def notify(self, title: str, text: str, *, is_bad: bool = False) -> None:
         assert is_bad
-        self.said.append((title, text))
+        self.notices.append((title, text))
 
 
 @contextmanager
 def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
-    """A page that ends with the block."""
+    """Page for the block."""
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:
         yield StubPage(server, panel or {})
@@ -65,8 +65,8 @@ def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
         server.stop()
 
 
-def clicked(handle: Any, value: Any, *, by_somebody: bool = True) -> None:
-    """Have somebody at a browser click or move something, or the page itself."""
+def clicked(handle: Any, value: Any, *, by_browser: bool = True) -> None:
+    """Click or move something, as a browser or as the page itself."""
     handle._impl.value = value
     for act in handle._impl.update_cb:
-        act(SimpleNamespace(client=object() if by_somebody else None, target=handle))
+        act(SimpleNamespace(client=object() if by_browser else None, target=handle))

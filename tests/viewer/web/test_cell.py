@@ -1,4 +1,4 @@
-"""A cell beside its scene: what one may do is done over the same services as by everyone."""
+"""Cell panels: their controls use the same services as every client."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ JSON = st.recursive(
 )
 
 
-def told(*, competition: bool = False) -> dict[str, Any]:
+def cell_panel(*, competition: bool = False) -> dict[str, Any]:
     cell = Cell(KITTING, competition=competition)
     start(cell)
     run(cell, 1.1)
@@ -33,17 +33,17 @@ def told(*, competition: bool = False) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def opened() -> Iterator[tuple[Any, CellPanels]]:
-    with page(told()) as found:
+    with page(cell_panel()) as found:
         panels = CellPanels()
         panels.page = found
-        panels.begin(None)  # type: ignore[arg-type]
-        panels.panel(told())
+        panels.on_scene(None)  # type: ignore[arg-type]
+        panels.panel(cell_panel())
         yield found, panels
 
 
 def test_it_has_its_tabs_once(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
-    panels.begin(None)  # type: ignore[arg-type]
+    panels.on_scene(None)  # type: ignore[arg-type]
     assert found.tabs == [ORDERS, SCORE, CELL]
 
 
@@ -69,52 +69,52 @@ def test_a_slider_that_follows_the_belt_commands_nothing(opened: tuple[Any, Cell
     found, panels = opened
     found.link.called.clear()
     panels._slid_at = -100.0
-    panels.panel(told() | {"belt": {"power": 70.0, "population": None}})
+    panels.panel(cell_panel() | {"belt": {"power": 70.0, "population": None}})
     assert panels._belt.value == 70.0
     assert found.link.called == []
 
 
-def test_what_does_not_succeed_is_told(opened: tuple[Any, CellPanels]) -> None:
+def test_a_failed_call_is_shown(opened: tuple[Any, CellPanels]) -> None:
     found, panels = opened
-    found.said.clear()
+    found.notices.clear()
     found.link.succeeds = False
     clicked(panels._send, "AGV 1")
-    found.link.refuses = "nobody is there"
+    found.link.refuses = "the server is away"
     clicked(panels._send, "AGV 1")
     found.link.refuses, found.link.succeeds = "", True
-    assert [text for _, text in found.said] == ["not now", "nobody is there"]
+    assert [text for _, text in found.notices] == ["not now", "the server is away"]
 
 
 def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
-    with page(told(competition=True)) as found:
+    with page(cell_panel(competition=True)) as found:
         panels = CellPanels()
         panels.page = found
-        panels.begin(None)  # type: ignore[arg-type]
-        panels.panel(told(competition=True))
+        panels.on_scene(None)  # type: ignore[arg-type]
+        panels.panel(cell_panel(competition=True))
         assert [handle.visible for handle in panels._doing] == 5 * [False]
         assert "development mode" in panels._why_not.content
-        recorded = {"kind": "recording", "of": told()}
+        recorded = {"kind": "recording", "of": cell_panel()}
         panels.panel(recorded)
         assert "this is a recording" in panels._why_not.content
 
 
 def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
-    with page(told()) as found:
+    with page(cell_panel()) as found:
         panels = CellPanels()
-        panels.away("nobody was ever there")
+        panels.on_disconnect("never connected")
         panels.page = found
-        panels.begin(None)  # type: ignore[arg-type]
-        panels.panel(told() | {"refused": {"belt": "the run is over"}})
+        panels.on_scene(None)  # type: ignore[arg-type]
+        panels.panel(cell_panel() | {"refused": {"belt": "the run is over"}})
         assert [handle.visible for handle in panels._doing] == 5 * [False]
         assert "the run is over" in panels._why_not.content
-        panels.panel(told())
+        panels.panel(cell_panel())
         assert [handle.visible for handle in panels._doing] == 5 * [True]
-        panels.away("the cell has stopped")
+        panels.on_disconnect("the cell has stopped")
         assert [handle.visible for handle in panels._doing] == 5 * [False]
         assert "the cell has stopped" in panels._why_not.content
 
 
-@given(st.dictionaries(st.sampled_from(sorted(told())), JSON))
+@given(st.dictionaries(st.sampled_from(sorted(cell_panel())), JSON))
 @settings(
     deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )
@@ -122,7 +122,7 @@ def test_a_panel_of_another_version_does_not_end_the_page(
     opened: tuple[Any, CellPanels], strange: dict[str, Any]
 ) -> None:
     _, panels = opened
-    panels.panel({"kind": "recording", "of": told_once() | strange})
+    panels.panel({"kind": "recording", "of": shared_panel() | strange})
 
 
 def test_what_is_no_cell_is_left_to_others() -> None:
@@ -132,10 +132,10 @@ def test_what_is_no_cell_is_left_to_others() -> None:
     assert cell_of({"kind": "recording"}) is None
 
 
-_TOLD: dict[str, Any] = {}
+_SHARED: dict[str, Any] = {}
 
 
-def told_once() -> dict[str, Any]:
-    if not _TOLD:
-        _TOLD.update(told())
-    return _TOLD
+def shared_panel() -> dict[str, Any]:
+    if not _SHARED:
+        _SHARED.update(cell_panel())
+    return _SHARED

@@ -1,4 +1,4 @@
-"""A cell's panel as people read it: ticks, points with their reasons, and nothing of others' as markup."""
+"""Panels of a cell as read: ticks, points with their reasons, and no foreign markup."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PIECES = (
 
 
 class Words(HTMLParser):
-    """The text in HTML, and which elements there are."""
+    """Text of an HTML document, and its elements."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -56,21 +56,21 @@ class Words(HTMLParser):
 
 
 def words(text: str) -> str:
-    """What one reads; all that was opened is closed."""
+    """Visible text; every element is closed."""
     found = Words(text)
     assert not found.open
     assert found.elements <= {"div", "span", "b", "pre"}
     return str(found)
 
 
-def told(cell: Cell) -> dict[str, Any]:
-    """The panel, as it comes over a wire."""
+def panel_of(cell: Cell) -> dict[str, Any]:
+    """Panel as it arrives at a client."""
     panel: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel()))
     return panel
 
 
 def judged() -> Cell:
-    """A cell whose kit has been sent off."""
+    """Cell with a submitted kit."""
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
@@ -80,21 +80,21 @@ def judged() -> Cell:
 
 
 def test_before_the_start() -> None:
-    panel = told(Cell(WHOLE))
-    said = {piece.__name__: words(piece(panel)) for piece in PIECES}
-    assert "whole" in said["head_html"]
-    assert "agent me · seed 0 · servo original" in said["head_html"]
-    assert "has not begun" in said["game_html"]
-    assert "no order" in said["orders_html"]
-    assert "empty" in said["trays_html"]
-    assert "suction off, holds nothing" in said["floor_html"]
+    panel = panel_of(Cell(WHOLE))
+    texts = {piece.__name__: words(piece(panel)) for piece in PIECES}
+    assert "whole" in texts["head_html"]
+    assert "agent me · seed 0 · servo original" in texts["head_html"]
+    assert "has not begun" in texts["game_html"]
+    assert "no order" in texts["orders_html"]
+    assert "empty" in texts["trays_html"]
+    assert "suction off, holds nothing" in texts["floor_html"]
 
 
 def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
     cell = Cell(KITTING)
     start(cell)
     run(cell, 1.1)
-    panel = told(cell)
+    panel = panel_of(cell)
     assert words(cell_panels.orders_html(panel)).count("✓") == 2
     assert "2 of 2" in words(cell_panels.orders_html(panel))
     assert "as order_0_kit_0 now 6 of 6" in words(cell_panels.trays_html(panel))
@@ -103,20 +103,20 @@ def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
 
 
 def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
-    panel = told(judged())
-    said = words(cell_panels.evidence_html(panel))
-    assert "order_0_kit_0 6 of 6" in said
-    assert said.count("in its place, off by") == 2
-    assert "the tray held exactly what was ordered" in said
+    panel = panel_of(judged())
+    texts = words(cell_panels.evidence_html(panel))
+    assert "order_0_kit_0 6 of 6" in texts
+    assert texts.count("in its place, off by") == 2
+    assert "the tray held exactly what was ordered" in texts
     assert "sent: 6 of 6" in words(cell_panels.orders_html(panel))
     assert "complete" in words(cell_panels.orders_html(panel))
 
 
-def test_what_was_too_much_or_faulty_is_told() -> None:
+def test_extra_and_faulty_parts_are_shown() -> None:
     cell = Cell(replace(KITTING, faulty_parts=frozenset({"gear_part_2"})), competition=False)
     start(cell)
     run(cell, 1.1)
-    panel = told(cell)
+    panel = panel_of(cell)
     assert "faulty" in words(cell_panels.trays_html(panel))
     assert "gear_part (faulty)" in words(cell_panels.orders_html(panel))
 
@@ -124,7 +124,7 @@ def test_what_was_too_much_or_faulty_is_told() -> None:
 def test_an_order_to_come_says_when() -> None:
     cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=100.0))), competition=False)
     start(cell)
-    assert "at 100 s to come" in words(cell_panels.orders_html(told(cell)))
+    assert "at 100 s to come" in words(cell_panels.orders_html(panel_of(cell)))
 
 
 @pytest.mark.parametrize(("limit", "expected"), [(-1.0, "game 1 s,"), (10.0, "game 1 of 10 s,")])
@@ -132,11 +132,11 @@ def test_the_time_of_the_game(limit: float, expected: str) -> None:
     cell = Cell(replace(KITTING, time_limit=limit))
     start(cell)
     run(cell, 1.1)
-    assert expected in words(cell_panels.game_html(told(cell)))
+    assert expected in words(cell_panels.game_html(panel_of(cell)))
 
 
 def test_how_the_run_ended() -> None:
-    panel = told(judged())
+    panel = panel_of(judged())
     assert cell_panels.result_html(panel) == ""
     panel["result"] = {"outcome": "time_limit", "error": "", "simulated": 12.0, "wall": 3.0, "state_hash": 64 * "a"}
     assert "the run is over: time limit 12.0 s in 3.0 s 6 of 6 points all orders complete" in words(
@@ -154,17 +154,17 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
     shows = CellPanel(cell, {"agent": "me"})
 
-    def said() -> dict[str, str]:
+    def texts() -> dict[str, str]:
         panel = json.loads(json.dumps(shows.panel()))
         return {piece.__name__: words(piece(panel)) for piece in PIECES}
 
-    before = said()
+    before = texts()
     assert "go agent me" in before["head_html"]
     assert "➤ fetching a gear" in before["head_html"]
     assert "AGV 1 preparing to deliver ▪" in before["trays_html"]
     assert "active" in before["orders_html"]
     shows.end({"outcome": "until", "error": "", "simulated": 1.2, "wall": 3.0, "state_hash": 64 * "a"})
-    after = said()
+    after = texts()
     assert "go at the end agent me" in after["head_html"]
     assert "last: fetching a gear" in after["head_html"]
     assert "➤" not in after["head_html"]
@@ -175,12 +175,12 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert after["floor_html"].strip().startswith("as it stood at the end")
     assert ("active" in after["orders_html"], "open" in after["orders_html"]) == (False, True)
     shows.begin_anew()
-    assert said() == before
+    assert texts() == before
 
 
-def test_what_the_arm_hit_is_told_the_newest_first() -> None:
-    panel = told(Cell(KITTING))
-    assert "Collisions" not in words(cell_panels.floor_html(panel)), "nobody has watched"
+def test_collisions_are_shown_the_newest_first() -> None:
+    panel = panel_of(Cell(KITTING))
+    assert "Collisions" not in words(cell_panels.floor_html(panel)), "there is no collision watch"
     post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
     bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
     panel["collisions"] = {"count": 0, "latest": []}
@@ -199,7 +199,7 @@ def test_what_the_arm_hit_is_told_the_newest_first() -> None:
 @given(st.text(min_size=1, max_size=60))
 @settings(deadline=None)
 def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
-    panel = told(_JUDGED)
+    panel = panel_of(_JUDGED)
     panel["name"] = panel["about"]["agent"] = text
     panel["intention"] = {"text": text, "node": "/me", "time": 0.0}
     hit = {"link": text, "obstacle": text, "begin": 0.0, "end": None, "deviation": 0.0}
@@ -220,7 +220,7 @@ def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
 def test_markup_in_an_intention_stays_text() -> None:
     cell = Cell(KITTING)
     publish(cell, "/cellwright/intention", String("<script>alert(1)</script> {1+1}"))
-    assert "<script>alert(1)</script> {1+1}" in words(cell_panels.head_html(told(cell)))
+    assert "<script>alert(1)</script> {1+1}" in words(cell_panels.head_html(panel_of(cell)))
 
 
 _JUDGED = judged()

@@ -1,4 +1,4 @@
-"""What is put on the page: bodies, beams, contacts, paths, names; and from where one looks."""
+"""Features of the page: bodies, beams, contacts, paths, names, and views."""
 
 import math
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ ALIKE = Scene(
 
 
 def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Frame:
-    """Bodies by number (`b2=0.5`) at so much along x; all others at the origin."""
+    """Frame with bodies by number (`b2=0.5`) at a distance along x; all others at the origin."""
     poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (len(ALIKE.bodies), 1))
     for name, x in places.items():
         poses[int(name[1:]), 0] = x
@@ -53,7 +53,7 @@ def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Frame
 def begun(feature: Feature, **about: Any) -> FakePage:
     page = FakePage(ALIKE, **about)
     feature.page = page  # type: ignore[assignment]
-    feature.begin(ALIKE)
+    feature.on_scene(ALIKE)
     return page
 
 
@@ -79,7 +79,7 @@ def test_bodies_go_where_they_are_and_hide() -> None:
     assert gears.batched_scales.tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]
     hand.position = "untouched"
     bodies.show(Moment.of(frame(b1=0.5, b3=0.8, hidden=(1,)), before))
-    assert hand.position == "untouched"  # what has not moved is not told again
+    assert hand.position == "untouched"  # unchanged poses are not sent again
     assert hand.visible is False
     assert gears.batched_positions[1, 0] == pytest.approx(0.8)
     assert gears.batched_scales[2].tolist() == [1, 1, 1]
@@ -142,18 +142,18 @@ def test_beams_are_asked_for_and_drawn_while_they_are_shown() -> None:
         "l": {"sees": False, "ranges": [None, 0.5, None]},
         "v": None,
     }
-    beams.told({"sensors": found})
+    beams.on_frame({"sensors": found})
     lines = {name.removeprefix("/scene/sensors/"): node for name, node in page.nodes.items()}
     assert set(lines) == {name + more for name in ("beam", "c", "l", "v") for more in ("", " name")}
     np.testing.assert_allclose(lines["beam"].points, [[(1.1, 0, 0), (1.5, 0, 0)]], atol=1e-6)
     assert lines["beam"].colors != lines["c"].colors
-    assert lines["v"].points[..., 2].max() == pytest.approx(1.8)  # it looks down
+    assert lines["v"].points[..., 2].max() == pytest.approx(1.8)  # it points down
     assert lines["v"].points[..., 2].min() == pytest.approx(1.2)
     found["beam"] = {"sees": False, "ranges": [None]}
-    beams.told({"sensors": found})
+    beams.on_frame({"sensors": found})
     np.testing.assert_allclose(lines["beam"].points, [[(1.1, 0, 0), (2.1, 0, 0)]], atol=1e-6)
     page.boxes["Sensors"].value = False
-    beams.told({})
+    beams.on_frame({})
     assert page.nodes == {}
 
 
@@ -163,12 +163,12 @@ def test_contacts_are_arrows_as_long_as_they_are_strong() -> None:
     assert contacts.wants() == {}
     page.boxes["Contacts and forces"].value = True
     assert contacts.wants() == {"contacts": True}
-    contacts.told({"contacts": [[1, 2, 3, 0, 0, -10], [0, 0, 0, 1000, 0, 0], [0, 0, 0, 0, 0, 0.01]]})
+    contacts.on_frame({"contacts": [[1, 2, 3, 0, 0, -10], [0, 0, 0, 1000, 0, 0], [0, 0, 0, 0, 0, 0.01]]})
     points = page.nodes["/scene/contacts"].points
     np.testing.assert_allclose(points[0], [(1, 2, 3), (1, 2, 3.1)], atol=1e-6)
     assert np.linalg.norm(points[1, 1] - points[1, 0]) == pytest.approx(0.4)
     assert np.linalg.norm(points[2, 1] - points[2, 0]) == pytest.approx(0.015)
-    contacts.told({"contacts": []})
+    contacts.on_frame({"contacts": []})
     assert page.nodes == {}
 
 
@@ -195,7 +195,7 @@ def test_names_and_frames_of_what_is_there() -> None:
     overlays = (Names(), Axes())
     for overlay in overlays:
         overlay.page = page  # type: ignore[assignment]
-        overlay.begin(ALIKE)
+        overlay.on_scene(ALIKE)
     show(overlays, Moment.of(frame()))
     assert page.nodes == {}
     page.boxes["Names"].value = page.boxes["Frames"].value = True

@@ -1,4 +1,4 @@
-"""glTF files: whole, aligned, and with what was put in."""
+"""glTF files: whole, aligned, and with the given content."""
 
 import json
 import struct

@@ -1,4 +1,4 @@
-"""Messages of browsers: what the page's own client sends is taken, all else is dropped before viser sees it."""
+"""Messages of browsers: those of the page's own client pass, all others are dropped before viser."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.access import MAX_NUMBER, MAX_RATE, MAX_TEXT, Incoming
-from tests.viewer.web.onlooker import CAMERA
+from tests.viewer.web.fake_viewer import CAMERA
 
 ELEMENTS: dict[str, Any] = {
     "box": SimpleNamespace(value=True, visible=True, disabled=False),

@@ -1,4 +1,4 @@
-"""A page in its own process, on something that is served, with those who look on: nothing is drawn here."""
+"""Page in its own process, with a server and viewers: nothing is drawn here."""
 
 import json
 import os
@@ -16,20 +16,20 @@ from cellwright.cell.cell import Cell
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
-from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, PANEL
+from cellwright.viewer.services.names import FRAME, PANEL, VIEWER_SERVICES
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
 from tests.robot.robots import two_arms
-from tests.viewer.web.onlooker import Onlooker
+from tests.viewer.web.fake_viewer import FakeViewer
 from tests.waiting import TIMEOUT, wait_until
 
 TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 
 
 class Hall:
-    """Something that is served, and a page on it."""
+    """Server, and a page on it."""
 
     def __init__(self, served: ViewedNode, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
         self.served = served
@@ -38,20 +38,20 @@ class Hall:
             self.server.guard(guarded, "not for you")
         services = SceneServices(ServedScene(served))
         services.offer(self.server)
-        self.asked: list[dict[str, Any]] = []
+        self.requests: list[dict[str, Any]] = []
 
-        def note(asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-            self.asked.append(asked)
-            return services.frame(asked)
+        def note(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+            self.requests.append(request)
+            return services.frame(request)
 
         self.server.offer(FRAME, note)
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Let time pass and serve, until something is so."""
-        wait_until(condition, "change on the page", seen=lambda: f"{len(self.asked)} questions", between=self.step)
+        """Step and serve until a condition holds."""
+        wait_until(condition, "change on the page", seen=lambda: f"{len(self.requests)} questions", between=self.step)
 
     def step(self) -> None:
-        """Let a tick pass, and serve."""
+        """Step once, and serve."""
         self.served.simulation.step()
         self.server.wait(0.001)
 
@@ -73,14 +73,14 @@ def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
 def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     with shown(watched) as (hall, page):
-        first = Onlooker(page.url)
+        first = FakeViewer(page.url)
         hall.until(lambda: first.sees(TRAY, "bodies/world", "shadows/0"))
         hall.until(lambda: first.moves > 30)
-        late = Onlooker(page.url)
+        late = FakeViewer(page.url)
         hall.until(lambda: late.sees(TRAY) and abs(late.position(TRAY)[1] - 3.0) < 0.5)
         for _ in range(20):
             hall.step()
-        assert len(hall.asked) > 5
+        assert len(hall.requests) > 5
         first.close()
         late.close()
         ticks = watched.simulation.clock.tick
@@ -91,12 +91,12 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
 
 @QUICK_PAGES
 @pytest.mark.slow
-def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
-    hall = Hall(Cell(KITTING), guarded=FOR_ONLOOKERS)
+def test_a_page_with_the_key_is_answered_and_others_are_not() -> None:
+    hall = Hall(Cell(KITTING), guarded=VIEWER_SERVICES)
     own = WebPage(hall.server.address, port=0, key=hall.server.key)
     other = WebPage(hall.server.address, port=0)
     try:
-        invited, stranger = Onlooker(own.url), Onlooker(other.url)
+        invited, stranger = FakeViewer(own.url), FakeViewer(other.url)
         hall.until(lambda: invited.sees(TRAY))
         hall.until(lambda: any("not for you" in text for text in stranger.texts))
         assert not stranger.sees(TRAY)
@@ -111,20 +111,20 @@ def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
 @QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_asks_little_until_there_is_a_browser() -> None:
-    """Its panel's questions are counted here; the pauses between two questions are tested with `Asking`."""
+    """Its panel requests are counted here; the tests of `StatePoller` cover the pauses between two polls."""
     panels: list[dict[str, Any]] = []
 
-    def panel(asked: dict[str, Any]) -> dict[str, Any]:
-        panels.append(asked)
+    def panel(request: dict[str, Any]) -> dict[str, Any]:
+        panels.append(request)
         return {"kind": "none"}
 
     with shown(Cell(KITTING)) as (hall, page):
         hall.server.offer(PANEL, panel)
-        hall.until(lambda: len(hall.asked) >= 3)
-        assert len(panels) <= 2  # those of its features when there is another scene
-        before = len(hall.asked)
-        someone = Onlooker(page.url)
-        hall.until(lambda: len(hall.asked) > before + 10)
+        hall.until(lambda: len(hall.requests) >= 3)
+        assert len(panels) <= 2  # those of its features for another scene
+        before = len(hall.requests)
+        someone = FakeViewer(page.url)
+        hall.until(lambda: len(hall.requests) > before + 10)
         hall.until(lambda: len(panels) > 4)
         someone.close()
 
@@ -136,7 +136,7 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
     port = hall.server.address[1]
     page = WebPage(hall.server.address, port=0)
     try:
-        someone = Onlooker(page.url)
+        someone = FakeViewer(page.url)
         hall.until(lambda: someone.sees(TRAY))
         hall.server.close("the run is over")
         wait_until(
@@ -155,10 +155,10 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
 @QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_that_ends_leaves_word_of_why() -> None:
-    """What stays in a browser's window says that it is no longer of the present."""
+    """The text that stays in a browser's window says that it is not current."""
     hall = Hall(Cell(KITTING))
     page = WebPage(hall.server.address, port=0)
-    someone = Onlooker(page.url)
+    someone = FakeViewer(page.url)
     hall.until(lambda: someone.sees(TRAY))
     hall.server.close("the node has stopped")
 
@@ -176,13 +176,13 @@ def test_a_page_that_ends_leaves_word_of_why() -> None:
 def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         other = WebPage(hall.server.address, port=0)
-        ones, others = Onlooker(page.url), Onlooker(other.url)
+        ones, others = FakeViewer(page.url), FakeViewer(other.url)
         hall.until(lambda: ones.sees(TRAY) and others.sees(TRAY))
         other._process.kill()
         hall.until(lambda: not other.is_running)
         other.close()
-        asked = len(hall.asked)
-        hall.until(lambda: len(hall.asked) > asked + 10)
+        requests = len(hall.requests)
+        hall.until(lambda: len(hall.requests) > requests + 10)
         ones.close()
 
 
@@ -190,7 +190,7 @@ def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
 @pytest.mark.slow
 def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
     with shown(Cell(KITTING)) as (hall, page):
-        good = Onlooker(page.url)
+        good = FakeViewer(page.url)
         hall.until(lambda: good.sees(TRAY))
         for nonsense in (
             b"\xff" * 40,
@@ -202,15 +202,15 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
             {"type": "SceneNodeClickMessage"},
             {"type": "TransformControlsUpdateMessage", "name": "/scene", "wxyz": (0, 0, 0, 0), "position": (1, 2)},
         ):
-            bad = Onlooker(page.url)
-            bad.say(nonsense)
+            bad = FakeViewer(page.url)
+            bad.send(nonsense)
             for _ in range(10):
                 hall.step()
             bad.close()
-        moves = len(hall.asked)
-        hall.until(lambda: len(hall.asked) > moves + 10)
+        moves = len(hall.requests)
+        hall.until(lambda: len(hall.requests) > moves + 10)
         assert page.is_running
-        late = Onlooker(page.url)
+        late = FakeViewer(page.url)
         hall.until(lambda: late.sees(TRAY))
         late.close()
         good.close()
@@ -224,7 +224,7 @@ def test_a_page_that_cannot_be_shown() -> None:
 
 
 @pytest.mark.slow
-def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> None:
+def test_on_gone_is_called_when_a_page_dies_and_not_when_it_is_closed() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     os.kill(page._process.pid, signal.SIGTERM)
@@ -242,14 +242,14 @@ def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> No
 
 
 @pytest.mark.slow
-def test_a_page_that_nobody_waits_for_any_more_ends_without_a_word() -> None:
+def test_a_page_whose_parent_is_gone_ends_silently() -> None:
     command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
-    asked = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
+    options = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
     reader, writer = os.pipe()
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
     os.close(reader)
 
-    _, said = process.communicate(json.dumps(asked).encode() + b"\n", timeout=TIMEOUT)
+    _, output = process.communicate(json.dumps(options).encode() + b"\n", timeout=TIMEOUT)
 
-    assert (process.returncode, said) == (0, b"")
+    assert (process.returncode, output) == (0, b"")

@@ -1,4 +1,4 @@
-"""A page's own part: a feature with a defect is left out, and the others stay."""
+"""Features of a page: one that raises is dropped, and the others stay."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from cellwright.viewer.web.page import Feature, Moment, Page
 
 SCENE = Scene("a", ("world",), (), ())
 FRAME = Frame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
-TOLD = (0.0, FRAME, {"run": 0})
+ANSWER = (0.0, FRAME, {"run": 0})
 
 
 class Sound(Feature):
-    """Notes what it is told."""
+    """Feature that records its calls."""
 
     def __init__(self) -> None:
-        self.told_of: list[str] = []
+        self.calls: list[str] = []
 
-    def begin(self, scene: Scene) -> None:
-        self._note("begin")
+    def on_scene(self, scene: Scene) -> None:
+        self._note("on_scene")
 
     def wants(self) -> dict[str, Any]:
         self._note("wants")
@@ -34,51 +34,51 @@ class Sound(Feature):
     def show(self, moment: Moment) -> None:
         self._note("show")
 
-    def told(self, answer: dict[str, Any]) -> None:
-        self._note("told")
+    def on_frame(self, answer: dict[str, Any]) -> None:
+        self._note("on_frame")
 
     def panel(self, panel: dict[str, Any]) -> None:
         self._note("panel")
 
-    def away(self, reason: str) -> None:
-        self._note("away")
+    def on_disconnect(self, reason: str) -> None:
+        self._note("on_disconnect")
 
-    def _note(self, what: str) -> None:
-        self.told_of.append(what)
+    def _note(self, name: str) -> None:
+        self.calls.append(name)
 
 
 class Broken(Sound):
-    """Fails at one of them.
+    """Feature that fails in one method.
 
     Args:
-        at: which.
+        at: name of the method.
     """
 
     def __init__(self, at: str) -> None:
         super().__init__()
         self._at = at
 
-    def _note(self, what: str) -> None:
-        super()._note(what)
-        if what == self._at:
-            raise ZeroDivisionError(what)
+    def _note(self, name: str) -> None:
+        super()._note(name)
+        if name == self._at:
+            raise ZeroDivisionError(name)
 
 
-@pytest.mark.parametrize("at", ["begin", "wants", "show", "told", "panel", "away"])
+@pytest.mark.parametrize("at", ["on_scene", "wants", "show", "on_frame", "panel", "on_disconnect"])
 def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog: pytest.LogCaptureFixture) -> None:
     broken, sound = Broken(at), Sound()
     page = Page(MagicMock(), ("127.0.0.1", 1), (broken, sound))
-    page._asking.is_watched = True
+    page._poller.is_watched = True
     with caplog.at_level(logging.ERROR):
         for _ in range(2):
-            wanted = page._wants()
-            came: list[Any] = [(SCENE, {}), TOLD, {"kind": "cell"}, AwayError("gone"), TOLD]
+            overlays = page._wants()
+            came: list[Any] = [(SCENE, {}), ANSWER, {"kind": "cell"}, AwayError("gone"), ANSWER]
             for found in came:
                 page._take(found)
             page._show(Moment.of(FRAME, FRAME))
-    assert broken.told_of[-1] == at
-    assert broken.told_of.count(at) == 1, "it is asked nothing more"
-    assert sound.told_of[: len(sound.told_of) // 2] == sound.told_of[len(sound.told_of) // 2 :]
+    assert broken.calls[-1] == at
+    assert broken.calls.count(at) == 1, "it is asked nothing more"
+    assert sound.calls[: len(sound.calls) // 2] == sound.calls[len(sound.calls) // 2 :]
     assert page.features == (sound,)
-    assert wanted == {"Sound": True}
+    assert overlays == {"Sound": True}
     assert [record.getMessage() for record in caplog.records] == ["Broken is left out of the page"]

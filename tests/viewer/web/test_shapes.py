@@ -1,4 +1,4 @@
-"""How fine shapes are on the page."""
+"""Resolution of shapes on the page."""
 
 import numpy as np
 

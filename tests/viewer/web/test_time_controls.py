@@ -1,4 +1,4 @@
-"""How time passes, at the top of the panel: over a real viser, which refuses what it cannot do."""
+"""Time controls, at the top of the panel: over a real viser, which refuses what it cannot do."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.viewer.web.time_controls import BEGIN_ANEW, REALLY, SPEEDS, TimeControls, clock, seconds_of
+from cellwright.viewer.web.time_controls import REALLY, RESET, SPEEDS, TimeControls, clock, seconds_of
 from tests.viewer.web.pages import clicked, page
 
 
@@ -21,7 +21,7 @@ def opened() -> Iterator[tuple[Any, TimeControls]]:
     with page() as found:
         controls = TimeControls()
         controls.page = found
-        controls.begin(None)  # type: ignore[arg-type]
+        controls.on_scene(None)  # type: ignore[arg-type]
         controls.panel(panel())
         yield found, controls
 
@@ -41,10 +41,10 @@ def test_what_may_not_be_done_is_not_offered(opened: tuple[Any, TimeControls]) -
 def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     refused = dict.fromkeys(("pause", "resume", "step", "speed"), "the run is over")
-    told = panel(**refused)
-    told["control"]["over"] = "the run is over"
-    controls.panel(told)
-    assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == [False, False, True]
+    shown = panel(**refused)
+    shown["control"]["over"] = "the run is over"
+    controls.panel(shown)
+    assert [controls._steps.visible, controls._speeds.visible, controls._reset.visible] == [False, False, True]
     assert "the run is over: all is shown as it stood at the end" in controls._clock.content
     assert "running" not in controls._clock.content
     controls.panel(panel())
@@ -54,18 +54,18 @@ def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tupl
 def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel(panel())
-    controls.away("the node has stopped")
-    assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [False]
+    controls.on_disconnect("the node has stopped")
+    assert [controls._steps.visible, controls._speeds.visible, controls._reset.visible] == 3 * [False]
     assert "1.00" in controls._clock.content
     assert "not connected" in controls._clock.content
     assert "the node has stopped" in controls._clock.content
     controls.panel(panel())
-    assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [True]
-    TimeControls().away("nobody was ever there")
+    assert [controls._steps.visible, controls._speeds.visible, controls._reset.visible] == 3 * [True]
+    TimeControls().on_disconnect("never connected")
 
 
 @pytest.mark.parametrize(
-    ("word", "asked"),
+    ("word", "expected"),
     [
         ("Pause", {"action": "pause"}),
         ("Go on", {"action": "resume"}),
@@ -73,71 +73,71 @@ def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeCon
         ("1 s", {"action": "step", "ticks": 500}),
     ],
 )
-def test_a_click_is_asked_for(word: str, asked: dict[str, Any], opened: tuple[Any, TimeControls]) -> None:
+def test_a_click_is_asked_for(word: str, expected: dict[str, Any], opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
-    found.link.asked.clear()
+    found.link.requests.clear()
     clicked(controls._steps, word)
-    assert found.link.asked == [asked]
+    assert found.link.requests == [expected]
 
 
 def test_each_speed_is_asked_for(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
-    found.link.asked.clear()
+    found.link.requests.clear()
     for word in SPEEDS:
         clicked(controls._speeds, word)
-    assert [each["factor"] for each in found.link.asked] == [0.1, 0.5, 1.0, 2.0, 10.0, "max"]
+    assert [each["factor"] for each in found.link.requests] == [0.1, 0.5, 1.0, 2.0, 10.0, "max"]
 
 
-def test_it_begins_anew_at_the_second_click_only(opened: tuple[Any, TimeControls]) -> None:
+def test_the_second_click_resets(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
-    found.link.asked.clear()
-    clicked(controls._anew, True)
+    found.link.requests.clear()
+    clicked(controls._reset, True)
     controls.panel(panel())
-    assert (found.link.asked, controls._anew.label) == ([], REALLY)
-    clicked(controls._anew, True)
+    assert (found.link.requests, controls._reset.label) == ([], REALLY)
+    clicked(controls._reset, True)
     controls.panel(panel())
-    assert (found.link.asked, controls._anew.label) == ([{"action": "reset"}], BEGIN_ANEW)
-    clicked(controls._anew, True)
-    controls._asked_at -= 10.0
-    clicked(controls._anew, True)
-    assert len(found.link.asked) == 1
+    assert (found.link.requests, controls._reset.label) == ([{"action": "reset"}], RESET)
+    clicked(controls._reset, True)
+    controls._first_click -= 10.0
+    clicked(controls._reset, True)
+    assert len(found.link.requests) == 1
 
 
-def test_where_it_may_not_begin_anew_the_reason_is_at_hand(opened: tuple[Any, TimeControls]) -> None:
+def test_a_refused_reset_shows_its_reason(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel(panel(reset="not in a competition"))
-    assert (controls._anew.disabled, controls._anew.hint) == (True, "not in a competition")
+    assert (controls._reset.disabled, controls._reset.hint) == (True, "not in a competition")
 
 
-def test_a_refusal_is_told(opened: tuple[Any, TimeControls]) -> None:
+def test_a_refusal_is_shown(opened: tuple[Any, TimeControls]) -> None:
     found, controls = opened
     found.link.refuses = "not here"
     clicked(controls._steps, "Pause")
     found.link.refuses = ""
-    assert found.said[-1] == ("pause: refused", "not here")
+    assert found.notices[-1] == ("pause: refused", "not here")
 
 
 def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
     with page() as found:
         controls = TimeControls()
         controls.page = found
-        controls.begin(None)  # type: ignore[arg-type]
-        told = {**panel(), "kind": "recording", "begin": 0.0, "end": 20.0, "time": 5.04}
-        del told["clock"]
-        controls.panel(told)
+        controls.on_scene(None)  # type: ignore[arg-type]
+        shown = {**panel(), "kind": "recording", "begin": 0.0, "end": 20.0, "time": 5.04}
+        del shown["clock"]
+        controls.panel(shown)
         assert controls._slider.value == 5.0
-        assert found.link.asked == [], "it follows, and asks for nothing"
+        assert found.link.requests == [], "it follows, and asks for nothing"
         clicked(controls._slider, 12.5)
-        assert found.link.asked == [{"action": "seek", "time": 12.5}]
-        controls.panel(told)
-        assert controls._slider.value == 12.5, "it is not drawn away under somebody's hand"
+        assert found.link.requests == [{"action": "seek", "time": 12.5}]
+        controls.panel(shown)
+        assert controls._slider.value == 12.5, "it stays under the browser's pointer"
 
 
 def test_the_slider_is_that_of_what_is_served_there_now() -> None:
     with page() as found:
         controls = TimeControls()
         controls.page = found
-        controls.begin(None)  # type: ignore[arg-type]
+        controls.on_scene(None)  # type: ignore[arg-type]
 
         def ends() -> tuple[bool, float, float]:
             return controls._slider.visible, controls._slider.min, controls._slider.max
@@ -170,13 +170,13 @@ def test_time_of_each_kind_of_panel() -> None:
     ],
 )
 def test_the_clock_says_how_time_passes(state: dict[str, Any], expected: str) -> None:
-    said = clock(12.3456, panel()["control"] | state, 0.987)
-    assert expected in said
-    assert "12.35" in said
-    assert ("1.0 × real time" in said) == (not state.get("paused"))
+    html = clock(12.3456, panel()["control"] | state, 0.987)
+    assert expected in html
+    assert "12.35" in html
+    assert ("1.0 × real time" in html) == (not state.get("paused"))
 
 
-def test_a_panel_of_another_version_is_passed_over(opened: tuple[Any, TimeControls]) -> None:
+def test_a_panel_of_another_version_is_ignored(opened: tuple[Any, TimeControls]) -> None:
     _, controls = opened
     controls.panel({"kind": "cell", "clock": {}, "control": panel()["control"]})
     controls.panel({"kind": "robot", "time": "now", "control": panel()["control"]})

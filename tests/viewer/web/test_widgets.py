@@ -1,4 +1,4 @@
-"""What the panel relies on: viser sends what changes, and nothing else."""
+"""Behaviour of viser that the panel relies on: it sends changes only."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Pictures as messages, in the forms of ROS.
+"""Pictures as ROS messages.
 
-Numbers are little-endian. The optical frame has x to the right, y down and z along the line of sight; the centre of the
+Numbers are little-endian. The optical frame has x to the right, y down and z along the line of sight. The centre of the
 first pixel is (0, 0).
 """
 
@@ -23,16 +23,16 @@ from cellwright.middleware.messages.standard import (
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 
 _IS_BIG = sys.byteorder == "big"
-_POINT, _COLOURED = 12, 16  # bytes of a point
+_POINT, _COLOURED = 12, 16  # bytes per point
 
 
 def colour_message(picture: Picture, camera: PictureCamera) -> Image | None:
-    """The colours; None where there are none."""
+    """Return the colours; None if there are none."""
     return None if picture.colour is None else _image(picture, camera, picture.colour, "rgb8", 0)
 
 
 def depth_message(picture: Picture, camera: PictureCamera) -> Image | None:
-    """The depths [m]; None where there are none."""
+    """Return the depths [m]; None if there are none."""
     return None if picture.depth is None else _image(picture, camera, picture.depth, "32FC1", int(_IS_BIG))
 
 
@@ -43,7 +43,7 @@ def _image(picture: Picture, camera: PictureCamera, pixels: NDArray[Any], encodi
 
 
 def info_message(picture: Picture, camera: PictureCamera) -> CameraInfo:
-    """The matrix of the pictures; they have no distortion."""
+    """Return the camera matrix of the pictures; they have no distortion."""
     pinhole = camera.pinhole
     focal, (column, row) = pinhole.focal_length, pinhole.centre
     return CameraInfo(
@@ -62,7 +62,7 @@ def info_message(picture: Picture, camera: PictureCamera) -> CameraInfo:
 
 
 def points_message(picture: Picture, camera: PictureCamera) -> PointCloud2 | None:
-    """A point for each pixel in the optical frame, with its colour where there is one; None without depth."""
+    """Return a point per pixel in the optical frame, with its colour if there is one; None without depth."""
     if picture.depth is None or (picture.colour is None and camera.description.has_colour):
         return None
     height, width = picture.depth.shape
@@ -74,7 +74,7 @@ def points_message(picture: Picture, camera: PictureCamera) -> PointCloud2 | Non
         packed = np.empty((height, width, 4), np.float32)
         packed[..., :3] = points
         red, green, blue = (colour[..., index].astype(np.uint32) for index in range(3))
-        packed[..., 3] = (red << 16 | green << 8 | blue).view(np.float32)  # three bytes in the place of a number
+        packed[..., 3] = (red << 16 | green << 8 | blue).view(np.float32)  # three bytes in a float32
         points = packed
     return PointCloud2(
         header=header(camera.optical_frame, picture.time_ns),
@@ -90,12 +90,12 @@ def points_message(picture: Picture, camera: PictureCamera) -> PointCloud2 | Non
 
 
 def cloud_message(picture: Picture, camera: PictureCamera) -> PointCloud | None:
-    """The points that were measured, in the camera's frame: x along the line of sight, z up; None without depth."""
+    """Return the measured points in the camera's frame: x along the line of sight, z up; None without depth."""
     if picture.depth is None:
         return None
     points = camera.pinhole.points(picture.depth).reshape(-1, 3)
     points = points[np.isfinite(points[:, 2])]
-    # the camera's axes, of those of the optical frame: no matrix is needed to turn them
+    # the camera's axes in those of the optical frame: they need no matrix
     (forward, left, up) = (points[:, 2], -points[:, 0], -points[:, 1])
     found = [Point32(*each) for each in zip(forward.tolist(), left.tolist(), up.tolist(), strict=True)]
     return PointCloud(header(camera.frame, picture.time_ns), found, [])

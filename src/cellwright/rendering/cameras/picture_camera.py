@@ -1,8 +1,7 @@
-"""Camera sensors that take colour and depth pictures, with reproducible noise.
+"""Camera sensors: colour and depth pictures, with reproducible noise.
 
-A normal number for each pixel would take longer than all else that the cell's process does for a picture. So random
-bytes choose from a table of the normal distribution's quantiles, which is exact to the eye and to a standard
-deviation.
+A normal random number per pixel would take longer than the rest of the cell's work for a picture. So random bytes
+choose from a table of the normal distribution's quantiles. It is exact to the eye and in its standard deviation.
 """
 
 from collections import Counter, deque
@@ -21,7 +20,7 @@ from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Drawn, Order, Studio
+from cellwright.rendering.cameras.studio import Drawn, PendingPicture, Studio
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -33,7 +32,7 @@ _LEVELS = 256
 def blur_colour(
     colour: NDArray[np.uint8], noise: PictureNoise, chance: SampleNoise, sample: int, factor: float = 1.0
 ) -> NDArray[np.uint8]:
-    """A picture of any shape with noise, which its number `sample` settles; `factor` is on the standard deviation."""
+    """Return a picture of any shape with the noise of its number `sample`; `factor` scales the standard deviation."""
     deviation = noise.colour * factor * _WHITE
     if deviation == 0.0:
         return colour
@@ -46,7 +45,7 @@ def blur_colour(
 def blur_depth(
     depth: NDArray[np.float32], noise: PictureNoise, chance: SampleNoise, sample: int, factor: float = 1.0
 ) -> NDArray[np.float32]:
-    """Depths [m] with noise, as in `blur_colour`; what is not finite stays as it is."""
+    """Return depths [m] with noise, as in `blur_colour`; values that are not finite stay."""
     if factor == 0.0 or noise.depth == noise.depth_growth == 0.0:
         return depth
     random = chance.bytes(sample, depth.size, _DEPTH_STREAM).reshape(depth.shape)
@@ -57,7 +56,7 @@ def blur_depth(
 
 @cache
 def _quantiles() -> NDArray[np.float32]:
-    """Numbers as likely as one another that are distributed normally, with a standard deviation of 1."""
+    """Equally likely numbers with a normal distribution and a standard deviation of 1."""
     from statistics import NormalDist
 
     normal = NormalDist()
@@ -66,17 +65,17 @@ def _quantiles() -> NDArray[np.float32]:
     return scaled.astype(np.float32)
 
 
-_FARTHEST_SHOWN = 1.0  # [m] of what viewers draw of a view; the rest would fill the cell with lines
+_FARTHEST_SHOWN = 1.0  # [m] of a view that viewers draw; the rest would fill the cell with lines
 _COLOUR, _DEPTH = "colour", "depth"
 _A_SECOND = 1_000_000_000  # [ns]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Picture(Reading):
-    """A picture, as far as somebody wanted it. Its arrays cannot be written to.
+    """Picture with the requested channels. Its arrays are read-only.
 
     Attributes:
-        world_T_camera: where the camera stood.
+        world_T_camera: pose of the camera.
         colour: (height, width, 3) sRGB.
         depth: (height, width) along the line of sight [m]; NaN where nothing was measured.
     """
@@ -88,29 +87,29 @@ class Picture(Reading):
 
 @dataclass(frozen=True, slots=True)
 class _Exposure:
-    """A picture that is being drawn, with the time of the tick that it shows; no order: nothing is to be drawn."""
+    """Picture that is being drawn, with the time of its tick; no pending picture: it needs no drawing."""
 
     time_ns: int
     sample: int
     world_T_camera: Pose
-    order: Order | None
+    pending: PendingPicture | None
 
 
 class PictureCamera(Sensor[Picture]):
-    """A camera. What nobody wants is not drawn: colour and depth are asked for by those who listen.
+    """Camera sensor. It draws only colour and depth that its listeners request.
 
-    A picture is begun in the tick that it shows, and is there `latency` later, in simulation time; how long drawing
-    took changes nothing about it. Where it is not ready then, time waits for it. If the camera is one that drops, time
-    goes on instead: the picture comes when it is there, and those that would have been begun meanwhile are left out,
-    counted and reported.
+    Drawing starts in the tick that the picture shows; the picture comes `latency` later, in simulation time. How long
+    drawing took changes nothing about it. If it is not ready by then, simulation time waits. A camera that drops
+    pictures does not wait: a late picture comes when it is ready, and the ones due meanwhile are dropped, counted and
+    reported.
 
     Args:
-        description: what was written about it.
-        studio: where pictures are drawn.
-        report: takes a line about pictures left out, at most one a second of simulation time.
+        description: its entry in the trial.
+        studio: draws the pictures.
+        report: receives a line about dropped pictures, at most one per second of simulation time.
 
     Raises:
-        UsageError: the environment settles a way to draw that does not exist.
+        UsageError: the environment sets a backend that does not exist.
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
@@ -118,7 +117,7 @@ class PictureCamera(Sensor[Picture]):
     def __init__(
         self, description: Camera, studio: Studio, *, report: Callable[[str], None] = lambda _line: None
     ) -> None:
-        requested_backend()  # one that does not exist is told of before time passes, and not with the first picture
+        requested_backend()  # an unknown backend is refused now, not with the first picture
         period = 1 / Fraction(repr(description.rate))
         latency = period if description.latency is None else Fraction(repr(description.latency))
         super().__init__(description.name, description.pose, period=period, latency=latency)
@@ -127,32 +126,32 @@ class PictureCamera(Sensor[Picture]):
         self.optical_frame = f"{description.name}_optical_frame"
         """Name of the frame with x to the right, y down and z along the line of sight."""
         self.dropped = 0
-        """Pictures left out since the run began."""
+        """Pictures dropped since the run began."""
         self._studio = studio
         self._report = report
         self._body: int | None = None
-        self._wanted: Counter[str] = Counter()
+        self._requests: Counter[str] = Counter()
         self._exposures: deque[_Exposure] = deque()
-        self._untold = 0
-        self._told = -_A_SECOND
+        self._unreported = 0
+        self._reported_at = -_A_SECOND
 
     def listen(self, callback: Callable[[Picture], None]) -> Callable[[], None]:
-        """Have every picture given to `callback`, with all that the camera can take. See `Sensor.listen`."""
+        """Call `callback` with every picture, in all channels of the camera. See `Sensor.listen`."""
         return self.look(callback, colour=self.description.has_colour, depth=self.description.has_depth)
 
     def look(self, callback: Callable[[Picture], None], *, colour: bool, depth: bool) -> Callable[[], None]:
-        """Have every picture given to `callback`, with colour, depth or neither; what others want comes along.
+        """Call `callback` with every picture, with colour, depth or neither, and channels that others request.
 
         Returns:
-            A function that ends it. Calling it again does nothing.
+            A function that ends it. Further calls do nothing.
 
         Raises:
             UsageError: the camera takes no such pictures.
         """
         if (colour and not self.description.has_colour) or (depth and not self.description.has_depth):
             raise UsageError(f"camera {self.name!r}: a {self.description.type} takes no such pictures")
-        wanted = [each for each, is_wanted in ((_COLOUR, colour), (_DEPTH, depth)) if is_wanted]
-        self._wanted.update(wanted)
+        channels = [each for each, is_requested in ((_COLOUR, colour), (_DEPTH, depth)) if is_requested]
+        self._requests.update(channels)
         leave = super().listen(callback)
         is_there = True
 
@@ -160,14 +159,14 @@ class PictureCamera(Sensor[Picture]):
             nonlocal is_there
             if is_there:
                 is_there = False
-                self._wanted.subtract(wanted)
+                self._requests.subtract(channels)
             leave()
 
         return leave_once
 
     @property
     def world_T_camera(self) -> Pose:
-        """Where the camera stands. Positions in the engine's data must be up to date."""
+        """Pose of the camera. Positions in the engine's data must be up to date."""
         if self._body is None:
             return self.world_T_sensor
         data = self.simulation.data
@@ -176,14 +175,14 @@ class PictureCamera(Sensor[Picture]):
         return Pose((x, y, z), (qw, qx, qy, qz)) @ self.world_T_sensor
 
     def describe(self) -> dict[str, Any]:
-        """What viewers draw of it: a frustum."""
+        """Geometry for viewers: a frustum."""
         far = min(self.description.far, _FARTHEST_SHOWN)
         figures = {"near": min(self.description.near, far), "far": far, "angle": self.pinhole.fov / 2}
         aspect = self.pinhole.width / self.pinhole.height
         return super().describe() | self._place() | {"form": "frustum", "aspect": aspect} | figures
 
     def overlay(self) -> dict[str, Any]:
-        """Where it is, `position` and `quaternion`; no picture is drawn for that."""
+        """Pose for viewers, `position` and `quaternion`; it draws no picture."""
         return {"sees": False, "ranges": []} | self._place()
 
     def _place(self) -> dict[str, Any]:
@@ -194,52 +193,52 @@ class PictureCamera(Sensor[Picture]):
         }
 
     def measure(self, index: int) -> Picture:
-        """A picture now, with all that the camera can take; waits until it is drawn.
+        """Return a picture of now, in all channels of the camera; wait until it is drawn.
 
         Raises:
             UsageError: nothing can be drawn.
         """
         pose = self.world_T_camera
-        order = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
-        drawn = None if order is None else self._studio.fetch(order)
+        pending = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
+        drawn = None if pending is None else self._studio.fetch(pending)
         if drawn is None:
             raise UsageError(f"camera {self.name!r} can take no picture")
-        return self._developed(_Exposure(self.simulation.now, index, pose, order), drawn)
+        return self._developed(_Exposure(self.simulation.now, index, pose, pending), drawn)
 
     def _sample(self, index: int) -> None:
         if not self.enabled:
             return
         self.simulation.refresh()
-        pose, colour, depth = self.world_T_camera, self._wanted[_COLOUR] > 0, self._wanted[_DEPTH] > 0
-        order = None
+        pose, colour, depth = self.world_T_camera, self._requests[_COLOUR] > 0, self._requests[_DEPTH] > 0
+        pending = None
         if colour or depth:
             if self._drops and self._is_behind:
                 self._leave_out()
                 return
-            order = self._begin(pose, colour=colour, depth=depth)
-            if order is None:
+            pending = self._begin(pose, colour=colour, depth=depth)
+            if pending is None:
                 return
-        self._exposures.append(_Exposure(self.simulation.now, index, pose, order))
+        self._exposures.append(_Exposure(self.simulation.now, index, pose, pending))
         if not self._latency_ns:
             self._deliver_due(0)
 
-    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> Order | None:
+    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> PendingPicture | None:
         shadows = self.description.shadows
         return self._studio.ask(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows)
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns
         while self._exposures and self._exposures[0].time_ns <= latest:
-            order = self._exposures[0].order
-            if order is not None and self._drops and not order.is_drawn:
-                break  # it comes when it is there
+            pending = self._exposures[0].pending
+            if pending is not None and self._drops and not pending.is_drawn:
+                break  # it comes when it is ready
             exposure = self._exposures.popleft()
-            drawn = (None, None) if order is None else self._studio.fetch(order)
+            drawn = (None, None) if pending is None else self._studio.fetch(pending)
             if drawn is not None:
                 self._deliver(self._developed(exposure, drawn))
 
     def _developed(self, exposure: _Exposure, drawn: Drawn) -> Picture:
-        """The picture with the camera's noise, and within its range."""
+        """Add the camera's noise, and apply its range."""
         (colour, depth), chance = drawn, self._chance
         settings = self.description
         if colour is not None:
@@ -263,44 +262,45 @@ class PictureCamera(Sensor[Picture]):
     @property
     def _drops(self) -> bool:
         late = self.description.when_late
-        if not self._latency_ns:  # it is due in the tick that it shows, and no picture is drawn in no time
+        if not self._latency_ns:  # it is due in its own tick, and drawing takes time
             return False
         return late == "drop" or (late == "auto" and self.simulation.is_paced)
 
     @property
     def _is_behind(self) -> bool:
-        """Whether so much is being drawn already that more would be late as well."""
-        most = max(1, -(-self._latency_ns // self._period_ns))
-        waiting = sum(each.order is not None and not each.order.is_drawn for each in self._exposures)
-        return waiting >= most
+        """True if so many pictures are being drawn that another one would be late."""
+        max_waiting = max(1, -(-self._latency_ns // self._period_ns))
+        waiting = sum(each.pending is not None and not each.pending.is_drawn for each in self._exposures)
+        return waiting >= max_waiting
 
     def _leave_out(self) -> None:
         self.dropped += 1
-        self._untold += 1
+        self._unreported += 1
         now = self.simulation.now
-        if now - self._told >= _A_SECOND and self._studio.is_ready:
+        if now - self._reported_at >= _A_SECOND and self._studio.is_ready:
+            noun = "picture" if self._unreported == 1 else "pictures"
             self._report(
-                f"camera {self.name}: {self._untold} {'picture' if self._untold == 1 else 'pictures'} left out, "
+                f"camera {self.name}: {self._unreported} {noun} left out, "
                 f"{self.dropped} in all: drawing takes longer than the time between two"
             )
-            self._told, self._untold = now, 0
+            self._reported_at, self._unreported = now, 0
 
     def attach(self, simulation: Simulation) -> None:
-        """Take a place in a simulation, on what the camera is fixed to."""
+        """Join a simulation, on the body that the camera is fixed to."""
         super().attach(simulation)
         self._period_ns = int(self.period * _A_SECOND)
         if self.description.frame != "world":
             self._body = int(simulation.model.body(self.description.frame).id)
 
     def reset(self) -> None:
-        """Begin a run, with nothing left out."""
+        """Start a run, with no dropped pictures."""
         super().reset()
-        self.dropped = self._untold = 0
-        self._told = -_A_SECOND
+        self.dropped = self._unreported = 0
+        self._reported_at = -_A_SECOND
         self._studio.reopen()
 
     def close(self) -> None:
-        """Send all listeners away, and let go of what draws."""
+        """Remove all listeners, and release the render process."""
         super().close()
         self._studio.close()
 

@@ -1,7 +1,7 @@
-"""Where the pictures of a cell's cameras are drawn: a process of its own, which all of them share.
+"""Render service: one process that draws the pictures of all of a cell's cameras.
 
-A picture is asked for in one tick and fetched in a later one, and physics goes on meanwhile. What is drawn depends on
-the frame of the tick in which it was asked for, and on nothing else.
+A camera requests a picture in one tick and fetches it in a later one; physics continues meanwhile. The picture depends
+only on the frame of the tick of its request.
 """
 
 from __future__ import annotations
@@ -30,38 +30,39 @@ _ABANDON_TIMEOUT = 0.5  # [s]
 
 
 Drawn: TypeAlias = tuple[NDArray[np.uint8] | None, NDArray[np.float32] | None]
-"""Colours (height, width, 3), sRGB, and depths (height, width) [m] along the line of sight, infinite where there is
-nothing, without noise; each if it was asked for."""
+"""Colours (height, width, 3), sRGB, and depths (height, width) [m] along the line of sight, each if requested.
+
+Depths are infinite where there is nothing, and have no noise."""
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
-    """A picture that was asked for: what will be its colours and its depths, if they were asked for."""
+class PendingPicture:
+    """Requested picture: futures of its colours and its depths, each if requested."""
 
     colour: Future[NDArray[np.uint8]] | None
     depth: Future[NDArray[np.float32]] | None
 
     @property
     def is_drawn(self) -> bool:
-        """Whether it is there, or will never be."""
+        """True if it is ready, or has failed."""
         return all(each is None or each.done() for each in (self.colour, self.depth))
 
 
 def start_worker(scene: Scene) -> RenderWorker:
-    """A process that draws a scene."""
-    from cellwright.rendering.worker import RenderWorker  # a plain run does not load it
+    """Start a process that draws a scene."""
+    from cellwright.rendering.worker import RenderWorker  # not loaded by a plain run
 
     return RenderWorker(scene)
 
 
 class Studio:
-    """Takes frames of a simulation, and has a process draw them.
+    """Render service for the frames of a simulation.
 
     Args:
-        start: starts the process; called when the first picture is wanted.
-        about: the point [m] that the lamp is placed by.
-        hidden: tells the engine's ids of bodies that are not there to be seen at the moment.
-        report: takes a line when nothing more can be drawn.
+        start: starts the render process; called for the first picture.
+        about: point [m] from which the lamp is placed.
+        hidden: returns the engine's ids of bodies that are hidden now.
+        report: receives a line when drawing has failed for good.
     """
 
     def __init__(
@@ -86,49 +87,51 @@ class Studio:
 
     def ask(
         self, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool, shadows: bool = True
-    ) -> Order | None:
-        """Ask for a picture of this tick; None when nothing can be drawn."""
+    ) -> PendingPicture | None:
+        """Request a picture of this tick; return None if nothing can be drawn."""
         if self._is_broken:
             return None
         if self._taker is None:
             self._taker = SceneTaker(self._simulation.model, hidden=self._hidden)
         if self._worker is None:
             self._worker = worker = self._start(self._taker.scene)
-            # also for those who forget a cell and do not close it; pictures that nobody fetches are not waited for
+            # for a cell that is not closed, too; pictures that are not fetched delay nothing
             self._end = weakref.finalize(self, worker.close, _ABANDON_TIMEOUT)
         frame, worker, camera = self._this_frame(self._taker), self._worker, pinhole.at(world_T_camera)
-        asked = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
-        return Order(worker.colour(frame, asked) if colour else None, worker.depth(frame, asked) if depth else None)
+        request = PictureRequest(camera, pinhole.width, pinhole.height, samples=1, shadows=shadows, about=self._about)
+        return PendingPicture(
+            worker.colour(frame, request) if colour else None, worker.depth(frame, request) if depth else None
+        )
 
     @property
     def is_ready(self) -> bool:
-        """Whether pictures are being drawn, and no longer prepared for."""
+        """True once the render process draws."""
         return self._worker is not None and self._worker.ready.done()
 
-    def fetch(self, order: Order) -> Drawn | None:
-        """A picture that was asked for; waits for it. None when it could not be drawn."""
+    def fetch(self, pending: PendingPicture) -> Drawn | None:
+        """Wait for a requested picture, and return it; None if drawing failed."""
         if self._worker is None:
             return None
         try:
-            colour = None if order.colour is None else order.colour.result()
-            return colour, None if order.depth is None else order.depth.result()
+            colour = None if pending.colour is None else pending.colour.result()
+            return colour, None if pending.depth is None else pending.depth.result()
         except RenderingError as error:
             self._give_up(error)
             return None
 
     def reopen(self) -> None:
-        """Try again, with another process, what has failed; called when a run begins."""
+        """Try again with another process after a failure; called when a run begins."""
         self._is_broken = False
         self._tick = -1
 
     def close(self) -> None:
-        """Let the process go."""
+        """Release the process."""
         if self._worker is not None:
             self._end()
             self._worker = None
 
     def _this_frame(self, taker: SceneTaker) -> Frame:
-        """The frame of this tick; cameras that look in one tick share it."""
+        """Frame of this tick, shared by its cameras."""
         simulation = self._simulation
         simulation.refresh()
         if self._frame is None or self._tick != simulation.clock.tick:

@@ -1,6 +1,6 @@
-"""What is seen of a cell or a robot, apart from the engine's model: shapes on bodies, and where the bodies are.
+"""Scene of a cell or robot, independent of the engine's model: shapes on bodies, and poses of the bodies.
 
-It is what viewers, videos, cameras and recordings have in common: small, and the same for every version of the engine.
+Viewers, videos, cameras and recordings share it: small, and the same for every version of the engine.
 """
 
 from cellwright.rendering.scene.scene import SEEN, TOUCHED, Form, Frame, Layer, Mesh, Scene, Shape

@@ -23,18 +23,18 @@ _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
 class SceneTaker:
-    """The scene of a model, by this name, and frames of its state.
+    """Capture of a model: its scene, with this name, and frames of its state.
 
-    `hidden` tells the engine's ids of bodies that are not there to be seen at the moment.
+    `hidden` returns the engine's ids of bodies that are hidden now.
     """
 
     def __init__(self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = tuple) -> None:
-        # those that hang on a joint, or on a body that is put where it belongs
+        # bodies on a joint, and mocap bodies with what is fixed to them
         moving = (model.body_weldid != 0) | (model.body_mocapid[model.body_rootid] >= 0)
         self._bodies = np.concatenate([[0], np.flatnonzero(moving)])
         self._index = {int(body): index for index, body in enumerate(self._bodies)}
         self._hidden = hidden
-        self._newest = [-1], np.empty(0, np.bool_)  # bodies that were hidden last, and what was shown then
+        self._newest = [-1], np.empty(0, np.bool_)  # the last hidden bodies, and the flags for them
         self.scene = Scene(
             name=name,
             bodies=("world", *(model.body(body).name or f"body {body}" for body in self._bodies[1:])),
@@ -43,18 +43,18 @@ class SceneTaker:
         )
 
     def index(self, body: int) -> int:
-        """Place in `Scene.bodies` of a body by the engine's id; 0 for what stands still."""
+        """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one."""
         return self._index.get(body, 0)
 
     def frame(self, data: mujoco.MjData, time: int) -> Frame:
-        """Where the bodies are, as the data's `xpos` and `xquat` say (see `Simulation.refresh`), at `time` [ns]."""
+        """Return the poses of the data's `xpos` and `xquat` (see `Simulation.refresh`) as a frame at `time` [ns]."""
         poses = np.empty((len(self._bodies), 7), np.float32)
         poses[:, :3] = data.xpos.take(self._bodies, axis=0)
         poses[:, 3:] = data.xquat.take(self._bodies, axis=0)
         return Frame(time, poses, self._shown())
 
     def _shown(self) -> NDArray[np.bool_]:
-        """Which bodies are to be seen now: the same array as last time where that has not changed."""
+        """Flags of the shown bodies: the same array as last time if nothing has changed."""
         hidden, shown = list(self._hidden()), self._newest[1]
         if hidden != self._newest[0]:
             shown = np.ones(len(self._bodies), np.bool_)
@@ -75,7 +75,7 @@ def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, i
         body = int(model.geom_bodyid[geom])
         if moving[body]:
             pose = Pose(tuple(model.geom_pos[geom].tolist()), tuple(model.geom_quat[geom].tolist()))
-        else:  # what stands still has its place in the world
+        else:  # static geoms have a pose in the world
             quaternion = np.empty(4)
             mujoco.mju_mat2Quat(quaternion, still.geom_xmat[geom])
             w, x, y, z = quaternion.tolist()
@@ -87,7 +87,7 @@ def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, i
                 size=tuple(model.geom_size[geom].tolist()),
                 pose=pose,
                 colour=tuple(model.geom_rgba[geom].tolist()),
-                # why it is there, by its group; one of the engine's group 0, which nobody chose, is seen and touched
+                # the layer is the geom's group; the engine's default group 0 counts as seen and touched
                 layer=Layer(min(max(int(model.geom_group[geom]), Layer.BOTH), Layer.MARK)),
                 mesh=int(model.geom_dataid[geom]) if form is Form.MESH else None,
             )
@@ -108,16 +108,16 @@ _OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
 
 
 class EngineScene:
-    """A model and its data that show a scene.
+    """Model and data that show a scene.
 
     Args:
-        scene: what is to be seen.
-        layers: which of its shapes.
+        scene: the scene.
+        layers: layers of the shapes to include.
         prepare: changes the engine's specification before it is compiled.
 
     Attributes:
-        model: the model, with a body of its own for each of the scene's, in their order.
-        data: its state, as the last frame said.
+        model: the model, with a body for each of the scene's, in their order.
+        data: its state, from the last frame.
     """
 
     def __init__(
@@ -155,7 +155,7 @@ class EngineScene:
         mujoco.mj_forward(self.model, self.data)
 
     def show(self, frame: Frame) -> None:
-        """Put the bodies where a frame says; those that are not shown out of sight."""
+        """Move the bodies to a frame's poses, and hidden ones far away."""
         poses = np.where(frame.shown[:, None], frame.poses[:, :3], _OUT_OF_SIGHT)
         self.data.mocap_pos[:] = poses[1:]
         self.data.mocap_quat[:] = frame.poses[1:, 3:]

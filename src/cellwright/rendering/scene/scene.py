@@ -1,4 +1,4 @@
-"""Scenes and frames: shapes on bodies, where the bodies are, both as bytes, and colours."""
+"""Scenes and frames: shapes on bodies, poses of the bodies, both as bytes, and colours."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from cellwright.util.pose import Pose, Vector3
 
 
 class Form(StrEnum):
-    """The form of a shape, and what its `size` [m] says; all are centred on the shape's pose."""
+    """Form of a shape, and meaning of its `size` [m]; all are centred on the shape's pose."""
 
     PLANE = "plane"
-    """Half the sides along x and y, 0 for one without end; it is seen from above."""
+    """Half the sides along x and y, 0 for an endless one; visible from above."""
     SPHERE = "sphere"
     """Radius."""
     CAPSULE = "capsule"
@@ -33,26 +33,26 @@ class Form(StrEnum):
     BOX = "box"
     """Half the sides."""
     MESH = "mesh"
-    """Nothing: the mesh is as large as it is."""
+    """Unused: the mesh has its own size."""
 
 
 class Layer(IntEnum):
-    """Why a shape is there."""
+    """Purpose of a shape."""
 
     BOTH = 1
-    """It is seen, and touched."""
+    """Seen and touched."""
     LOOKS = 2
-    """It is only seen."""
+    """Seen only."""
     TOUCH = 3
-    """It is only touched: what the engine takes for something that looks otherwise."""
+    """Touched only: collision geometry of a body that looks different."""
     MARK = 4
-    """It is a mark for those who build the cell, and drawn in no picture."""
+    """Mark for designers of the cell; no picture has it."""
 
 
 SEEN = frozenset({Layer.BOTH, Layer.LOOKS})
-"""What is seen."""
+"""Layers that are seen."""
 TOUCHED = frozenset({Layer.BOTH, Layer.TOUCH})
-"""What the engine takes it for."""
+"""Layers that the engine collides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +65,15 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """One shape, fixed to a body.
+    """Shape fixed to a body.
 
     Attributes:
-        body: index in `Scene.bodies`; 0 for what stands still.
+        body: index in `Scene.bodies`; 0 for a static shape.
         form: its form.
         size: its size [m]; see `Form`.
         pose: in the frame of its body.
         colour: red, green, blue and opacity, sRGB 0..1.
-        layer: why it is there.
+        layer: its purpose.
         mesh: index in `Scene.meshes`; None unless the form is MESH.
     """
 
@@ -88,14 +88,13 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What there is to be seen.
+    """Shapes on bodies.
 
     Attributes:
         name: of the trial or the robot.
-        bodies: names of the bodies that may move, each once; the first is "world", which stands still and holds all
-            that does.
+        bodies: unique names of the bodies that may move; the first is "world", which holds all static shapes.
         shapes: the shapes on them.
-        meshes: surfaces that shapes refer to.
+        meshes: meshes of the shapes.
     """
 
     name: str
@@ -104,21 +103,21 @@ class Scene:
     meshes: tuple[Mesh, ...]
 
 
-_FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries that follow
+_FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries
 _WHOLE, _CHANGES = 0, 1
 _FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
-MOST_BODIES = 100_000  # more are not taken from outside
+MAX_BODIES = 100_000  # limit for decoded data
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Where the bodies of a scene are.
+    """Poses of the bodies of a scene.
 
     Attributes:
         time: simulation time [ns].
         poses: (bodies, 7) x, y, z [m] and quaternion w, x, y, z of each body in the world, in the order of
             `Scene.bodies`; float32. The world's own is the identity.
-        shown: (bodies,) whether each is there to be seen; a part that is not in play is not.
+        shown: (bodies,) True if visible; a part that is not in play is not.
     """
 
     time: int
@@ -131,14 +130,14 @@ class Frame:
         return Pose((x, y, z), (qw, qx, qy, qz))
 
     def placed(self, body: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points (n, 3) [m] in the frame of a body, in the world."""
+        """Transform points (n, 3) [m] from the frame of a body to the world."""
         place, scalar, vector = np.split(self.poses[body].astype(np.float64), (3, 4))
         across = 2 * np.cross(vector, points)
         found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
         return found
 
     def equals(self, other: Frame) -> bool:
-        """Whether this is the other one: the same time, the same poses."""
+        """Return whether times, poses and visibility are equal."""
         return (
             self.time == other.time
             and np.array_equal(self.poses, other.poses)
@@ -146,13 +145,13 @@ class Frame:
         )
 
     def encode(self, before: Frame | None = None) -> bytes:
-        """As bytes; with a frame `before` of the same scene, only what has changed since then."""
+        """Encode as bytes; with a frame `before` of the same scene, only the changes since then."""
         count = len(self.poses)
         if before is None or len(before.poses) != count:
             kind, bodies = _WHOLE, np.arange(count)
         else:
             changed = (self.poses != before.poses).any(axis=1)
-            if self.shown is not before.shown:  # the same array, mostly
+            if self.shown is not before.shown:  # usually the same array
                 changed |= self.shown != before.shown
             kind, bodies = _CHANGES, changed.nonzero()[0]
         entries = np.empty(len(bodies), _FRAME_ENTRY)
@@ -161,17 +160,17 @@ class Frame:
 
 
 def decode_frame(data: bytes | memoryview, before: Frame | None = None) -> Frame:
-    """The frame in these bytes; `before` is the one that came before it, for those that hold changes.
+    """Decode a frame; `before` is the previous one, for bytes that hold changes.
 
     Raises:
-        MessageError: the bytes are no frame, or hold changes to a frame that is not there.
+        MessageError: the bytes are no frame, or hold changes to a missing frame.
     """
     try:
         kind, time, count, changed = _FRAME_HEAD.unpack_from(data)
         entries = np.frombuffer(data, _FRAME_ENTRY, changed, _FRAME_HEAD.size)
     except (struct.error, ValueError):
         raise MessageError(f"these {len(data)} bytes are no frame of a scene") from None
-    if len(data) != _FRAME_HEAD.size + entries.nbytes or count > MOST_BODIES or kind not in (_WHOLE, _CHANGES):
+    if len(data) != _FRAME_HEAD.size + entries.nbytes or count > MAX_BODIES or kind not in (_WHOLE, _CHANGES):
         raise MessageError(f"these {len(data)} bytes are no frame of a scene")
     if kind == _WHOLE:
         is_fitting = np.array_equal(entries["body"], np.arange(count))
@@ -188,16 +187,16 @@ def decode_frame(data: bytes | memoryview, before: Frame | None = None) -> Frame
 
 
 def is_whole_frame(data: bytes | memoryview) -> bool:
-    """Whether the bytes of a frame hold all bodies, and need none before them."""
+    """Return whether the bytes of a frame hold all bodies, and need no frame before them."""
     return len(data) >= _FRAME_HEAD.size and data[0] == _WHOLE
 
 
 _SCENE_FORMAT = 1
-MAX_SCENE_BYTES = 256 << 20  # of the largest scene that is taken, uncompressed
+MAX_SCENE_BYTES = 256 << 20  # limit of an uncompressed scene
 
 
 def encode_scene(scene: Scene) -> bytes:
-    """The scene as bytes."""
+    """Encode a scene as bytes."""
     document = {
         "format": _SCENE_FORMAT,
         "name": scene.name,
@@ -212,7 +211,11 @@ def encode_scene(scene: Scene) -> bytes:
 
 
 def decode_scene(data: bytes) -> Scene:
-    """The scene in these bytes, which may come from anywhere; MessageError: they are none."""
+    """Decode a scene from untrusted bytes.
+
+    Raises:
+        MessageError: the bytes are no scene.
+    """
     try:
         unpacker = zlib.decompressobj()
         text = unpacker.decompress(data, MAX_SCENE_BYTES)
@@ -228,7 +231,7 @@ def _scene(document: dict[str, Any]) -> Scene:
         raise ValueError(f"its format is {document['format']!r:.20}, and {_SCENE_FORMAT} is known")
     meshes = tuple(_mesh(*each) for each in document["meshes"])
     bodies = tuple(document["bodies"])
-    if not 1 <= len(bodies) <= MOST_BODIES or not all(isinstance(name, str) for name in bodies):
+    if not 1 <= len(bodies) <= MAX_BODIES or not all(isinstance(name, str) for name in bodies):
         raise ValueError("its bodies have no names")
     shapes = tuple(_shape(each, len(bodies), len(meshes)) for each in document["shapes"])
     return Scene(str(document["name"]), bodies, shapes, meshes)
@@ -267,6 +270,6 @@ def _mesh(vertices: str, faces: str) -> Mesh:
 
 
 def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Amounts of light for sRGB values 0..1 (IEC 61966-2-1)."""
+    """Convert sRGB values 0..1 to linear light (IEC 61966-2-1)."""
     c = np.asarray(colour, np.float32)
     return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4).astype(np.float32)

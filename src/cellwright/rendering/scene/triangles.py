@@ -17,20 +17,20 @@ from cellwright.util.pose import Pose, Vector3
 
 @dataclass(frozen=True, slots=True)
 class Triangles:
-    """A surface: corners (n, 3) [m], which way it faces there, outwards, and faces (m, 3), counterclockwise outside."""
+    """Surface: corners (n, 3) [m], outward normals there, and faces (m, 3), counterclockwise from outside."""
 
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
     faces: NDArray[np.int64]
 
     def placed(self, pose: Pose) -> Triangles:
-        """The same in the frame in which `pose` is given."""
+        """Transform to the frame in which `pose` is given."""
         turn = np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
         return Triangles(self.points @ turn + np.array(pose.position), self.normals @ turn, self.faces)
 
 
 def join_triangles(surfaces: Iterable[Triangles]) -> Triangles:
-    """Several surfaces as one."""
+    """Join several surfaces into one."""
     found = list(surfaces)
     firsts = np.cumsum([0, *(len(each.points) for each in found)])
     return Triangles(
@@ -40,22 +40,22 @@ def join_triangles(surfaces: Iterable[Triangles]) -> Triangles:
     )
 
 
-_CREASE = math.cos(math.radians(38))  # edges sharper than that stay edges
-# Where more faces than this meet at a vertex, as at the tip of a cone, pairs are not looked at, and each is flat.
+_CREASE = math.cos(math.radians(38))  # sharper edges stay edges
+# At a vertex with more faces, such as the tip of a cone, pairs are not compared, and each face is flat.
 _MAX_FACES = 48
 
 
 def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
-    """A normal (3 m, 3) of unit length for each corner of each face.
+    """Return a unit normal (3 m, 3) for each corner of each face.
 
-    It is the mean of those faces around the corner that are turned much as its own is, larger ones counting more.
+    It is the mean over the faces at the corner with a similar normal, weighted by their area.
     """
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     weighted = np.cross(b - a, c - a)
     length = np.linalg.norm(weighted, axis=1, keepdims=True)
     flat = np.divide(weighted, length, out=np.tile((0.0, 0.0, 1.0), (len(faces), 1)), where=length > 0)
 
-    # Files often hold a vertex once for each face: those in the same place count as one.
+    # Files often repeat a vertex for each face: vertices at the same place count as one.
     _, place = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)
     at = place.reshape(-1)[faces.reshape(-1)]
     order = np.argsort(at, kind="stable")
@@ -63,28 +63,28 @@ def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDA
     count = np.searchsorted(at[order], at, side="right") - first
     count[count > _MAX_FACES] = 0
 
-    mine = np.repeat(np.arange(len(at)), count)
-    within = np.arange(len(mine)) - np.repeat(np.cumsum(count) - count, count)
+    members = np.repeat(np.arange(len(at)), count)
+    within = np.arange(len(members)) - np.repeat(np.cumsum(count) - count, count)
     other = order[np.repeat(first, count) + within] // 3
-    is_alike = np.einsum("ij,ij->i", flat[mine // 3], flat[other]) > _CREASE
+    is_alike = np.einsum("ij,ij->i", flat[members // 3], flat[other]) > _CREASE
     total = np.zeros((len(at), 3))
-    np.add.at(total, mine[is_alike], weighted[other[is_alike]])
+    np.add.at(total, members[is_alike], weighted[other[is_alike]])
     size = np.linalg.norm(total, axis=1, keepdims=True)
     own = np.repeat(flat, 3, axis=0)
     return np.where(size > 0, total / np.where(size > 0, size, 1.0), own)
 
 
-_BEVEL, _MOST_BEVEL = 0.08, 0.004  # share of the least half side; [m]
-_LEAST_BEVELLED = 0.004  # [m]: what is thinner than that is a plain box
+_BEVEL, _MAX_BEVEL = 0.08, 0.004  # share of the smallest half side; [m]
+_MIN_BEVELLED = 0.004  # [m]: a thinner box has no bevel
 
 _Corner = tuple[dict[int, int], int]
-"""In which octant a corner is, as a sign for each axis, and on the side of which axis: broken, it is three corners."""
+"""Octant of a corner, as a sign per axis, and the axis of its side: a bevelled corner is three corners."""
 
 
 def box_triangles(half: Vector3) -> Triangles:
-    """A box of these half sides [m]; unless it is thin its edges are broken a little, to catch the light."""
-    least = min(half)
-    bevel = min(_BEVEL * least, _MOST_BEVEL) if least > _LEAST_BEVELLED else 0.0
+    """Return a box with these half sides [m]; unless it is thin, small bevels make its edges catch the light."""
+    smallest = min(half)
+    bevel = min(_BEVEL * smallest, _MAX_BEVEL) if smallest > _MIN_BEVELLED else 0.0
     octants, set_back, normals, faces = _pattern(is_broken=bevel > 0)
     return Triangles(octants * np.array(half) - bevel * set_back, normals, faces)
 
@@ -93,7 +93,7 @@ def box_triangles(half: Vector3) -> Triangles:
 def _pattern(
     *, is_broken: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """What boxes of any size have in common: octants of their corners, whither these are set back, normals, faces."""
+    """Return the pattern of all boxes: octants of the corners, directions of their bevels, normals, faces."""
     octants, set_back, normals, faces, count = [], [], [], [], 0
     for piece in _pieces(is_broken=is_broken):
         signs = np.array([[octant[axis] for axis in range(3)] for octant, _ in piece], np.float64)
@@ -111,7 +111,7 @@ def _pattern(
 
 
 def _pieces(*, is_broken: bool) -> list[list[_Corner]]:
-    """The flat pieces of a box, each as its corners in the order around it, one way or the other."""
+    """Flat pieces of a box, each as its corners in order around it, in either direction."""
     pieces: list[list[_Corner]] = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -127,13 +127,13 @@ def _pieces(*, is_broken: bool) -> list[list[_Corner]]:
 
 
 _NO_AREA = 1e-14  # [m²]
-_ENDLESS = 30.0  # [m], half the side of a plane without end
+_ENDLESS = 30.0  # [m], half the side of an endless plane
 
 
 def shape_triangles(shape: Shape, scene: Scene, corners: Callable[[float], int]) -> Triangles:
-    """The surface of a shape of a scene, in the frame of its body; `corners` gives those of a circle by its radius [m].
+    """Return the surface of a shape of a scene, in the frame of its body.
 
-    The number of corners is a multiple of 4.
+    `corners` returns the number of corners of a circle for its radius [m], a multiple of 4.
     """
     x, y, z = shape.size
     match shape.form:
@@ -156,7 +156,7 @@ def shape_triangles(shape: Shape, scene: Scene, corners: Callable[[float], int])
 
 
 def mesh_triangles(mesh: Mesh) -> Triangles:
-    """A mesh's surface, without what has no extent; edges that are no creases are made round, as they were meant."""
+    """Return a mesh's surface, without degenerate faces, and smooth at edges that are no creases."""
     vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     faces = faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > _NO_AREA]
@@ -182,9 +182,9 @@ def _cylinder(radius: float, half: float, corners: int) -> Triangles:
 
 
 def _ball(radii: Vector3, half: float, corners: int) -> Triangles:
-    """An ellipsoid; one that is drawn apart at its equator by `half` [m] to either side is a capsule."""
+    """Ellipsoid; with its halves moved apart by `half` [m] each, a capsule."""
     tilts = np.linspace(0.0, np.pi / 2, corners // 4 + 1)
-    tilts = np.concatenate([-tilts[::-1], tilts if half else tilts[1:]])  # of a capsule the equator is there twice
+    tilts = np.concatenate([-tilts[::-1], tilts if half else tilts[1:]])  # a capsule has the equator twice
     outline = [*zip(np.cos(tilts).tolist(), np.sin(tilts).tolist(), strict=True)]
     outline[0], outline[-1] = (0.0, -1.0), (0.0, 1.0)
     unit = _swept(outline, outline, corners)
@@ -196,7 +196,7 @@ def _ball(radii: Vector3, half: float, corners: int) -> Triangles:
 
 
 def _swept(outline: Sequence[tuple[float, float]], facing: Sequence[tuple[float, float]], corners: int) -> Triangles:
-    """What an outline of (radius, height) [m], from below to above, sweeps out; it faces (outwards, up) at each."""
+    """Sweep an outline of (radius, height) [m], from below to above, with normals (outwards, up), around the z axis."""
     angle = np.arange(corners) * (2 * np.pi / corners)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     points = [np.column_stack([radius * circle, np.full(corners, height)]) for radius, height in outline]

@@ -1,4 +1,4 @@
-"""A process that draws, so that neither time nor a driver's faults are lost to the process in which a cell runs."""
+"""Render process: drawing neither delays the process of a cell, nor crashes it by a driver's fault."""
 
 from cellwright.rendering.worker.client import RenderWorker
 from cellwright.util.errors import RenderingError

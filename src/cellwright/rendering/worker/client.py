@@ -21,30 +21,29 @@ from cellwright.rendering.worker import wire
 from cellwright.util.errors import RenderingError, showable
 from cellwright.util.process import ChildProcess
 
-_CLOSE_TIMEOUT = 20.0  # [s], for what was asked for last
+_CLOSE_TIMEOUT = 20.0  # [s], for pending requests
 
 
 class RenderWorker(ChildProcess):
-    """A process that draws one scene.
+    """Process that draws one scene.
 
-    It ends when it is closed, and when the process that holds it ends, however that happens; it then finishes first
-    what it was asked for.
+    It ends when it is closed, and when its parent ends in any way. Either way it finishes all requests first.
 
     Args:
-        scene: what is to be drawn.
-        most: how much may wait to be drawn before `has_room` says no.
+        scene: the scene to draw.
+        max_pending: number of pending requests at which `has_room` turns False.
 
     Raises:
-        UsageError: the environment settles a way to draw that does not exist.
+        UsageError: the environment sets a backend that does not exist.
 
     Attributes:
-        error: why it has ended by itself; empty while all is well.
+        error: reason why it ended without `close`; empty otherwise.
     """
 
-    def __init__(self, scene: Scene, *, most: int = 8) -> None:
-        requested_backend()  # refused here, where somebody hears of it
+    def __init__(self, scene: Scene, *, max_pending: int = 8) -> None:
+        requested_backend()  # refused here, in the caller's process
         self.error = ""
-        self._most = most
+        self._max_pending = max_pending
         self._waiting: dict[int, Future[Any]] = {}
         self._changed = threading.Condition()
         self._number = 0
@@ -52,31 +51,31 @@ class RenderWorker(ChildProcess):
         log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
         super().__init__(wire.command(), environment=_environment(os.environ), stderr=log, read=self._read)
         self.ready: Future[str] = self.ask("scene", scene)
-        """What it draws with, in words, once that is known."""
+        """Name of its renderer, once that is known."""
 
     @property
     def has_room(self) -> bool:
-        """Whether it can be asked for more before it has caught up."""
-        return len(self._waiting) < self._most
+        """True if it accepts a request without falling behind."""
+        return len(self._waiting) < self._max_pending
 
     def wait_for_room(self, timeout: float | None = None) -> bool:
-        """Wait until it can be asked for more, at most so long [s]; whether it can."""
+        """Wait up to `timeout` [s] for room; return whether there is any."""
         with self._changed:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
-        """Ask for a picture (height, width, 3), sRGB."""
-        return self.ask("colour", frame, asked)
+    def colour(self, frame: Frame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
+        """Request a picture (height, width, 3), sRGB."""
+        return self.ask("colour", frame, request)
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
-        """Ask for how far [m] everything is (height, width); see `CastRenderer.depth`."""
-        return self.ask("depth", frame, asked)
+    def depth(self, frame: Frame, request: PictureRequest) -> Future[NDArray[np.float32]]:
+        """Request the depths [m] (height, width); see `CastRenderer.depth`."""
+        return self.ask("depth", frame, request)
 
-    def ask(self, what: str, *arguments: object) -> Future[Any]:
-        """Ask for something by the name of a method of `Drawing`.
+    def ask(self, method: str, *arguments: object) -> Future[Any]:
+        """Call a method of `Drawing` in the process.
 
         Returns:
-            What will come of it; it raises RenderingError where it cannot be done, or the process has ended.
+            Its future result. The future raises RenderingError if the call fails or the process has ended.
         """
         future: Future[Any] = Future()
         with self._changed:
@@ -86,12 +85,12 @@ class RenderWorker(ChildProcess):
             self._number += 1
             number = self._number
             self._waiting[number] = future
-        with suppress(OSError, ValueError):  # it has ended, and the thread that reads says why
-            wire.write(self._stdin, (number, what, arguments))
+        with suppress(OSError, ValueError):  # it has ended, and the reading thread knows why
+            wire.write(self._stdin, (number, method, arguments))
         return future
 
     def close(self, timeout: float = _CLOSE_TIMEOUT) -> None:
-        """Have it finish what it was asked for, within a time [s], and end."""
+        """Let it finish its requests within `timeout` [s], and end it."""
         with self._changed:
             self._is_closing = True
         self.end(timeout)
@@ -132,6 +131,6 @@ class RenderWorker(ChildProcess):
 
 
 def _environment(own: Mapping[str, str]) -> dict[str, str]:
-    """That of this process, but for what settles how the engine and others draw: the program does that itself."""
+    """Environment of this process without settings for graphics: the render process makes them itself."""
     kept = {name: value for name, value in own.items() if name not in ("PYOPENGL_PLATFORM", "DISPLAY")}
     return {**kept, "MUJOCO_GL": "disable"}

@@ -1,4 +1,4 @@
-"""A video on disk: pictures in, H.264 in an MP4 file out, which can be played however the process ends."""
+"""Video file: pictures in, H.264 in an MP4 file out, playable however the process ends."""
 
 import contextlib
 from fractions import Fraction
@@ -13,24 +13,24 @@ from numpy.typing import NDArray
 
 from cellwright.util.errors import CellwrightError
 
-_CODECS = ("libx264", "mpeg4")  # the second where the first was left out for its licence
+_CODECS = ("libx264", "mpeg4")  # the second if the first was left out for its licence
 _QUALITY = {"crf": "21", "preset": "veryfast", "bf": "2", "rc-lookahead": "12"}
-_THREADS = 2  # the same everywhere: the file must not depend on how many processors there are
-_BT709 = 1  # ISO/IEC 23091-4: the colours of HDTV, said in the file so that players do not guess
+_THREADS = 2  # the same everywhere: the file must not depend on the number of processors
+_BT709 = 1  # ISO/IEC 23091-4: the colours of HDTV, stored so that players need not guess
 _WHOLE = {"movflags": "faststart"}
 _PIECES = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
 
 
 class FilmError(CellwrightError):
-    """A video that cannot be written; the text says why."""
+    """Error of a video that cannot be written; the text says why."""
 
 
 class Film:
-    """A video that grows.
+    """Video file under way.
 
-    It is written in pieces of a second, so that one that is never finished can be played as far as it got. One that is
-    finished is written anew as a whole, with what players want to know at its beginning. Width and height [pixels] are
-    even; `rate` is in pictures a second. It raises FilmError where it cannot be written.
+    It is written in pieces of a second, so that an unfinished file can be played as far as it got. Finishing writes
+    the file again as a whole, with its index at the beginning. Width and height [pixels] are even; `rate` is in
+    pictures per second. Methods raise FilmError if the file cannot be written.
     """
 
     def __init__(self, file: Path, width: int, height: int, rate: Fraction) -> None:
@@ -38,7 +38,7 @@ class Film:
         self._error = ""
         try:
             with file.open("wb"):
-                pass  # what opens it below does so only when it has something to write
+                pass  # the encoder opens the file only when it has data
             self._container = av.open(str(file), "w", format="mp4", options=_PIECES)
             self._stream = self._added(rate)
         except (OSError, ValueError) as error:
@@ -58,12 +58,12 @@ class Film:
         self._write(frame)
 
     def finish(self) -> int:
-        """Write what is left, and the whole anew; how many pictures it has."""
+        """Write the remaining pictures, and the file again as a whole; return the number of pictures."""
         self._write(None)
         try:
             self._container.close()
             if self._count:
-                _written_anew(self._file)
+                _put_index_first(self._file)
         except OSError as error:
             self._fail(error)
         return self._count
@@ -77,7 +77,7 @@ class Film:
         raise FilmError("no video can be written: this PyAV knows neither H.264 nor MPEG-4")
 
     def _write(self, frame: av.VideoFrame | None) -> None:
-        if self._error:  # what writes cannot be relied upon any more
+        if self._error:  # the muxer is no longer reliable
             raise FilmError(self._error)
         try:
             for packet in self._stream.encode(frame):
@@ -90,8 +90,8 @@ class Film:
         raise FilmError(self._error) from None
 
 
-def _written_anew(file: Path) -> None:
-    """Put the index of a video at its beginning. Where that fails it is left as it is, and can be played."""
+def _put_index_first(file: Path) -> None:
+    """Put the index of a video at its beginning. On failure the video stays as it is, and can be played."""
     new = file.with_name(f".{file.name}.new")
     try:
         with av.open(str(file)) as pieces, av.open(str(new), "w", format="mp4", options=_WHOLE) as whole:

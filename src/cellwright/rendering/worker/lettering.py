@@ -1,4 +1,4 @@
-"""A line of text in the lower left corner of a picture."""
+"""Line of text in the lower left corner of a picture."""
 
 import warnings
 from functools import lru_cache
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 _FONT = "fonts/ttf/DejaVuSans.ttf"
 _SHARE = 1 / 40  # of the picture's height
 _SMALLEST = 9  # [pixels]
-_MARGIN = 0.8  # of the size of the letters
+_MARGIN = 0.8  # in letter sizes
 _BEHIND, _INK = np.array((22.0, 26.0, 30.0)), np.array((244.0, 246.0, 247.0))
 _DIMNESS = 0.62
 
 
 def write_line(picture: NDArray[np.uint8], text: str) -> None:
-    """Write a line into a picture (height, width, 3), which is changed; what does not fit is left out."""
+    """Write a line into a picture (height, width, 3), in place; clip text that does not fit."""
     height, width, _ = picture.shape
     size = max(_SMALLEST, round(height * _SHARE))
     ink = _ink(text, size)
@@ -39,11 +39,11 @@ def write_line(picture: NDArray[np.uint8], text: str) -> None:
 
 @lru_cache(maxsize=16)
 def _ink(text: str, size: int) -> NDArray[np.uint8]:
-    """How much of each pixel letters cover (rows, columns), 0..255; all lines of text have the same rows."""
+    """Coverage of each pixel by letters (rows, columns), 0..255; all lines of text have the same rows."""
     font = _font(size)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # letters that the font does not have are boxes
-        font.set_text(f"{text}\u2009|jÅ", 0.0)  # at its end the tallest letters, cut off again
+        warnings.simplefilter("ignore")  # letters missing from the font become boxes
+        font.set_text(f"{text}\u2009|jÅ", 0.0)  # the tallest letters at its end, clipped below
         font.draw_glyphs_to_bitmap(antialiased=True)
         image = np.asarray(font.get_image()).copy()
         font.set_text(text or " ", 0.0)

@@ -1,8 +1,7 @@
-"""Render process: chooses a backend, draws what it is asked for, and writes videos.
+"""Render process: chooses a backend, draws pictures on request, and writes videos.
 
-It is told a scene, and then what to draw of it; see `client`. It tries what there is of OpenGL, each way in a program
-of its own, for a driver stays loaded once it is, and casts rays in the end. When nobody asks any more, it finishes and
-ends.
+Its requests are a scene, and then what to draw of it; see `client`. It tries the OpenGL backends, each in a process of
+its own, since a driver stays loaded, and casts rays in the end. When its input closes, it finishes and ends.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ Renderer: TypeAlias = CastRenderer | EngineRenderer
 
 
 class Drawing:
-    """Does what is asked, in the order in which it is asked, and answers everything once.
+    """Executes requests in order, and answers each once.
 
-    `make` makes what draws a scene.
+    `make` makes the renderer of a scene.
     """
 
     def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:
@@ -46,16 +45,16 @@ class Drawing:
         self._film: Film | None = None
         self._last: NDArray[np.uint8] | None = None
 
-    def work(self, asked: SimpleQueue[Any]) -> None:
-        """Do what is asked until nobody asks any more, and then finish."""
-        while (said := asked.get()) is not None:
-            number, what, arguments = said
+    def work(self, requests: SimpleQueue[Any]) -> None:
+        """Execute requests until the input closes, and then finish."""
+        while (request := requests.get()) is not None:
+            number, method, arguments = request
             value, error = None, ""
             try:
-                value = getattr(self, f"_do_{what}")(*arguments)
+                value = getattr(self, f"_do_{method}")(*arguments)
             except CellwrightError as fault:
                 error = str(fault)
-            except Exception as fault:  # drivers and what stands before them have errors of their own
+            except Exception as fault:  # drivers and their wrappers have errors of their own
                 error = in_a_line(fault)
             self._answer(number, value, error)
         try:
@@ -65,24 +64,24 @@ class Drawing:
 
     def _do_scene(self, scene: Scene) -> str:
         self._renderer = self._make(scene)
-        return self._renderer.says
+        return self._renderer.description
 
-    def _do_colour(self, frame: Frame, asked: PictureRequest) -> NDArray[np.uint8]:
-        return np.ascontiguousarray(self._renderer_for(asked).colour(frame, asked))
+    def _do_colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+        return np.ascontiguousarray(self._renderer_for(request).colour(frame, request))
 
-    def _do_depth(self, frame: Frame, asked: PictureRequest) -> NDArray[np.float32]:
-        return np.ascontiguousarray(self._renderer_for(asked).depth(frame, asked))
+    def _do_depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
+        return np.ascontiguousarray(self._renderer_for(request).depth(frame, request))
 
     def _do_film(self, file: Path, width: int, height: int, rate: Fraction) -> None:
         from cellwright.rendering.worker.film import Film
 
         self._film = Film(file, width, height, rate)
 
-    def _do_take(self, frame: Frame, asked: PictureRequest, caption: str, repeats: int) -> None:
+    def _do_take(self, frame: Frame, request: PictureRequest, caption: str, repeats: int) -> None:
         if self._film is None:
             raise CellwrightError("no video is under way")
         self._repeat(repeats)
-        picture = self._do_colour(frame, asked)
+        picture = self._do_colour(frame, request)
         if caption:
             from cellwright.rendering.worker.lettering import write_line
 
@@ -96,13 +95,13 @@ class Drawing:
         return 0 if film is None else film.finish()
 
     def _repeat(self, times: int) -> None:
-        """Show the last picture for longer, in place of frames that nobody had the time to draw."""
+        """Show the last picture for longer, in place of dropped frames."""
         for _ in range(times):
             if self._film is not None and self._last is not None:
                 self._film.add(self._last)
 
-    def _renderer_for(self, asked: PictureRequest) -> Renderer:
-        check_size(asked.width, asked.height)
+    def _renderer_for(self, request: PictureRequest) -> Renderer:
+        check_size(request.width, request.height)
         if self._renderer is None:
             raise CellwrightError("there is no scene to draw")
         return self._renderer
@@ -112,51 +111,51 @@ class Drawing:
             return
         try:
             wire.write(self._answers, (number, value, error))
-        except OSError:  # nobody is there to be told any more; what was asked for is done all the same
+        except OSError:  # the parent is gone; pending requests are finished all the same
             self._answers = None
 
 
-_EXIT_TIMEOUT = 60.0  # [s] after nobody asks any more
+_EXIT_TIMEOUT = 60.0  # [s] after the input has closed
 
 
 def main() -> None:
-    """Draw until nobody asks any more."""
-    way, later = _ways(sys.argv[2:])
+    """Draw until the input closes."""
+    backend, others = _backends(sys.argv[2:])
     make: Callable[[Scene], Renderer] = CastRenderer
-    if way != RAYS:
+    if backend != RAYS:
         try:
-            _context, says = open_context(way)
+            _context, description = open_context(backend)
         except NoOpenGL as reason:
             sys.stderr.write(f"{reason}\n")
             sys.stderr.flush()
-            os.execv(sys.executable, wire.command(later))  # noqa: S606 (begins anew, another way)
+            os.execv(sys.executable, wire.command(others))  # noqa: S606 (begins anew, another way)
 
         def make(scene: Scene) -> Renderer:
-            return EngineRenderer(scene, says)
+            return EngineRenderer(scene, description)
 
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a driver prints is no answer
-    asked: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_read, args=(sys.stdin.buffer, asked), daemon=True).start()
-    Drawing(make, answers).work(asked)
+    os.dup2(2, 1)  # a driver's prints are no answer
+    requests: SimpleQueue[Any] = SimpleQueue()
+    threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+    Drawing(make, answers).work(requests)
     sys.stderr.flush()
-    os._exit(0)  # drivers tidy up in an order of their own, and not always to the end
+    os._exit(0)  # drivers clean up in an order of their own, and may hang
 
 
-def _ways(given: list[str]) -> tuple[str, list[str]]:
-    """The way to draw now, and those to try if it fails."""
-    if not given:
-        wanted = requested_backend()
-        ways = OPENGL_BACKENDS if wanted not in (RAYS, *OPENGL_BACKENDS) else (wanted,)
-        given = [*(way for way in ways if way != RAYS), RAYS]
-    return given[0], given[1:]
+def _backends(names: list[str]) -> tuple[str, list[str]]:
+    """Backend to use now, and those to try if it fails."""
+    if not names:
+        requested = requested_backend()
+        backends = OPENGL_BACKENDS if requested not in (RAYS, *OPENGL_BACKENDS) else (requested,)
+        names = [*(backend for backend in backends if backend != RAYS), RAYS]
+    return names[0], names[1:]
 
 
-def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:
-    """Take what comes at once, so that whoever asks never waits for a picture to be drawn."""
-    while (said := wire.read(pipe)) is not None:
-        asked.put(said)
-    asked.put(None)
+def _read(pipe: BinaryIO, requests: SimpleQueue[Any]) -> None:
+    """Read requests at once, so that the parent never waits for a picture."""
+    while (request := wire.read(pipe)) is not None:
+        requests.put(request)
+    requests.put(None)
     timer = threading.Timer(_EXIT_TIMEOUT, os._exit, [1])
     timer.daemon = True
     timer.start()

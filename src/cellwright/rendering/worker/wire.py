@@ -7,27 +7,27 @@ from typing import IO, Any
 from cellwright.util.process import own_program
 
 
-def command(ways: Iterable[str] = ()) -> list[str]:
-    """The command of a process that draws.
+def command(backends: Iterable[str] = ()) -> list[str]:
+    """Return the command of a render process.
 
     Args:
-        ways: those that it tries, in order; none: as is settled, or all that there are.
+        backends: those to try, in order; none: that of the environment, or all of the system.
     """
-    return own_program("cellwright.rendering.worker.program", *ways)
+    return own_program("cellwright.rendering.worker.program", *backends)
 
 
 def write(pipe: IO[bytes], message: object) -> None:
-    """Send a message; both ends are programs of ours, so it may be any object.
+    """Send a message. Both ends are our own programs, so it may be any object.
 
     Raises:
-        OSError: nobody reads it any more.
+        OSError: the reader is gone.
     """
     pickle.dump(message, pipe, pickle.HIGHEST_PROTOCOL)
     pipe.flush()
 
 
 def read(pipe: IO[bytes]) -> Any:
-    """A message; None at the end, also at one within a message."""
+    """Return the next message; None at the end, also within a message."""
     try:
         return pickle.load(pipe)  # noqa: S301 (from a program of ours)
     except (EOFError, pickle.UnpicklingError):

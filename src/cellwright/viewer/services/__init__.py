@@ -1,1 +1,1 @@
-"""What those who look on ask a server for: services of the server itself, with JSON in and out."""
+"""Services of the server for viewers, with JSON in and out."""

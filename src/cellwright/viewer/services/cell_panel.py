@@ -1,8 +1,8 @@
-"""Panel of a cell: competition, orders, trays and score, as far as a running competition lets them be known.
+"""Panel of a cell: competition, orders, trays and score, as far as a running competition reveals them.
 
-It is made when somebody asks, and leaves the cell as it is. What a competition keeps secret stays secret: orders that
-have not come up, and which parts are faulty before the referee has said so. What changes all the time is under `clock`,
-so that the rest changes only when something has happened.
+Each request makes it, and leaves the cell as it is. A competition's secrets stay hidden: orders not yet announced, and
+faulty parts that the referee has not named. Values that change all the time are under `clock`, so that the rest changes
+only on events.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,12 +19,12 @@ from cellwright.config.trial.trial import Kit, Order, Trial
 
 
 def hides_ground_truth(cell: Cell) -> bool:
-    """Whether this is a competition that is not over yet."""
+    """Return whether this is a competition that is not over yet."""
     return cell.in_competition and cell.competition.referee.end_reason is None
 
 
 def known_orders(cell: Cell) -> list[Order]:
-    """All orders that may be known, those announced first; while secrets are kept, no others."""
+    """Orders that may be known, the announced ones first; no others while ground truth is hidden."""
     announced = cell.competition.announced
     if hides_ground_truth(cell):
         return announced
@@ -32,12 +32,12 @@ def known_orders(cell: Cell) -> list[Order]:
 
 
 def without_faults(cell: Cell) -> Trial:
-    """The trial; while secrets are kept, as if all parts were good, for what is out of reach tells how many are not."""
+    """The trial. While ground truth is hidden all its parts are good, since what is attainable reveals the faults."""
     return replace(cell.trial, faulty_parts=frozenset()) if hides_ground_truth(cell) else cell.trial
 
 
 def known_evidence(cell: Cell) -> Evidence:
-    """The score with its evidence; while secrets are kept, as if there were no orders but those that have come up."""
+    """Score with its evidence. While ground truth is hidden it covers announced orders only."""
     if not hides_ground_truth(cell):
         return cell.competition.evidence()
     trial = replace(without_faults(cell), orders=tuple(known_orders(cell)))
@@ -45,29 +45,29 @@ def known_evidence(cell: Cell) -> Evidence:
 
 
 IN_COMPETITION = "not in a competition: development mode (-d) allows it"
-"""Why belt, reset and the like are refused."""
+"""Reason why belt, reset and the like are refused."""
 
 OVER = "the run is over"
-"""Why nothing can be done any more."""
+"""Reason why the controls are refused after the run."""
 
 _RESULT = ("outcome", "error", "simulated", "wall", "state_hash")
 
 
 class CellPanel:
-    """Tells what there is to be known of a cell, and `about` it what the caller knows, such as the agent's name."""
+    """Panel of a cell. `about` holds what the caller knows of it, such as the agent's name."""
 
     def __init__(self, cell: Cell, about: Mapping[str, Any] | None = None) -> None:
         self._cell = cell
         self._about = {"seed": cell.seed, "servo": cell.servo, **(about or {})}
         self.collisions: Callable[[], dict[str, Any] | None] = lambda: None
-        """Gives the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None where nobody watches."""
+        """Returns the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None without a watch."""
         self._result: dict[str, Any] | None = None
-        # what takes long to find out, and seldom changes
+        # slow to compute, and seldom different
         self._could: dict[bool, TrialReach] = {}
         self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, TrialReach], dict[str, Any]]] = {}
 
     def end(self, result: Mapping[str, Any]) -> None:
-        """The run is over: show from now on what came of it, as far as it is in `_RESULT`, and how all stood then."""
+        """Show the end of the run from now on, with the keys of `_RESULT`."""
         self._result = {key: result[key] for key in _RESULT}
 
     def begin_anew(self) -> None:
@@ -75,10 +75,10 @@ class CellPanel:
         self._result = None
 
     def panel(self) -> dict[str, Any]:
-        """The panel as JSON values; times in s."""
+        """Return the panel as JSON values; times in s."""
         cell = self._cell
         competition, score = cell.competition, cell.competition.score()
-        could, said = self._reach(), cell.intention
+        could, intention = self._reach(), cell.intention
         reason = OVER if self._result is not None else IN_COMPETITION if cell.in_competition else ""
         return {
             "kind": "cell",
@@ -102,7 +102,9 @@ class CellPanel:
             "gripper": None
             if cell.gripper is None
             else {"enabled": cell.gripper.enabled, "attached": cell.gripper.attached, "part": cell.gripper.part},
-            "intention": {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None,
+            "intention": {"text": intention.text, "node": intention.node, "time": intention.time / 1e9}
+            if intention.text
+            else None,
             "collisions": self.collisions(),
             "refused": {"belt": reason, "clear": reason} if reason else {},
             "result": self._result,
@@ -119,8 +121,8 @@ class CellPanel:
         }
 
     def _score(self, score: GameScore, could: TrialReach) -> dict[str, Any]:
-        """The score with its evidence, without times, and without orders that nobody may know of yet."""
-        fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they tell what is faulty
+        """Score with its evidence, without times, and without orders that are still secret."""
+        fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they reveal the faulty parts
         found = evidence_to_json(evidence(without_faults(self._cell), score, could=could, fates=fates))
         for key in ("process_time", "part_travel_time"):
             del found[key]
@@ -129,11 +131,11 @@ class CellPanel:
         for order in found["orders"]:
             del order["time_taken"]
         if len(found["orders"]) < len(self._cell.trial.orders):
-            found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would tell of what is to come
+            found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would reveal orders to come
         return found
 
     def _reach(self) -> TrialReach:
-        """What can be earned in the trial as it may be known."""
+        """Points attainable in the trial, as far as they may be known."""
         key = hides_ground_truth(self._cell)
         if key not in self._could:
             self._could[key] = reach(without_faults(self._cell))
@@ -159,7 +161,7 @@ class CellPanel:
         ]
 
     def _status(self, order: Order) -> str:
-        """`to come`, `active`, `interrupted`, `complete`, or `open`: it was not complete when all was over."""
+        """Status `to come`, `active`, `interrupted`, `complete`, or `open`: not complete at the end of the run."""
         referee, name = self._cell.competition.referee, order.order_id
         if referee.scorer.is_complete(name):
             return "complete"
@@ -171,9 +173,9 @@ class CellPanel:
         return "active" if referee.active_orders[-1] == name else "interrupted"
 
     def _tray(self, number: int, could: TrialReach) -> dict[str, Any]:
-        """What a tray last reported, and what it would earn as each kit that is asked for, were it sent off now."""
+        """Last report of a tray, and its points as each kit of the active orders if it were sent now."""
         contents = self._cell.competition.tray_objects(self._cell.trays[number])
-        if hides_ground_truth(self._cell):  # nobody says beforehand which parts are faulty
+        if hides_ground_truth(self._cell):  # which parts are faulty is a secret until the kit is judged
             contents = tuple(replace(each, is_faulty=False) for each in contents)
         return {
             "number": number,

@@ -1,21 +1,19 @@
 """Time control for viewers, and the panel service that reports it.
 
-The service `cellwright/control` takes `{"action": …}` and answers with the state as it is then:
+The service `cellwright/control` takes `{"action": …}` and answers with the new state:
 
-| action | and | what it does |
-|---|---|---|
-| `pause`, `resume` | | lets time stand, lets it pass |
-| `step` | `ticks`, 1 when left out | lets so many ticks pass, and time stand then |
-| `speed` | `factor`, a number or `"max"` | simulated seconds a wall second |
-| `reset` | | begins anew, where that is allowed |
-| `state` | | nothing |
+- `pause`, `resume`: stops time, lets it pass
+- `step` with `ticks`, default 1: lets these ticks pass, then pauses
+- `speed` with `factor`, a number or `"max"`: simulated seconds per wall second
+- `reset`: starts the run again, where allowed
+- `state`: nothing
 
-What is played, and not simulated, may know more: a recording goes to a `time` [s] when `seek` is asked for.
+A player may have more actions: a recording jumps to a `time` [s] on `seek`.
 
-None of it is part of a run's state: a run that was paused is the same run. When the run is over, the state's `over`
-says so, and all but `reset` and `state` is refused.
+None of it belongs to a run's state: a paused run is the same run. When the run is over, the state's `over` says so, and
+all actions but `reset` and `state` are refused.
 
-What a cell tells stands in `cell_panel`, what a robot tells in `robot_panel`; beside it `control` has the state that
+The panel of a cell is in `cell_panel`, the panel of a robot in `robot_panel`. Their key `control` holds the state that
 `cellwright/control` answers with.
 """
 
@@ -28,19 +26,19 @@ from cellwright.middleware.server import Server
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import CONTROL, PANEL
 
-SLOWEST, FASTEST = 0.01, 1000.0  # [simulated s a wall s] that may be asked for
-MOST_TICKS = 100_000  # that may be asked for at once
-FASTER_THAN_ANY = "max"  # stands for as fast as it goes
+MIN_SPEED, MAX_SPEED = 0.01, 1000.0  # [simulated s per wall s], range of requests
+MAX_TICKS = 100_000  # in one request
+UNLIMITED = "max"  # as fast as possible
 
 _OF_TIME = ("pause", "resume", "step", "speed")
 
 Act: TypeAlias = Callable[[dict[str, Any]], object]
-"""Does what an action asks for; refuses with a CellwrightError."""
+"""Performs an action for its request; raises a CellwrightError to refuse."""
 
 
 @dataclass(frozen=True)
 class Reset:
-    """A way to begin anew, and why it may not be done now; empty when it may."""
+    """Reset action, and the reason why it is not possible now; empty when it is."""
 
     act: Callable[[], None]
     hindrance: Callable[[], str] = lambda: ""
@@ -50,14 +48,14 @@ NO_RESET = Reset(lambda: None, lambda: "it cannot begin anew here")
 
 
 class Control:
-    """Lets guests say how time passes.
+    """Time control for clients.
 
     Args:
-        tempo: how time passes.
-        reset: how to begin anew.
-        refused: why other actions are refused, by name: a real robot's time cannot stand.
-        lockstep: whether time passes for guests that ask for it, and for nothing else.
-        acts: what can be done besides, or is done otherwise here, by the name of the action; takes what was asked.
+        tempo: rate control of the simulation.
+        reset: its reset action.
+        refused: reasons why other actions are refused, by action; a real robot's time cannot be paused.
+        lockstep: True if time advances only on request.
+        acts: further actions, or replacements, by name; each takes the request.
     """
 
     def __init__(
@@ -72,74 +70,79 @@ class Control:
         self.tempo = tempo
         self.resets = 0
         self.over = ""
-        """Why no time passes any more, such as the end of the run; empty while time may pass."""
+        """Reason why time passes no more, such as the end of the run; empty while time may pass."""
         self._reset = reset
         self._refused = dict(refused or {})
         self._lockstep = lockstep
         self._acts = dict(acts or {})
 
     def state(self) -> dict[str, Any]:
-        """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
+        """Return the state of time; its `refused` has a reason for each action that is refused."""
         tempo = self.tempo
         ended = dict.fromkeys(_OF_TIME, self.over) if self.over else {}
         refused = {**self._refused, **ended, "reset": self._reset.hindrance()}
         return {
             "paused": tempo.is_paused,
             "ticks_left": tempo.ticks_left,
-            "speed": FASTER_THAN_ANY if tempo.speed is None else tempo.speed,
+            "speed": UNLIMITED if tempo.speed is None else tempo.speed,
             "lockstep": self._lockstep,
             "resets": self.resets,
             "over": self.over,
             "refused": {action: reason for action, reason in refused.items() if reason},
         }
 
-    def control(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Do what is asked for; RejectedCommandError and UnknownNameError say why not."""
+    def control(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Perform the action of a request, and return the new state.
+
+        Raises:
+            UnknownNameError: there is no such action.
+            RejectedCommandError: the action is refused; the text says why.
+        """
         acts: dict[str, Act] = {
             "pause": lambda _: self.tempo.pause(),
             "resume": lambda _: self.tempo.resume(),
-            "step": lambda asked: self.tempo.step(_ticks(asked.get("ticks", 1))),
-            "speed": lambda asked: self.tempo.set_speed(_speed(asked.get("factor"))),
-            "reset": lambda _: self._begin_anew(),
+            "step": lambda request: self.tempo.step(_ticks(request.get("ticks", 1))),
+            "speed": lambda request: self.tempo.set_speed(_speed(request.get("factor"))),
+            "reset": lambda _: self._perform_reset(),
             "state": lambda _: None,
             **self._acts,
         }
-        action = asked.get("action")
+        action = request.get("action")
         if not isinstance(action, str) or action not in acts:
             raise UnknownNameError("action", f"{action!s:.40}", acts)
         reason = self.state()["refused"].get(action)
         if reason:
             raise RejectedCommandError(reason)
-        acts[action](asked)
+        acts[action](request)
         return self.state()
 
-    def _begin_anew(self) -> None:
+    def _perform_reset(self) -> None:
         self._reset.act()
         self.resets += 1
         self.tempo.begin_anew()
 
 
 def _ticks(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_TICKS:
-        raise RejectedCommandError(f"ticks: a whole number from 1 to {MOST_TICKS}, not {value!r:.40}")
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_TICKS:
+        raise RejectedCommandError(f"ticks: a whole number from 1 to {MAX_TICKS}, not {value!r:.40}")
     return value
 
 
 def _speed(value: Any) -> float | None:
-    if value == FASTER_THAN_ANY:
+    if value == UNLIMITED:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not SLOWEST <= value <= FASTEST:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not MIN_SPEED <= value <= MAX_SPEED:
         raise RejectedCommandError(
-            f'factor: a number from {SLOWEST:g} to {FASTEST:g}, or "{FASTER_THAN_ANY}", not {value!r:.40}'
+            f'factor: a number from {MIN_SPEED:g} to {MAX_SPEED:g}, or "{UNLIMITED}", not {value!r:.40}'
         )
     return float(value)
 
 
 Tell = Callable[[dict[str, Any]], dict[str, Any]]
-"""Tells what a panel shows, as JSON values; takes what was asked."""
+"""Returns a panel as JSON values; takes the request."""
 
 
-def offer_panel(server: Server, tell: Tell, control: Control) -> None:
-    """Offer a panel and the control of time on a server."""
-    server.offer(PANEL, lambda asked: {**tell(asked), "control": control.state()})
+def offer_panel(server: Server, panel: Tell, control: Control) -> None:
+    """Offer a panel and time control on a server."""
+    server.offer(PANEL, lambda request: {**panel(request), "control": control.state()})
     server.offer(CONTROL, control.control)

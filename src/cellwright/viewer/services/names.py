@@ -1,24 +1,24 @@
-"""Names of the services for those who look on. Pages and other guests know them by these, and load nothing else."""
+"""Names of the viewer services. Pages and other clients import these only."""
 
 SCENE = "cellwright/scene"
-"""What there is to be seen."""
+"""Shapes, bodies and meshes."""
 FRAME = "cellwright/frame"
-"""Where it is now."""
+"""Poses of the bodies."""
 PANEL = "cellwright/panel"
-"""What a panel shows of it, and how its time passes."""
+"""Panel, with the state of time."""
 CONTROL = "cellwright/control"
-"""How its time is to pass."""
+"""Time control."""
 
-FOR_ONLOOKERS = (SCENE, FRAME, PANEL, CONTROL)
-"""All of them."""
+VIEWER_SERVICES = (SCENE, FRAME, PANEL, CONTROL)
+"""All services for viewers."""
 
 MIN_DEVIATION = 0.02
 """A tool farther from its setpoint than this [m] is held up."""
 
 PAGE = "/page_"
-"""What the names of pages as guests begin with."""
+"""Prefix of the node names of pages."""
 
 
 def is_viewer(node: str) -> bool:
-    """Whether a guest of this name looks on, and does not work what is served."""
+    """Return whether a client of this name is a viewer, and no agent."""
     return node.startswith(PAGE)

@@ -1,21 +1,19 @@
 """Panel of a robot: joint groups, positions, targets, command status; and the grouping of joints.
 
-| key | what it is |
-|---|---|
-| `kind`, `name` | `robot`, and which |
-| `time`, `stamp` | simulation time, and the time that messages carry [ns] |
-| `digest` | of `robot` |
-| `robot` | what stays as it is (see `RobotPanel.robot`); left out for who knows it already: `{"robot": digest}` |
-| `positions`, `targets` | of each joint [rad; m]: measured, null where nobody knows, and what it is given |
-| `tips`, `references` | of each arm: world_T_tip, and world_T_reference, in whose frame its poses are commanded |
-| `aims` | of each arm: world_T_tip that it is being brought to, or null |
-| `grippers`, `gripper_targets` | how far each is closed, 0 to 1, and is to be |
-| `base` | world_T_base |
-| `enabled`, `stopped`, `homing`, `silent` | whether commands are taken, and what stands against it |
-| `held`, `message` | why the robot was held last; what there is to say of it |
-| `commander` | the nodes that command it now |
-| `taken`, `refused`, `ignored` | how many commands |
-| `refusals` | how many were refused, by source: those that were refused most |
+- `kind`, `name`: `robot`, and its name
+- `time`, `stamp`: simulation time, and the time in message stamps [ns]
+- `digest`: of `robot`
+- `robot`: constants, see `RobotPanel.robot`; absent if the request has the digest, as in `{"robot": digest}`
+- `positions`, `targets`: of each joint [rad; m]: measured, null where unknown, and target
+- `tips`, `references`: of each arm: world_T_tip, and world_T_reference, the frame of its pose commands
+- `aims`: of each arm: target of world_T_tip, or null
+- `grippers`, `gripper_targets`: closing of each, 0 to 1: measured, and target
+- `base`: world_T_base
+- `enabled`, `stopped`, `homing`, `silent`: True if commands are on; what stands against them
+- `held`, `message`: reason of the last hold; status text
+- `commander`: the nodes that command it now
+- `taken`, `refused`, `ignored`: counts of commands
+- `refusals`: counts of refused commands by source, the largest only
 
 A pose is [x, y, z, qw, qx, qy, qz], in m.
 """
@@ -48,10 +46,10 @@ class JointGroup:
     """Joints that belong together.
 
     Attributes:
-        name: for people: `right arm`, `head`.
+        name: for display: `right arm`, `head`.
         kind: `arm`, `hand`, `head`, `waist`, `lift`, `legs` or `other`.
-        joints: their names, in the order of the robot.
-        side: which of the arms or hands, right 0, left 1; None for what has no side.
+        joints: their names, in the robot's order.
+        side: of an arm or hand, right 0, left 1; None for a group without a side.
     """
 
     name: str
@@ -61,29 +59,29 @@ class JointGroup:
 
 
 def side_name(place: int, count: int) -> str:
-    """What the arm or gripper at a place of a configuration's list is called; empty for one that is alone."""
+    """Display name of the arm or gripper at this index of the configuration's list; empty for a single one."""
     if count == 1:
         return ""
     return _SIDES[place] if place < len(_SIDES) else str(place + 1)
 
 
 def joint_groups(config: RobotConfig, numbers: Mapping[str, int]) -> tuple[JointGroup, ...]:
-    """The groups of a robot; each joint is in one, and a group that would be empty is left out.
+    """Return the groups of a robot, none empty; each joint is in one.
 
-    `numbers` holds the joints that can be told where to go, by name, with their place in the robot's order.
+    `numbers` maps each joint that takes targets to its index in the robot's order.
     """
     left = set(numbers)
     found = []
-    for group in _wanted(config, tuple(numbers)):
-        mine = tuple(sorted((name for name in group.joints if name in left), key=lambda name: numbers[name]))
-        left.difference_update(mine)
-        if mine:
-            found.append(JointGroup(group.name, group.kind, mine, group.side))
+    for group in _candidates(config, tuple(numbers)):
+        members = tuple(sorted((name for name in group.joints if name in left), key=lambda name: numbers[name]))
+        left.difference_update(members)
+        if members:
+            found.append(JointGroup(group.name, group.kind, members, group.side))
     return tuple(found)
 
 
-def _wanted(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointGroup]:
-    """The groups one after another; a joint goes to the first that names it."""
+def _candidates(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointGroup]:
+    """Yield candidate groups in order; a joint goes to the first that names it."""
     for place, arm in enumerate(config.arms):
         yield JointGroup(f"{side_name(place, len(config.arms))} arm".strip(), "arm", arm.joints, place)
     if config.head is not None:
@@ -102,13 +100,13 @@ def _wanted(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointGroup
 
 KIND = "robot"
 
-_DIGITS = 5  # behind the point, of joints: 0.01 mm
-_FINE = 9  # of poses: who sends one back that was told must not move the hand
-_MOST_REFUSALS = 8
+_DIGITS = 5  # decimals of joint positions: 0.01 mm
+_FINE = 9  # of poses: sending a reported pose back must not move the hand
+_MAX_REFUSALS = 8
 
 
 class RobotPanel:
-    """Tells it of a robot's node. Asking changes nothing."""
+    """Panel of a robot's node. A request changes nothing."""
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
@@ -119,14 +117,14 @@ class RobotPanel:
             for place, arm in enumerate(config.arms)
         ]
 
-    def tell(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """The panel as it is now; `asked["robot"]` is the digest of what is known already."""
+    def tell(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the current panel; `asked["robot"]` is the digest of the constants that the client has."""
         node = self._node
         status = status_of(node.commander, node.bus)
         positions = node.driver.read().positions
         references = [node.link_pose(link) for link in node.ee_poses.references]
-        most = sorted(node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
-        told: dict[str, Any] = {
+        ranked = sorted(node.bus.refusals.counts.items(), key=lambda entry: (-entry[1], entry[0]))
+        panel: dict[str, Any] = {
             "kind": KIND,
             "name": node.name,
             "time": node.simulation.now,
@@ -153,20 +151,23 @@ class RobotPanel:
             "taken": status.taken,
             "refused": status.refused,
             "ignored": status.ignored,
-            "refusals": dict(most[:_MOST_REFUSALS]),
+            "refusals": dict(ranked[:_MAX_REFUSALS]),
         }
-        if asked.get("robot") != self._digest:
-            told["robot"] = self.robot
-        return told
+        if request.get("robot") != self._digest:
+            panel["robot"] = self.robot
+        return panel
 
     @cached_property
     def robot(self) -> dict[str, Any]:
-        """What stays as it is.
+        """Constants of the robot.
 
-        `joints` (`name`, `lower` and `upper` [rad; m] or null, `unit`, `follows`: whether it mimics another), in the
-        order of all lists; `groups` of them (`name`, `kind`, `side`, `joints` by number); `arms` (`name`, `tip`,
-        `reference`); `grippers`, by name; `base_mode`, or null where the base cannot be moved; `is_real`, whether a
-        driver moves it instead of the simulation.
+        - `joints`: `name`, `lower` and `upper` [rad; m] or null, `unit`, and `follows`, True if it mimics another. All
+          lists have this order.
+        - `groups`: `name`, `kind`, `side`, and `joints` by number.
+        - `arms`: `name`, `tip`, `reference`.
+        - `grippers`: names.
+        - `base_mode`: null if the base cannot move.
+        - `is_real`: True if a driver moves the robot instead of the simulation.
         """
         node, config = self._node, self._node.config
         commander = node.commander

@@ -1,1 +1,1 @@
-"""A page in a browser on whatever is served: a process of its own, which asks for what it shows."""
+"""Web page for a cell, robot or recording, in its own process; it polls the server."""

@@ -1,18 +1,17 @@
 """Access guard of the page: listening socket, token and origin checks, filter for messages of browsers.
 
-viser trusts a browser. A message may set any attribute of an element for everybody, `removed` too. It may fill the
-memory with files that no element asks for, and viser keeps messages on forms that are not there for all who come later.
-So a message is taken here only if it has one of the types below, fields of their types, finite numbers and short texts.
-Its element must be there, in use, and able to hold the value. Other messages are dropped and counted; their browser
+viser trusts a browser. A message may set any attribute of an element for all browsers, `removed` too. It may fill the
+memory with files that no element uses. viser also replays messages on missing forms to all later browsers. So the page
+accepts a message only if it has one of the types below, fields of their types, finite numbers and short texts. Its
+element must exist, be enabled, and be able to hold the value. The page drops and counts other messages; their browser
 stays.
 
-Messages that act come in at a limited rate, one message of each browser in turn. A browser that floods the page waits,
-and delays no other for long.
+Messages that act pass at a limited rate, one message of each browser in turn. A browser that floods the page waits, and
+delays no other for long.
 
-viser takes in whoever comes. So its listening socket is bound here, and every request, a websocket's first one too, is
-looked at before viser sees it, and so is every message. On loopback that keeps out pages of others that a browser of
-this machine has open: they cannot name this host (DNS rebinding), and their origin gives them away. With a token nobody
-comes in without it.
+viser accepts any connection. So the guard binds the listening socket, and checks every request, websocket handshakes
+too, and every message before viser. On loopback that keeps out other sites in a browser of this machine. They cannot
+name this host (DNS rebinding), and their origin gives them away. A page with a token refuses requests without it.
 """
 
 import asyncio
@@ -36,9 +35,9 @@ from websockets.typing import Data
 from cellwright.middleware.server.server import open_listener
 from cellwright.util.errors import UsageError
 
-MAX_NUMBER = 1e9  # larger numbers are no joint, no place and no time
+MAX_NUMBER = 1e9  # no joint, position or time is larger
 MAX_TEXT = 1000  # characters
-MAX_RATE = 200.0  # messages a second that act, of all browsers together
+MAX_RATE = 200.0  # messages per second that act, of all browsers together
 
 _Number: TypeAlias = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 _Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
@@ -47,11 +46,11 @@ _Four: TypeAlias = tuple[_Number, _Number, _Number, _Number]
 
 
 class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
-    """A message of viser's, under its name there."""
+    """Message of viser, under its name there."""
 
 
 class _Camera(_Message, tag="ViewerCameraMessage"):
-    """Where a browser looks from."""
+    """Camera of a browser."""
 
     wxyz: _Four
     position: _Three
@@ -65,34 +64,34 @@ class _Camera(_Message, tag="ViewerCameraMessage"):
 
 
 class _Value(msgspec.Struct, forbid_unknown_fields=True):
-    """The only attribute of an element that a browser may set."""
+    """Only attribute of an element that a browser may set."""
 
     value: bool | _Number | _Text
 
 
 class _Update(_Message, tag="GuiUpdateMessage"):
-    """An element was used."""
+    """Change of an element."""
 
     uuid: _Text
     updates: _Value
 
 
 class _Hold(_Message, tag="GuiButtonHoldMessage"):
-    """A button is held."""
+    """Hold of a button."""
 
     uuid: _Text
     frequency: _Number
 
 
 class _Start(_Message, tag="TransformControlsDragStartMessage"):
-    """A handle in the scene was taken hold of."""
+    """Grab of a handle in the scene."""
 
     name: _Text
     owner: _Text = ""
 
 
 class _Drag(_Message, tag="TransformControlsUpdateMessage"):
-    """It was moved."""
+    """Drag of a handle."""
 
     name: _Text
     wxyz: _Four
@@ -101,7 +100,7 @@ class _Drag(_Message, tag="TransformControlsUpdateMessage"):
 
 
 class _End(_Message, tag="TransformControlsDragEndMessage"):
-    """It was let go."""
+    """Release of a handle."""
 
     name: _Text
     owner: _Text = ""
@@ -111,25 +110,29 @@ _Taken: TypeAlias = _Camera | _Update | _Hold | _Start | _Drag | _End
 
 
 class Incoming:
-    """Decides on messages."""
+    """Filter of incoming messages."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.dropped = 0
-        """Count of the messages that were not taken."""
+        """Count of dropped messages."""
         self._clock = clock
         self._next = 0.0
         self._elements: Mapping[str, Any] = {}
         self._decoder = msgspec.msgpack.Decoder(_Taken)
 
     def follow(self, gui: Any) -> None:
-        """Take messages for the elements of viser's GUI; UsageError: this version of viser keeps them elsewhere."""
+        """Accept messages for the elements of viser's GUI.
+
+        Raises:
+            UsageError: this version of viser keeps them elsewhere.
+        """
         elements = getattr(gui, "_gui_input_handle_from_uuid", None)
         if not isinstance(elements, dict):
             raise UsageError("the page cannot be guarded with this version of viser")
         self._elements = elements
 
     def delay(self, data: bytes | str) -> float | None:
-        """How long a message waits before viser gets it [s]; None to drop it."""
+        """Delay of a message before viser gets it [s]; None to drop it."""
         try:
             message = self._decoder.decode(data) if isinstance(data, bytes) else None
         except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError):
@@ -138,7 +141,7 @@ class Incoming:
             self.dropped += 1
             return None
         if isinstance(message, _Camera):
-            return 0.0  # it moves nobody but its browser
+            return 0.0  # it moves only its browser's view
         now = self._clock()
         self._next = max(self._next + 1 / MAX_RATE, now)
         return self._next - now
@@ -155,7 +158,7 @@ class Incoming:
 
 
 def _holds(element: Any, value: object) -> bool:
-    """Whether an element can have a value: of the type that it has now, and one of its options if it has such."""
+    """Return whether an element can hold a value: of its current type, and one of its options if it has any."""
     options = getattr(element, "options", None)
     if options is not None:
         return value in options
@@ -163,49 +166,49 @@ def _holds(element: Any, value: object) -> bool:
     return isinstance(value, bool) if kind is bool else kind in (int, float) and type(value) is float
 
 
-MOST_CONNECTIONS = 32  # browsers that may look on at once
-MAX_UNFINISHED = 32  # connections whose request is not whole yet; the oldest one makes room for another
-LONGEST_MESSAGE = 4 << 20  # bytes of what is taken of a browser
+MAX_CONNECTIONS = 32  # browsers at once
+MAX_UNFINISHED = 32  # connections without a whole request; the oldest makes room for another
+MAX_MESSAGE_BYTES = 4 << 20  # bytes of a browser's message
 TOKEN = "token"  # noqa: S105 (its name in the page's address)
 
 _COOKIE = "cellwright_page"
-_TRIES = 20  # ports that are tried, from the one that was wished for
+_TRIES = 20  # ports to try, from the requested one
 _OWN_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 
 
 class Door:
-    """Listens for browsers.
+    """Access guard: listening socket and request checks.
 
     Args:
-        host: the address to listen at.
-        port: the port to listen at; where it is in use, one of the next ones is taken, and 0 takes any that is free.
-        token: what has to be in the page's address; empty lets in everybody who can reach it.
+        host: the address of the socket.
+        port: the port; the next ones if it is in use. 0 takes any free port.
+        token: required in the page's address; empty admits every client that can reach it.
 
     Raises:
-        UsageError: the address cannot be listened at, or is open to the network without a token.
+        UsageError: the address is not available, or open to the network without a token.
     """
 
     def __init__(self, host: str, port: int, *, token: str = "") -> None:
-        self.socket = open_listener(host, port, tries=_TRIES, backlog=MOST_CONNECTIONS)
+        self.socket = open_listener(host, port, tries=_TRIES, backlog=MAX_CONNECTIONS)
         self.host, self.port = str(self.socket.getsockname()[0]), int(self.socket.getsockname()[1])
         self.token = token
         if not (token or ip_address(self.host).is_loopback):
             self.socket.close()
             raise UsageError(f"{host} is open to the network: a page there needs a token")
         self.incoming = Incoming()
-        """What is taken of the browsers that are let in."""
+        """Filter for the messages of admitted browsers."""
         self._count = 0
         self._unfinished: dict[Any, None] = {}
 
     @property
     def url(self) -> str:
-        """The page's address, with the token in it. Where it listens at all addresses, it is that of this machine."""
+        """The page's address with its token. A wildcard address becomes the name of this machine."""
         host = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(self.host, self.host)  # noqa: S104
         host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.port}/" + (f"?{TOKEN}={self.token}" if self.token else "")
 
     def refusal(self, path: str, headers: Headers) -> str:
-        """Why a request is not let in; empty when it is."""
+        """Return why a request is refused; empty if it is not."""
         if len(headers.get_all("Host")) != 1 or len(headers.get_all("Origin")) > 1:
             return "a request names one host"
         host = headers["Host"]
@@ -220,7 +223,11 @@ class Door:
 
     @contextmanager
     def guards_viser(self) -> Iterator[None]:
-        """While a viser server is made: have it listen here; UsageError: this version of viser goes another way."""
+        """Make a viser server that starts meanwhile listen at this socket.
+
+        Raises:
+            UsageError: this version of viser starts in another way.
+        """
         serve, is_used = websockets.asyncio.server.serve, False
 
         def guarded(handler: Callable[..., Any], *_address: Any, **options: Any) -> Any:
@@ -228,7 +235,7 @@ class Door:
             is_used = True
             options.update(
                 sock=self.socket,
-                max_size=LONGEST_MESSAGE,
+                max_size=MAX_MESSAGE_BYTES,
                 create_connection=self._connection,
                 process_request=self._looking_at(options.get("process_request")),
             )
@@ -243,7 +250,7 @@ class Door:
             raise UsageError("the page cannot be guarded with this version of viser")
 
     def _connection(self, *arguments: Any, **options: Any) -> websockets.asyncio.server.ServerConnection:
-        """A connection that has sent no request yet."""
+        """Connection without a request so far."""
         connection = _Connection(*arguments, **options)
         connection.unfinished, connection.incoming = self._unfinished, self.incoming
         return connection
@@ -255,14 +262,14 @@ class Door:
             if reason:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
             is_page = request.headers.get("Upgrade", "").lower() != "websocket"
-            if not is_page and self._count >= MOST_CONNECTIONS:
+            if not is_page and self._count >= MAX_CONNECTIONS:
                 return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, "too many look on already\n")  # type: ignore[no-any-return]
             response: Response | None = None if answer is None else answer(connection, request)
             if is_page and response is not None:
                 response.headers["Referrer-Policy"] = "no-referrer"
                 response.headers["X-Frame-Options"] = "SAMEORIGIN"
                 response.headers["Cache-Control"] = "no-store"
-                if self.token:  # the websocket's address has none, but the browser shows it this again
+                if self.token:  # the websocket's address has none, but the browser returns this cookie
                     cookie = f"{_COOKIE}_{self.port}={self.token}; Path=/; HttpOnly; SameSite=Strict"
                     response.headers["Set-Cookie"] = cookie
             return response
@@ -274,7 +281,7 @@ class Door:
             self._count += 1  # in the one thread of the event loop
             try:
                 await handler(connection)
-            except Exception:  # what a browser sent made no sense, and that is its own affair
+            except Exception:  # of a message that makes no sense; only its browser suffers
                 await connection.close(1008, "that was no message of this page")
             finally:
                 self._count -= 1
@@ -293,9 +300,9 @@ class Door:
 
 
 class _Connection(websockets.asyncio.server.ServerConnection):
-    """A connection that is in `unfinished` until its request is whole, so that half requests keep nobody out.
+    """Connection that stays in `unfinished` until its request is whole, so that half requests block no others.
 
-    viser receives only what `incoming` takes.
+    viser receives only messages that `incoming` accepts.
     """
 
     unfinished: dict[Any, None]
@@ -324,7 +331,7 @@ class _Connection(websockets.asyncio.server.ServerConnection):
 
 
 def _parts(address: str) -> tuple[str, str]:
-    """Host with port, and host alone, of an Origin header or `//` and a Host header; empty where it names none."""
+    """Host with port, and host alone, of an Origin header or of `//` and a Host header; empty if it names none."""
     try:
         parts = urlsplit(address)
         return parts.netloc.lower(), parts.hostname or ""

@@ -22,13 +22,13 @@ _OUTCOMES = {
     "unstable": "the simulation became unstable",
     "until": "stopped before the competition was done",
 }
-"""Words for those outcomes of a run that do not speak for themselves, as in `run.result.Outcome`."""
+"""Words for outcomes that need an explanation, as in `run.result.Outcome`."""
 _THERE = ("placed", "too far", "tilted", "turned", "off tray")
 """Causes of ordered parts of which a good one is on the tray."""
 
 
 def head_html(panel: Panel) -> str:
-    """What it is, how it stands, the score, and what the agent is about."""
+    """Name, state, score, and the agent's intention."""
     about, score = panel["about"], panel["score"]
     facts = [f"agent {about['agent']}"] if about.get("agent") else []
     facts += [f"seed {about['seed']}", f"servo {about['servo']}"]
@@ -43,9 +43,9 @@ def head_html(panel: Panel) -> str:
         widgets.line(widgets.big(f"{score['total']:g}", _of_how_many(score))),
     ]
     if (intention := panel.get("intention")) is not None:
-        what = intention["text"]
-        now = widgets.mark("➤", BLUE, f"<b>{widgets.text(what)}</b>")
-        parts.append(widgets.dim(f"last: {what}") if _is_over(panel) else now)
+        text = intention["text"]
+        now = widgets.mark("➤", BLUE, f"<b>{widgets.text(text)}</b>")
+        parts.append(widgets.dim(f"last: {text}") if _is_over(panel) else now)
     found = panel.get("collisions")
     if found and found["latest"]:
         more = f" ({found['count']} collisions)" if found["count"] > 1 else ""
@@ -54,7 +54,7 @@ def head_html(panel: Panel) -> str:
 
 
 def game_html(panel: Panel) -> str:
-    """How long the game has gone on, and what is left of its time."""
+    """Elapsed and remaining time of the game."""
     spent, limit = panel["clock"]["process_time"], panel["time_limit"]
     if panel["state"] in ("init", "ready"):
         return widgets.block(widgets.dim("the competition has not begun"))
@@ -66,7 +66,7 @@ def game_html(panel: Panel) -> str:
 
 
 def result_html(panel: Panel) -> str:
-    """How the run ended, with its score; nothing while it has not."""
+    """End of the run with its score; empty while it runs."""
     found = panel.get("result")
     if found is None:
         return ""
@@ -88,7 +88,7 @@ def result_html(panel: Panel) -> str:
 
 
 def orders_html(panel: Panel) -> str:
-    """Each order with its kits, and a tick for each part that is there."""
+    """Orders with their kits, and a tick for each part on its tray."""
     if not panel["orders"]:
         return widgets.block(widgets.dim("no order has been announced yet"))
     judged = {kit["kit_type"]: kit for order in panel["score"]["orders"] for kit in order["kits"]}
@@ -96,12 +96,12 @@ def orders_html(panel: Panel) -> str:
 
 
 def trays_html(panel: Panel) -> str:
-    """What lies on each tray, as it last reported, and what it would earn now."""
+    """Last reported contents of each tray, and its points if sent now."""
     return "".join(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
 
 
 def evidence_html(panel: Panel) -> str:
-    """The score, each point with its reason."""
+    """Score, each point with its reason."""
     score = panel["score"]
     parts = [widgets.dim(score["reachable_reason"])] if score["reachable_reason"] else []
     kits = [kit for order in score["orders"] for kit in order["kits"]]
@@ -111,7 +111,7 @@ def evidence_html(panel: Panel) -> str:
 
 
 def floor_html(panel: Panel) -> str:
-    """Belt, gripper, AGVs, and what the arm hit, the newest first."""
+    """Belt, gripper, AGVs, and collisions of the arm, the newest first."""
     belt, gripper = panel["belt"], panel["gripper"]
     parts = [widgets.dim("as it stood at the end")] if _is_over(panel) else []
     come = "" if belt["population"] is None else ", parts come" if belt["population"] else ", no parts come"
@@ -133,7 +133,7 @@ def floor_html(panel: Panel) -> str:
 
 
 def _collision(each: Panel) -> str:
-    """A collision in words; one that still lasts has no end."""
+    """Text of a collision; one that still lasts has no end."""
     lasted = "" if each["end"] is None else f" for {each['end'] - each['begin']:.1f} s"
     held_up = f"; tool held up {each['deviation'] * 1e3:.0f} mm" if each["deviation"] > MIN_DEVIATION else ""
     return f"t {each['begin']:.1f} s  {each['link']} against {each['obstacle']}{lasted}{held_up}"
@@ -144,7 +144,7 @@ def _is_over(panel: Panel) -> bool:
 
 
 def _state_chip(state: str, color: str, panel: Panel) -> str:
-    """A state as a chip. When the run is over nothing goes on from it: the chip says how it stood then."""
+    """Chip of a state. After the run it says that this was the state at the end."""
     words = state.replace("_", " ")
     is_left = _is_over(panel) and state != "done"
     return widgets.chip(f"{words} at the end", GREY) if is_left else widgets.chip(words, color)
@@ -166,7 +166,7 @@ def _order(order: Panel, panel: Panel, judged: dict[str, Panel]) -> str:
 
 
 def _best_guess(kit: Panel, panel: Panel, judged: dict[str, Panel]) -> tuple[list[str], str]:
-    """What became of each part of a kit: as it was judged, or on the tray that would earn most as this kit."""
+    """Cause for each part of a kit: as judged, or on the tray with the most points as this kit."""
     if kit["submitted"] and kit["kit_type"] in judged:
         found = judged[kit["kit_type"]]
         return [part["cause"] for part in found["parts"]], f"sent: {found['total']:g} of {found['best']:g}"
@@ -204,7 +204,7 @@ def _tray(tray: Panel, agv: Panel, panel: Panel) -> str:
 
 
 def _part_name(name: str) -> str:
-    """The name of a part without where it came from."""
+    """Name of a part without its origin."""
     return name.rpartition("|")[2]
 
 
@@ -226,11 +226,11 @@ def _judged(kit: Panel) -> str:
     for part in kit["parts"]:
         points = part["presence"] + part["pose"]
         sign, color = ("✓", GREEN) if points == 2 else ("✓", AMBER) if points else ("✗", RED)
-        what = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
-        parts.append(widgets.mark(sign, color, what))
+        text = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
+        parts.append(widgets.mark(sign, color, text))
     for extra in kit["extras"]:
-        kind, said = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
-        parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {said}"))
+        kind, notice = widgets.text(extra["type"]), widgets.text(f"{_part_name(extra['name'])}: {extra['reason']}")
+        parts.append(widgets.mark("✗", RED, f"<b>{kind}</b> {notice}"))
     return widgets.block(*parts)
 
 
@@ -238,42 +238,42 @@ ORDERS, SCORE, CELL = "Orders", "Score", "Cell"  # tabs
 START, END = "Start", "End"
 _GAME = {START: "/ariac/start_competition", END: "/ariac/end_competition"}
 STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
-"""What comes of a panel that was recorded by another version, or is none: it must not end the page."""
+"""Errors of a panel that another version recorded, or that is none; they must not end the page."""
 
-_SETTLED = 1.5  # [s] after one has moved the belt's slider before it follows the belt again
+_SETTLED = 1.5  # [s] after a click on the belt's slider before it follows the belt again
 _PANEL_ORDER = -20.0  # above all else
 
 
 class CellPanels(Feature):
-    """Shows a cell, also one that was recorded."""
+    """Panels of a cell, live or recorded."""
 
     def __init__(self) -> None:
         self._is_up = False
         self._slid_at = -_SETTLED
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
-        """Put the panels up, once, where a cell is shown."""
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
+        """Create the panels, once, if the page shows a cell."""
         if not self._is_up and cell_of(self.page.first_panel) is not None:
-            self._put_up()  # now, so that its tabs are the first ones
+            self._put_up()  # now, so that its tabs come first
 
     def panel(self, panel: dict[str, Any]) -> None:
-        """Show how the cell stands."""
-        told = cell_of(panel)
-        if told is None:
+        """Show the state of the cell."""
+        cell = cell_of(panel)
+        if cell is None:
             return
         if not self._is_up:
             self._put_up()
         is_recorded = panel.get("kind") != "cell"
         try:
-            self._show(told)
-            said = "this is a recording: nothing can be changed any more" if is_recorded else ""
-            self._offer(said or told["refused"].get("belt", ""))
+            self._show(cell)
+            notice = "this is a recording: nothing can be changed any more" if is_recorded else ""
+            self._offer(notice or cell["refused"].get("belt", ""))
         except STRANGE as error:
-            said = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
-            self._head.content = widgets.block(said)
+            notice = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
+            self._head.content = widgets.block(notice)
 
-    def away(self, reason: str) -> None:
-        """Nobody answers: offer nothing."""
+    def on_disconnect(self, reason: str) -> None:
+        """Disable the controls: the server does not answer."""
         if self._is_up:
             self._offer(reason)
 
@@ -302,21 +302,21 @@ class CellPanels(Feature):
             lambda event: self._call(f"/ariac/kit_tray_{_number(event.target.value)}/clear_tray", TriggerRequest())
         )
 
-    def _show(self, told: dict[str, Any]) -> None:
-        self._head.content = head_html(told)
-        self._time.content = game_html(told)
-        self._orders.content = orders_html(told)
-        self._trays.content = trays_html(told)
-        self._evidence.content = evidence_html(told)
-        self._floor.content = floor_html(told)
+    def _show(self, cell: dict[str, Any]) -> None:
+        self._head.content = head_html(cell)
+        self._time.content = game_html(cell)
+        self._orders.content = orders_html(cell)
+        self._trays.content = trays_html(cell)
+        self._evidence.content = evidence_html(cell)
+        self._floor.content = floor_html(cell)
         if time.perf_counter() - self._slid_at > _SETTLED:
-            self._belt.value = float(told["belt"]["power"])  # type: ignore[misc]
-        kits = tuple(kit["kit_type"] for order in told["orders"] for kit in order["kits"] if not kit["submitted"])
+            self._belt.value = float(cell["belt"]["power"])  # type: ignore[misc]
+        kits = tuple(kit["kit_type"] for order in cell["orders"] for kit in order["kits"] if not kit["submitted"])
         if tuple(self._kit.options) != (kits or ("(none)",)):
             self._kit.options = kits or ("(none)",)
 
     def _offer(self, reason: str) -> None:
-        """Offer what one may do, unless there is a reason not to."""
+        """Enable the controls, unless there is a reason not to."""
         self._why_not.content = widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else ""
         for handle in self._doing:
             handle.visible = not reason  # viser disables no group of buttons
@@ -334,15 +334,15 @@ class CellPanels(Feature):
         try:
             response = self.page.link.call(service, request)
         except CellwrightError as error:
-            self.page.tell(f"{service}: refused", str(error), is_bad=True)
+            self.page.notify(f"{service}: refused", str(error), is_bad=True)
             return
         if not response.success:
-            said = getattr(response, "message", "") or "not now"
-            self.page.tell(f"{service}: refused", str(said), is_bad=True)
+            notice = getattr(response, "message", "") or "not now"
+            self.page.notify(f"{service}: refused", str(notice), is_bad=True)
 
 
 def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:
-    """The cell that a panel tells of, or that a recording told of then; None where it is none."""
+    """The cell of a panel, also of a recording's panel; None if it is of no cell."""
     found = panel.get("of") if panel.get("kind") == "recording" else panel
     return found if isinstance(found, dict) and found.get("kind") == "cell" else None
 

@@ -22,23 +22,23 @@ from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
 T = TypeVar("T")
 
 _REQUEST = "_Request"
-_PATIENCE = 10.0  # [s] to wait for a greeting
+_PATIENCE = 10.0  # [s], timeout of the greeting
 
 
 class AwayError(CellwrightError):
-    """Nobody is there to be asked; it may come back."""
+    """Error of a server that does not answer; it may come back."""
 
 
 class Link:
-    """A guest of what is served. It may be used by several threads; each waits for its answer.
+    """Connection to the server. Several threads may use it; each waits for its answer.
 
-    It reaches the other end when it is first used, and again when it is used after the other end was gone. All of its
-    methods raise AwayError where nobody is there, and CellwrightError where they are refused; the text says why.
+    It connects on first use, and reconnects on use after a loss. All methods raise AwayError if the server does not
+    answer, and CellwrightError for a refused request; the text says why.
 
     Args:
-        address: host and port at which the cell or the robot is served.
-        node: its name as a guest.
-        key: the key of the server there, for its own page; a competition tells nobody else.
+        address: host and port of the served cell or robot.
+        node: its node name as a client.
+        key: the server's key for its own page, which a competition gives to no other client.
     """
 
     def __init__(self, address: tuple[str, int], *, node: str = "", key: str = "") -> None:
@@ -46,17 +46,17 @@ class Link:
         self._key = key
         self.node = node or f"{PAGE}{os.getpid()}"
         self.welcome: dict[str, Any] = {}
-        """What the other end said of itself when it was reached last: `trial`, `topics`, `services`, `lockstep` …"""
+        """Welcome message of the last connection: `trial`, `topics`, `services`, `lockstep` …"""
         self._connection: Connection | None = None
         self._lock = threading.RLock()
 
     @property
     def is_there(self) -> bool:
-        """Whether somebody was there when it was last asked."""
+        """True if the server answered the last request."""
         return self._connection is not None
 
     def connect(self) -> None:
-        """Reach the other end, once more where that was done before."""
+        """Connect, or reconnect."""
         with self._lock:
             self.close()
             try:
@@ -72,20 +72,24 @@ class Link:
                 raise AwayError(str(error)) from None
             self.welcome = self._connection.welcome
 
-    def ask(self, service: str, **asked: Any) -> dict[str, Any]:
-        """Ask the server itself something (JSON), such as `cellwright/panel`; UnknownNameError: it does not know it."""
-        return self._ask_server(service, asked, WireFrame.json)
+    def ask(self, service: str, **request: Any) -> dict[str, Any]:
+        """Call a service of the server itself (JSON), such as `cellwright/panel`.
 
-    def ask_data(self, service: str, **asked: Any) -> tuple[dict[str, Any], memoryview]:
-        """Ask the server itself for JSON and bytes, such as `cellwright/frame`, as `ask` does."""
-        return self._ask_server(service, asked, WireFrame.data)
+        Raises:
+            UnknownNameError: the server has no such service.
+        """
+        return self._ask_server(service, request, WireFrame.json)
+
+    def ask_data(self, service: str, **request: Any) -> tuple[dict[str, Any], memoryview]:
+        """Call a service of the server that answers with JSON and bytes, such as `cellwright/frame`, as `ask` does."""
+        return self._ask_server(service, request, WireFrame.data)
 
     def publish(self, topic: str, message: Any) -> None:
-        """Send a message as any program does; it is refused, or acted on where time stands."""
+        """Publish a message as any client does; the server refuses it, or acts on it even while time is paused."""
         self._ask(WireFrame(Kind.PUBLISH, 0, topic, type_of(type(message)), payload=to_cdr(message)))
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service of the bus; the answer."""
+        """Call a service of the bus; return the response."""
         name = type_of(type(request)).removesuffix(_REQUEST)
         if not self.is_there:
             self.connect()
@@ -98,14 +102,14 @@ class Link:
         return from_cdr(answer.payload, service_type(types[service]).response)
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         with self._lock:
             if self._connection is not None:
                 self._connection.close()
             self._connection = None
 
-    def _ask_server(self, service: str, asked: dict[str, Any], read: Callable[[WireFrame], T]) -> T:
-        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(asked).encode()))
+    def _ask_server(self, service: str, request: dict[str, Any], read: Callable[[WireFrame], T]) -> T:
+        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(request).encode()))
         try:
             return read(answer)
         except FrameError as error:
@@ -125,34 +129,37 @@ class Link:
 
 log = logging.getLogger(__name__)
 
-_FRAMES = 1 / 30  # [s] between two questions, at most as often
+_FRAMES = 1 / 30  # [s] between two frame requests, at least
 _PANELS = 0.25
-_IDLE = 2.0  # [s] while nobody looks on
-_AWAY = 1.0  # [s] until somebody who is away is looked for again
-_SHARE = 0.5  # of the time at most is spent waiting for answers: who is slow to answer is asked less often
+_IDLE = 2.0  # [s] without a browser
+_AWAY = 1.0  # [s] between attempts to reconnect
+_SHARE = 0.5  # largest share of time spent waiting for answers: a slow server gets fewer requests
 
 
-class Asking:
-    """The page's questions.
+class StatePoller:
+    """Poller for frames and panels of the page.
 
-    What comes of them is put into `found`, in order: a tuple of a Scene and what is said about it when it is another
-    one; a tuple of the moment [s] of the wall clock, a Frame and the whole answer; a dict that the panel shows; an
-    AwayError.
+    It puts results into the queue `found`, in order:
+
+    - (scene, metadata) for a new scene
+    - (wall time [s], frame, answer) for a frame
+    - a dict for a panel
+    - an AwayError
 
     Args:
-        link: of its own: nobody waits for anybody.
-        wants: what the frame service is to be asked for besides.
+        link: a connection that nothing else uses, so that no request waits for another.
+        wants: returns the overlays to request with each frame.
     """
 
     def __init__(self, link: Link, wants: Callable[[], dict[str, Any]]) -> None:
         self.found: SimpleQueue[Any] = SimpleQueue()
         self.is_watched = False
-        """Whether somebody looks on."""
+        """True while a browser is connected."""
         self._link = link
         self._wants = wants
         self._digest = ""
         self._bodies = 0
-        self._newest: tuple[int, Frame] | None = None  # its sequence number, which `since` refers to
+        self._newest: tuple[int, Frame] | None = None  # with its sequence number, which `since` refers to
         self._has_panel = True
         self._panel_due = 0.0
         self._wake = threading.Event()
@@ -160,15 +167,15 @@ class Asking:
         self._thread = threading.Thread(target=self._run, name="asking", daemon=True)
 
     def start(self) -> None:
-        """Begin to ask."""
+        """Start polling."""
         self._thread.start()
 
     def wake(self) -> None:
-        """Ask now."""
+        """Poll now."""
         self._wake.set()
 
     def close(self) -> None:
-        """Ask no more."""
+        """Stop polling."""
         self._is_over = True
         self._wake.set()
 
@@ -179,7 +186,7 @@ class Asking:
             try:
                 self._ask()
                 pause = _FRAMES if self.is_watched else _IDLE
-            except Exception as error:  # nobody answers, or what answers has nothing that makes sense
+            except Exception as error:  # no answer, or none that makes sense
                 if isinstance(error, AwayError):
                     self._has_panel, self._panel_due = True, 0.0
                 elif not isinstance(error, CellwrightError):
@@ -200,7 +207,7 @@ class Asking:
             answer, data = self._ask_for_frame()
         frame = decode_frame(data, None if self._newest is None else self._newest[1])
         if len(frame.poses) != self._bodies:
-            self._digest = ""  # it is asked for anew
+            self._digest = ""  # so that the scene is requested again
             raise MessageError("the frame is not one of the scene")
         try:
             int(answer.get("run", 0))
@@ -225,5 +232,5 @@ class Asking:
         if not isinstance(digest := answer.get("digest"), str):
             raise MessageError("the answer holds no scene")
         self._digest, self._bodies = digest, len(scene.bodies)
-        said = answer.get("about")
-        self.found.put((scene, said if isinstance(said, dict) else {}))
+        metadata = answer.get("about")
+        self.found.put((scene, metadata if isinstance(metadata, dict) else {}))

@@ -14,20 +14,20 @@ from cellwright.rendering.scene import Scene, Shape
 from cellwright.rendering.scene.scene import linear
 from cellwright.rendering.scene.triangles import Triangles, join_triangles, shape_triangles
 
-_FINEST, _COARSEST = 48, 12  # corners of a circle
+_MAX_CORNERS, _MIN_CORNERS = 48, 12  # corners of a circle
 
 
 def surface(shape: Shape, scene: Scene) -> Triangles:
-    """A shape's surface, in the frame of its body."""
+    """Surface of a shape, in the frame of its body."""
     return shape_triangles(shape, scene, _corners)
 
 
 def _corners(radius: float) -> int:
-    return int(min(max(round(220 * math.sqrt(max(radius, 0.0))), _COARSEST), _FINEST) // 4 * 4)
+    return int(min(max(round(220 * math.sqrt(max(radius, 0.0))), _MIN_CORNERS), _MAX_CORNERS) // 4 * 4)
 
 
 def node_name(name: str) -> str:
-    """A name as one step of a node's path."""
+    """Name as one step of a node's path."""
     return name.replace("/", ".") or "unnamed"
 
 
@@ -39,9 +39,9 @@ Colour = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """What a surface is like: from mirror to chalk, from paint to bare metal, from unseen to opaque, all 0..1.
+    """Material of a surface: roughness, metal and opacity, all 0..1.
 
-    What has no opacity is not drawn at all, and throws a shadow.
+    A surface without opacity is not drawn, and casts a shadow.
     """
 
     roughness: float = 0.55
@@ -50,7 +50,7 @@ class Material:
 
 
 def glb(pieces: Iterable[tuple[Triangles, Colour, Material]]) -> bytes:
-    """A glTF file of surfaces with their colours (sRGB 0..1) and materials; one drawing for each material."""
+    """Return a glTF file of surfaces with their colours (sRGB 0..1) and materials; one draw call per material."""
     by_material: dict[Material, list[tuple[Triangles, Colour]]] = {}
     for surface, colour, material in pieces:
         by_material.setdefault(material, []).append((surface, colour))
@@ -98,7 +98,7 @@ def _described(material: Material) -> dict[str, Any]:
 
 
 class _File:
-    """The binary part of a file, as it grows."""
+    """Binary part of a file, as it grows."""
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -106,7 +106,7 @@ class _File:
         self.accessors: list[dict[str, Any]] = []
 
     def vectors(self, values: NDArray[Any], *, bounds: bool = False) -> int:
-        """Add vectors (n, 3); their number."""
+        """Add vectors (n, 3); return their index."""
         found = self._add(values.astype("<f4"), _FLOAT, "VEC3", len(values))
         if bounds:
             kept = values.astype(np.float32)
@@ -114,7 +114,7 @@ class _File:
         return found
 
     def indices(self, faces: NDArray[Any]) -> int:
-        """Adds faces; their number."""
+        """Add faces; return their index."""
         return self._add(faces.astype("<u4"), _UINT, "SCALAR", faces.size)
 
     def _add(self, values: NDArray[Any], kind: int, form: str, count: int) -> int:

@@ -12,46 +12,46 @@ from cellwright.viewer.web.meshes import node_name
 from cellwright.viewer.web.page import Feature, Moment
 from cellwright.viewer.web.views import TAB, tool_point
 
-_ABOVE = 0.04  # [m]: a name stands above its body
+_ABOVE = 0.04  # [m] of a name above its body
 _AXES, _RADIUS = 0.12, 0.003  # [m]
 Segments = NDArray[np.float32]
-_LOOKS = " looks"  # a body that only dresses another has its name and this
+_LOOKS = " looks"  # suffix of a body that only dresses another
 
 
 class Overlay(Feature):
-    """Something over the scene that a box in the tab View switches on."""
+    """Overlay of the scene that a box in the tab View switches on."""
 
     LABEL: ClassVar[str]
     HINT: ClassVar[str | None] = None
     REQUEST: ClassVar[str] = ""
-    """What the frame service is asked for while it is switched on; empty: nothing."""
+    """Key to request from the frame service while it is on; empty: none."""
 
     def __init__(self) -> None:
-        self.handles: dict[Any, Any] = {}  # what is drawn, by any key
+        self.handles: dict[Any, Any] = {}  # of drawn items, by any key
         self._box: Any = None
 
-    def begin(self, scene: Scene) -> None:
-        """Offer it, once, where this scene has something of the kind."""
-        self.handles = {}  # those of the scene before have gone with it
+    def on_scene(self, scene: Scene) -> None:
+        """Offer the overlay, once, if this scene has something to draw."""
+        self.handles = {}  # those of the previous scene are removed with it
         if self.is_in(scene) and self._box is None:
             with self.page.tab(TAB):
                 self._box = self.page.server.gui.add_checkbox(self.LABEL, initial_value=False, hint=self.HINT)
 
     def is_in(self, scene: Scene) -> bool:  # noqa: ARG002
-        """Whether a scene has something to draw. It is called once for each scene."""
+        """Return whether a scene has something to draw. Called once per scene."""
         return True
 
     @property
     def is_on(self) -> bool:
-        """Whether somebody has switched it on."""
+        """True if a browser has switched it on."""
         return self._box is not None and bool(self._box.value)
 
     def wants(self) -> dict[str, Any]:
-        """What is drawn, while it is drawn."""
+        """Request the overlay while it is on."""
         return {self.REQUEST: True} if self.REQUEST and self.is_on else {}
 
-    def told(self, answer: dict[str, Any]) -> None:
-        """Draw what the frame service was asked for."""
+    def on_frame(self, answer: dict[str, Any]) -> None:
+        """Draw the overlay in an answer of the frame service."""
         found = answer.get(self.REQUEST) if self.is_on else None
         if found:
             self.draw(found)
@@ -59,16 +59,16 @@ class Overlay(Feature):
             self.clear()
 
     def draw(self, found: Any) -> None:
-        """Draw what the frame service has found."""
+        """Draw the overlay's value in an answer."""
 
     def clear(self) -> None:
-        """Draw nothing."""
+        """Remove all drawn items."""
         for handle in self.handles.values():
             handle.remove()
         self.handles = {}
 
     def draw_segments(self, name: str, points: Segments, colour: tuple[float, float, float], thickness: float) -> None:
-        """Draw line segments (n, 2, 3) [m], `thickness` in pixels; `name` is of their node, and key of its handle."""
+        """Draw line segments (n, 2, 3) [m], `thickness` in pixels; `name` names their node and keys its handle."""
         handle = self.handles.get(name)
         if handle is not None:
             handle.points, handle.colors = points, np.array(colour)
@@ -79,17 +79,17 @@ class Overlay(Feature):
 
 
 class Names(Overlay):
-    """A label for each body that is there."""
+    """Label for each shown body."""
 
     LABEL = "Names"
 
     def show(self, moment: Moment) -> None:
-        """Move them with the bodies."""
+        """Move the labels with the bodies."""
         scene, frame = self.page.scene, moment.frame
-        wanted = set(_named_bodies(scene, frame)) if scene is not None and self.is_on else set()
-        for body in self.handles.keys() - wanted:
+        named = set(_named_bodies(scene, frame)) if scene is not None and self.is_on else set()
+        for body in self.handles.keys() - named:
             self.handles.pop(body).remove()
-        for body in wanted:
+        for body in named:
             place = frame.poses[body, :3] + np.array((0.0, 0.0, _ABOVE), np.float32)
             if body in self.handles and moment.moved[body]:
                 self.handles[body].position = place
@@ -100,13 +100,13 @@ class Names(Overlay):
 
 
 class Axes(Overlay):
-    """Three axes for each body that is there."""
+    """Three axes for each shown body."""
 
     LABEL = "Frames"
     HINT = "x red, y green, z blue, 12 cm long"
 
     def show(self, moment: Moment) -> None:
-        """Move them with the bodies."""
+        """Move the axes with the bodies."""
         scene = self.page.scene
         if scene is None or not self.is_on:
             self.clear()
@@ -123,13 +123,13 @@ class Axes(Overlay):
 
 
 def _named_bodies(scene: Scene, frame: Frame) -> list[int]:
-    """The bodies that are there and have a name of their own."""
+    """Shown bodies that have a name of their own."""
     named = enumerate(zip(scene.bodies, frame.shown.tolist(), strict=True))
     return [index for index, (name, is_shown) in named if index and is_shown and not name.endswith(_LOOKS)]
 
 
 def _short(name: str) -> str:
-    """The last part of a full name, which is what people call it."""
+    """Last part of a full name, as used in speech."""
     return name.replace("|", "::").rsplit("::", 1)[-1]
 
 
@@ -140,7 +140,7 @@ _SHAFT, _HEAD, _HEAD_LENGTH = 0.003, 0.007, 0.015  # [m]
 
 
 class Contacts(Overlay):
-    """An arrow for each contact, as long as its force is strong."""
+    """Arrow for each contact, as long as its force is strong."""
 
     LABEL = "Contacts and forces"
     HINT = "A centimetre is a newton; what is at rest sleeps, and is not told of"
@@ -163,7 +163,7 @@ class Contacts(Overlay):
 
 
 def _arrows(rows: Segments) -> Segments:
-    """Where the arrows begin and end (n, 2, 3) [m], of contacts (n, 6): they point up, away from what is below."""
+    """Start and end (n, 2, 3) [m] of the arrows of contacts (n, 6): they point up, away from what is below."""
     places, forces = rows[:, :3], rows[:, 3:]
     forces = np.where(forces[:, 2:] < 0, -forces, forces)
     strength = np.linalg.norm(forces, axis=1, keepdims=True)
@@ -173,12 +173,12 @@ def _arrows(rows: Segments) -> Segments:
 
 
 _DARK, _LIT, _OFF = (0.35, 0.55, 0.75), (0.95, 0.2, 0.1), (0.6, 0.6, 0.6)
-_PLACE = ("position", "quaternion")  # those that move say where they are
+_PLACE = ("position", "quaternion")  # keys of sensors that move
 _THICKNESS = 2.0  # pixels
 
 
 class Beams(Overlay):
-    """Lines for what each sensor looks at."""
+    """Lines for the view of each sensor."""
 
     LABEL = "Sensors"
     HINT = "What they look at; red where they see something"
@@ -190,13 +190,13 @@ class Beams(Overlay):
         self._shown: dict[str, Any] = {}
 
     def is_in(self, scene: Scene) -> bool:  # noqa: ARG002
-        """Whether a scene has sensors of a known form."""
+        """Return whether a scene has sensors of a known form."""
         self._sensors = [each for each in self.page.about.get("sensors", ()) if each.get("form") in _FORMS]
         return bool(self._sensors)
 
     @property
     def is_on(self) -> bool:
-        """Whether somebody has switched it on, and there are sensors."""
+        """True if it is switched on, and there are sensors."""
         return bool(self._sensors) and super().is_on
 
     def draw(self, found: Any) -> None:
@@ -221,12 +221,12 @@ class Beams(Overlay):
 
 
 def _ranges(sensor: dict[str, Any], reading: dict[str, Any], count: int) -> list[float]:
-    """What a sensor measured [m], or how far it looks; that `count` times where nothing is known."""
+    """Measured ranges of a sensor [m]; `count` times its maximum where none is known."""
     return [sensor["far"] if each is None else each for each in reading.get("ranges") or [None] * count]
 
 
 def _beam(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
-    """The ray, as far as it goes."""
+    """Ray of a sensor, up to its range."""
     near = sensor["near"]
     return np.array([[(near, 0, 0), (near + _ranges(sensor, reading, 1)[0], 0, 0)]], np.float32)
 
@@ -242,7 +242,7 @@ def _cone(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
 
 
 def _fan(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
-    """The outline that is seen, and the sides of the fan."""
+    """Measured outline, and the sides of the fan."""
     lengths = np.array(_ranges(sensor, reading, 2))
     angles = np.linspace(-sensor["angle"], sensor["angle"], len(lengths))
     rim = np.column_stack([lengths * np.cos(angles), lengths * np.sin(angles), np.zeros(len(angles))])
@@ -265,7 +265,7 @@ _FORMS = {"beam": _beam, "cone": _cone, "fan": _fan, "frustum": _frustum}
 
 
 def _world(sensor: dict[str, Any], segments: Segments) -> Segments:
-    """Segments in a sensor's frame, in the world."""
+    """Transform segments from a sensor's frame to the world."""
     w, *vector = sensor["quaternion"]
     across = 2 * np.cross(vector, segments)
     placed: NDArray[np.float64] = segments + w * across + np.cross(vector, across) + np.array(sensor["position"])
@@ -273,54 +273,54 @@ def _world(sensor: dict[str, Any], segments: Segments) -> Segments:
     return found
 
 
-PATH_DURATION = 20.0  # [s] of simulation time that the way is shown
-_PATH_STEP = 0.01  # [m] between two points of it
+PATH_DURATION = 20.0  # [s] of simulation time
+_PATH_STEP = 0.01  # [m] between two points
 _MAX_PATH_POINTS = 800
 _PATH_COLOURS = ((0.93, 0.35, 0.12), (0.1, 0.45, 0.75))
 
 
 class ToolPaths(Overlay):
-    """A line behind each tool."""
+    """Line behind each tool."""
 
     LABEL = "Path of the tool"
 
     def __init__(self) -> None:
         super().__init__()
         self._tools: list[Any] = []
-        self._ways: list[deque[tuple[int, Any]]] = []
+        self._paths: list[deque[tuple[int, Any]]] = []
 
     def is_in(self, scene: Scene) -> bool:
-        """Whether a scene has tools."""
+        """Return whether a scene has tools."""
         self._tools = [tool for tool in self.page.about.get("tools", ()) if _is_tool(tool, scene)]
-        self._ways = [deque(maxlen=_MAX_PATH_POINTS) for _ in self._tools]
+        self._paths = [deque(maxlen=_MAX_PATH_POINTS) for _ in self._tools]
         return bool(self._tools)
 
     def show(self, moment: Moment) -> None:
-        """Draw where they were."""
+        """Draw the past positions of the tools."""
         if moment.is_cut or not self.is_on:
             self.clear()
         if not self.is_on:
             return
-        for number, (tool, way) in enumerate(zip(self._tools, self._ways, strict=True)):
+        for number, (tool, path) in enumerate(zip(self._tools, self._paths, strict=True)):
             point = tool_point(moment.frame, tool)
             now = moment.frame.time
-            is_new = not way or float(np.linalg.norm(point - way[-1][1])) > _PATH_STEP
+            is_new = not path or float(np.linalg.norm(point - path[-1][1])) > _PATH_STEP
             if is_new:
-                way.append((now, point))
-            is_old = way[0][0] < now - PATH_DURATION * 1e9
-            while way and way[0][0] < now - PATH_DURATION * 1e9:
-                way.popleft()
+                path.append((now, point))
+            is_old = path[0][0] < now - PATH_DURATION * 1e9
+            while path and path[0][0] < now - PATH_DURATION * 1e9:
+                path.popleft()
             if is_new or is_old:
-                points = np.array([point for _, point in way], np.float32).reshape(-1, 3)
+                points = np.array([point for _, point in path], np.float32).reshape(-1, 3)
                 segments = np.stack([points[:-1], points[1:]], axis=1)
                 colour = _PATH_COLOURS[number % len(_PATH_COLOURS)]
                 self.draw_segments(f"path of tool {number + 1}", segments, colour, 3.0)
 
     def clear(self) -> None:
-        """Forget where they were."""
+        """Forget the past positions."""
         super().clear()
-        for way in self._ways:
-            way.clear()
+        for path in self._paths:
+            path.clear()
 
 
 def _is_tool(tool: Any, scene: Scene) -> bool:

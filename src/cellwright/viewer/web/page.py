@@ -17,22 +17,22 @@ from numpy.typing import NDArray
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import Asking, AwayError, Link
+from cellwright.viewer.web.connection import AwayError, Link, StatePoller
 
-_DELAY = 1.5  # times the usual distance between two frames, by which the page is behind: one may come late unseen
-_SLOWEST = 0.25  # [s]: frames that come less often than that are shown as they come
-_LEAP = 0.5  # [m]: a body that moves farther between two frames was put there: it does not glide
+_DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
+_MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
+_LEAP = 0.5  # [m]: a body that moves farther between two frames jumps; it is not interpolated
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What is shown.
+    """Frame to show.
 
     Attributes:
-        frame: where the bodies are.
-        is_cut: whether it does not follow from what was shown before: after a reset or a jump in time, and at first.
-        moved: (bodies,) which of them are elsewhere than in the moment before; all of them after a cut.
-        switched: (bodies,) which of them have come into sight or gone out of it; all of them after a cut.
+        frame: poses of the bodies.
+        is_cut: True if it does not continue the previous one: after a reset or a jump in time, and at first.
+        moved: (bodies,) True for those that moved since the previous moment; all after a cut.
+        switched: (bodies,) True for those that appeared or disappeared; all after a cut.
     """
 
     frame: Frame
@@ -42,7 +42,7 @@ class Moment:
 
     @classmethod
     def of(cls, frame: Frame, before: Frame | None = None) -> Moment:
-        """The moment of a frame after the one `before` it; a cut where there is none."""
+        """Moment of a frame after the one `before` it; a cut if there is none."""
         if before is None:
             everything = np.ones(len(frame.poses), np.bool_)
             return cls(frame, True, everything, everything)
@@ -50,40 +50,40 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True)
-class _Come:
+class _Arrival:
     frame: Frame
     wall: float
     run: int
 
 
-class Moments:
-    """Frames as they come, and what is to be shown at a time of the wall clock."""
+class FrameInterpolator:
+    """Interpolator of incoming frames, by wall time."""
 
     def __init__(self) -> None:
-        self._come: deque[_Come] = deque(maxlen=8)
+        self._arrivals: deque[_Arrival] = deque(maxlen=8)
         self._period = 1 / 30
         self._is_cut = True
         self._shown: Frame | None = None
 
     def take(self, frame: Frame, *, run: int, wall: float) -> None:
-        """Take a frame of a run that came at `wall` [s]."""
-        if self._come:
-            newest = self._come[-1]
+        """Add a frame of a run that came at `wall` [s]."""
+        if self._arrivals:
+            newest = self._arrivals[-1]
             is_other = len(frame.poses) != len(newest.frame.poses)
             if run != newest.run or frame.time < newest.frame.time or is_other:
                 self.cut()
-            elif (gap := wall - newest.wall) < _SLOWEST:
+            elif (gap := wall - newest.wall) < _MAX_GAP:
                 self._period += 0.1 * (gap - self._period)
-        self._come.append(_Come(frame, wall, run))
+        self._arrivals.append(_Arrival(frame, wall, run))
 
     def cut(self) -> None:
-        """What comes next does not follow from what was before."""
-        self._come.clear()
+        """Discard the frames: the next one does not continue them."""
+        self._arrivals.clear()
         self._is_cut = True
 
     def at(self, wall: float) -> Moment | None:
-        """What is to be shown at `wall` [s]; None when that is what was asked for last."""
-        if not self._come:
+        """Moment to show at `wall` [s]; None if it is the one returned last."""
+        if not self._arrivals:
             return None
         is_cut, self._is_cut = self._is_cut, False
         frame = self._frame(wall - _DELAY * self._period)
@@ -93,20 +93,20 @@ class Moments:
         return Moment.of(frame, None if is_cut else before)
 
     def _frame(self, wall: float) -> Frame:
-        come = self._come
-        while len(come) > 1 and come[1].wall <= wall:
-            come.popleft()
-        if len(come) == 1 or wall <= come[0].wall:
-            return come[0].frame
-        before, after = come[0], come[1]
+        arrivals = self._arrivals
+        while len(arrivals) > 1 and arrivals[1].wall <= wall:
+            arrivals.popleft()
+        if len(arrivals) == 1 or wall <= arrivals[0].wall:
+            return arrivals[0].frame
+        before, after = arrivals[0], arrivals[1]
         gap = after.wall - before.wall
-        if gap > _SLOWEST:
+        if gap > _MAX_GAP:
             return before.frame
         return interpolate_frames(before.frame, after.frame, (wall - before.wall) / gap)
 
 
 def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
-    """What lies between two frames of a scene, `share` (0..1) of the way: on a line, and on the way of a turn."""
+    """Interpolate between two frames, `share` (0..1) of the way: positions linearly, rotations on their arc."""
     if np.array_equal(before.poses, after.poses) and np.array_equal(before.shown, after.shown):
         return before
     poses = before.poses + np.float32(share) * (after.poses - before.poses)
@@ -119,7 +119,7 @@ def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
 
 
 def _turned(before: NDArray[np.float32], after: NDArray[np.float32], share: float) -> NDArray[np.float32]:
-    """Quaternions (n, 4) between others. The turns are small, so a line, made a unit one again, is close enough."""
+    """Interpolate quaternions (n, 4). The turns are small, so normalised linear interpolation is close enough."""
     sign = np.where((before * after).sum(axis=1, keepdims=True) < 0, -1.0, 1.0).astype(np.float32)
     mixed = before + np.float32(share) * (sign * after - before)
     length = np.linalg.norm(mixed, axis=1, keepdims=True)
@@ -128,63 +128,63 @@ def _turned(before: NDArray[np.float32], after: NDArray[np.float32], share: floa
 
 
 class Feature:
-    """One thing that a page shows, or lets one do. All of its methods are called in the page's own thread.
+    """Part of the page: something it shows or controls. The page's own thread calls all of its methods.
 
-    What viser calls when somebody clicks runs in threads of viser's: it may ask `page.link`, and may set handles.
+    Callbacks of viser run in viser's threads: they may use `page.link` and set handles.
     """
 
     page: Page
-    """Where it is shown; set before anything is called."""
+    """The page; set before any method is called."""
 
-    def begin(self, scene: Scene) -> None:
-        """A scene is shown from now on: the first one, or another in its place.
+    def on_scene(self, scene: Scene) -> None:
+        """Start showing a scene: the first one, or a replacement.
 
-        Handles of the scene before are gone already when they are below `page.root`; those of the GUI are not.
+        Handles of the previous scene below `page.root` are removed already; those of the GUI are not.
         """
 
     def wants(self) -> dict[str, Any]:
-        """What the frame service is to be asked for besides frames, such as `{"contacts": True}`."""
+        """Overlays to request from the frame service, such as `{"contacts": True}`."""
         return {}
 
     def show(self, moment: Moment) -> None:
-        """Show what is at this moment: some 60 times a second while somebody looks on."""
+        """Show a moment: some 60 times a second while a browser is connected."""
 
-    def told(self, answer: dict[str, Any]) -> None:
-        """What the frame service answered, with all that features wanted: up to 30 times a second."""
+    def on_frame(self, answer: dict[str, Any]) -> None:
+        """Handle an answer of the frame service, with the overlays of all features: up to 30 times a second."""
 
     def panel(self, panel: dict[str, Any]) -> None:
-        """What the panel service answered: a few times a second, while somebody looks on."""
+        """Handle an answer of the panel service: a few times a second while a browser is connected."""
 
-    def away(self, reason: str) -> None:
-        """Nobody answers any more; what is shown is the last that was known."""
+    def on_disconnect(self, reason: str) -> None:
+        """Handle the loss of the server; the page keeps showing the last state."""
 
 
 log = logging.getLogger(__name__)
 
-_PERIOD = 1 / 60  # [s] between two pictures
-_IDLE = 0.5  # [s] between two looks at whether somebody looks on
-_LAST_WORD = 0.5  # [s] for what is served to say why it has ended
-_ON_ITS_WAY = 0.5  # [s] for what was said last to get to browsers
+_PERIOD = 1 / 60  # [s] between two moments
+_IDLE = 0.5  # [s] between two checks for browsers
+_LAST_WORD = 0.5  # [s] for the server to give the reason of its end
+_ON_ITS_WAY = 0.5  # [s] for the last messages to reach browsers
 
 
 class Page:
-    """A page on what is served at an address.
+    """Page for the cell, robot or recording at an address.
 
     Args:
-        server: viser's: `server.gui` and `server.scene` are what features draw with.
+        server: viser's server: features draw with `server.gui` and `server.scene`.
         address: where the cell, the robot or the recording is served.
-        features: what it is made of, in the order of their tabs.
-        key: the key of the server there, for its own page.
+        features: its parts, in the order of their tabs.
+        key: the server's key for its own page.
 
     Attributes:
-        link: the way to what is served, for features; it is not the one that frames come by.
-        scene: what is shown; None before the first answer.
-        about: what else was said of it: `kind`, `sensors`, `tools`; empty where nothing was.
-        first_panel: what the panel service answered when the scene was begun; empty where it did not.
+        link: connection for features; frames come over another one.
+        scene: the scene it shows; None before the first answer.
+        about: constants of the scene: `kind`, `sensors`, `tools`; empty if there are none.
+        first_panel: answer of the panel service when the scene began; empty without one.
     """
 
     root = "/scene"
-    """All that is seen hangs below this node, and goes with it when another scene takes its place."""
+    """Root node of the whole scene; it is removed when another scene replaces it."""
 
     def __init__(
         self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature], *, key: str = ""
@@ -197,67 +197,67 @@ class Page:
         self.features = tuple(features)
         for feature in self.features:
             feature.page = self
-        self._moments = Moments()
-        self._asking = Asking(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
+        self._interpolator = FrameInterpolator()
+        self._poller = StatePoller(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
         self._tabs: Any = None
         self._tab: dict[str, Any] = {}
         self._away_reason: str | None = None
         self._notice: Any = None
         self._is_over = False
-        server.on_client_connect(self._somebody_came)
-        server.on_client_disconnect(self._somebody_left)
+        server.on_client_connect(self._on_connect)
+        server.on_client_disconnect(self._on_leave)
 
     def tab(self, name: str) -> Any:
-        """The tab of this name on the panel, made when it is first asked for; `with page.tab("View"): …` fills it."""
+        """Return the tab of this name, made on first use; `with page.tab("View"): …` fills it."""
         if self._tabs is None:
             self._tabs = self.server.gui.add_tab_group()
         if name not in self._tab:
             self._tab[name] = self._tabs.add_tab(name)
         return self._tab[name]
 
-    def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
-        """Show a line to everybody who looks on, for a few seconds."""
+    def notify(self, title: str, text: str, *, is_bad: bool = False) -> None:
+        """Show a notification in every browser for a few seconds."""
         for client in self.server.get_clients().values():
             client.add_notification(
                 title=title, body=text, auto_close_seconds=8.0 if is_bad else 4.0, color="red" if is_bad else None
             )
 
     def run(self) -> None:
-        """Keep up with what is served, until `close`."""
-        self._asking.start()
+        """Show the server's state until `close`."""
+        self._poller.start()
         try:
             while not self._is_over:
                 begun = time.perf_counter()
                 while self._take_next(0.0):
                     pass
-                if not self._asking.is_watched:
+                if not self._poller.is_watched:
                     self._take_next(_IDLE)
                     continue
-                moment = self._moments.at(time.perf_counter())
+                moment = self._interpolator.at(time.perf_counter())
                 if moment is not None:
                     self._show(moment)
                 spent = time.perf_counter() - begun
-                time.sleep(max(_PERIOD - spent, spent / 2))  # never all of a core
+                time.sleep(max(_PERIOD - spent, spent / 2))  # leave part of a core free
         finally:
             if self.server.get_clients():
                 self._say_that_it_ends()
-            self._asking.close()
+            self._poller.close()
             self.link.close()
 
     def close(self) -> None:
-        """Let `run` end; from anywhere."""
+        """End `run`; any thread may call it."""
         self._is_over = True
 
     def _wants(self) -> dict[str, Any]:
-        wanted: dict[str, Any] = {}
-        if self._asking.is_watched:
-            self._each(lambda feature: wanted.update(feature.wants()))
-        return wanted
+        overlays: dict[str, Any] = {}
+        if self._poller.is_watched:
+            self._each(lambda feature: overlays.update(feature.wants()))
+        return overlays
 
     def _take_next(self, timeout: float) -> bool:
-        """Take what has come, and wait for it so long at most [s]; whether something has."""
+        """Handle the next result of the poller, waiting at most `timeout` [s]; return whether there was one."""
         try:
-            self._take(self._asking.found.get(timeout > 0.0, timeout))
+            self._take(self._poller.found.get(timeout > 0.0, timeout))
         except Empty:
             return False
         return True
@@ -272,26 +272,26 @@ class Page:
                 self._each(lambda feature: feature.panel(found))
             case (wall, frame, answer):
                 self._find_again()
-                self._moments.take(frame, run=int(answer.get("run", 0)), wall=wall)
+                self._interpolator.take(frame, run=int(answer.get("run", 0)), wall=wall)
                 with self.server.atomic():
-                    self._each(lambda feature: feature.told(answer))
-                if not self._asking.is_watched:  # who comes next sees this at once
-                    moment = self._moments.at(time.perf_counter() + 1.0)
+                    self._each(lambda feature: feature.on_frame(answer))
+                if not self._poller.is_watched:  # the next browser sees this at once
+                    moment = self._interpolator.at(time.perf_counter() + 1.0)
                     if moment is not None:
                         self._show(moment)
 
     def _begin(self, scene: Scene, about: dict[str, Any]) -> None:
         self._find_again()
         self.scene, self.about = scene, about
-        self._moments.cut()
+        self._interpolator.cut()
         try:
             self.first_panel = self.link.ask(PANEL)
-        except CellwrightError:  # there is none, or it comes later
+        except CellwrightError:  # there is none, or not yet
             self.first_panel = {}
         with self.server.atomic():
             self.server.scene.remove_by_name(self.root)
             self.server.scene.add_frame(self.root, show_axes=False)
-            self._each(lambda feature: feature.begin(scene))
+            self._each(lambda feature: feature.on_scene(scene))
 
     def _show(self, moment: Moment) -> None:
         with self.server.atomic():
@@ -299,31 +299,31 @@ class Page:
 
     def _lose(self, reason: str) -> None:
         if self._away_reason is None:
-            self._moments.cut()
-            self.tell("Gone", f"{reason}. This page looks for it and goes on when it is back.", is_bad=True)
+            self._interpolator.cut()
+            self.notify("Gone", f"{reason}. This page looks for it and goes on when it is back.", is_bad=True)
             self._notice = self.server.gui.add_markdown(
                 f"**Not connected:** {reason}. This page goes on when it is back.", order=-1.0
             )
-            self._each(lambda feature: feature.away(reason))
+            self._each(lambda feature: feature.on_disconnect(reason))
         self._away_reason = reason
 
     def _say_that_it_ends(self) -> None:
-        """Leave browsers with how all stood last, why it has ended, and nothing to press."""
+        """Leave browsers with the last state, the reason of the end, and no controls."""
         reason = self._last_word() if self._away_reason is None else self._away_reason
         if self._away_reason is not None:
             self._notice.remove()
         self.server.gui.add_markdown(f"**This page has ended:** {reason}. It shows how all stood last.", order=-1.0)
-        self._each(lambda feature: feature.away(reason))
+        self._each(lambda feature: feature.on_disconnect(reason))
         self.server.flush()
         time.sleep(_ON_ITS_WAY)
 
     def _last_word(self) -> str:
-        """Why what is served has ended, if it says so now."""
+        """Reason why the server has ended, if it gives one now."""
         end = time.perf_counter() + _LAST_WORD
-        self._asking.wake()
+        self._poller.wake()
         while (left := end - time.perf_counter()) > 0:
             try:
-                found = self._asking.found.get(timeout=left)
+                found = self._poller.found.get(timeout=left)
             except Empty:
                 break
             if isinstance(found, AwayError):
@@ -335,10 +335,10 @@ class Page:
         if self._away_reason is not None:
             self._away_reason = None
             self._notice.remove()
-            self.tell("Back", "What was gone is there again.")
+            self.notify("Back", "What was gone is there again.")
 
     def _each(self, do: Callable[[Feature], None]) -> None:
-        """Have each feature do something. One with a defect is left out from then on, and takes no other along."""
+        """Call a function for each feature. One that raises is dropped; the others go on."""
         for feature in self.features:
             try:
                 do(feature)
@@ -346,9 +346,9 @@ class Page:
                 log.exception("%s is left out of the page", type(feature).__name__)
                 self.features = tuple(each for each in self.features if each is not feature)
 
-    def _somebody_came(self, _client: viser.ClientHandle) -> None:
-        self._asking.is_watched = True
-        self._asking.wake()
+    def _on_connect(self, _client: viser.ClientHandle) -> None:
+        self._poller.is_watched = True
+        self._poller.wake()
 
-    def _somebody_left(self, _client: viser.ClientHandle) -> None:
-        self._asking.is_watched = bool(self.server.get_clients())
+    def _on_leave(self, _client: viser.ClientHandle) -> None:
+        self._poller.is_watched = bool(self.server.get_clients())

@@ -1,8 +1,8 @@
-"""The process of a page: `python -m cellwright.viewer.web.program`.
+"""Process of a page: `python -m cellwright.viewer.web.program`.
 
-What it is to do comes as a line of JSON on its standard input (a token has no place among a process's arguments, which
-everybody can read): `address` [host, port] of what is served and the `key` of its server, `host` and `port` to listen
-at, `token`, `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input does, and so
+It reads its options as a line of JSON from standard input. Every user can read a process's arguments, so they must not
+hold a token. The options are `address` [host, port] of the server and its `key`, `host` and `port` to listen at,
+`token` and `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input closes, and so
 with its parent.
 """
 
@@ -24,66 +24,66 @@ from cellwright.viewer.web.cell_panels import CellPanels
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.overlays import Axes, Beams, Contacts, Names, ToolPaths
 from cellwright.viewer.web.page import Feature, Page
-from cellwright.viewer.web.scene import PLAIN, Bodies, Shadows, Stage
+from cellwright.viewer.web.scene import PLAIN, Bodies, Environment, Shadows
 from cellwright.viewer.web.time_controls import TimeControls
 from cellwright.viewer.web.views import Views
 
 
 def features() -> list[Feature]:
-    """What a page is made of, in the order of their tabs."""
-    stage = Stage(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
-    told = [CellPanels(), Operator(), TimeControls()]
-    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), stage]
-    return [*told, *seen]
+    """Features of a page, in the order of their tabs."""
+    environment = Environment(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
+    panels = [CellPanels(), Operator(), TimeControls()]
+    drawn = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Axes(), Bodies(), Shadows(), environment]
+    return [*panels, *drawn]
 
 
 class Server(viser.ViserServer):
-    """viser's server, which lends this page to nobody: its tunnel through a server on the internet is not opened."""
+    """viser's server without sharing: it opens no tunnel through a server on the internet."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002, FBT001
-        """Nothing: there is no tunnel."""
+        """Return None: there is no tunnel."""
         return None
 
 
 def main() -> int:
-    """Show a page; the exit status."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the parent, whose end is ours
-    said = _own_stdout()
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # whatever a browser sends is no concern of a terminal
+    """Show a page; return the exit status."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C on the terminal is for the parent; its end ends this process
+    out = _own_stdout()
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # errors of browsers do not belong on a terminal
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
-    warnings.filterwarnings("ignore", module="viser")  # such as that a browser has left while it was told something
+    warnings.filterwarnings("ignore", module="viser")  # such as of a browser that left during a message
     line = sys.stdin.readline()
     if not line:
         return 0
-    asked: dict[str, Any] = json.loads(line)
+    options: dict[str, Any] = json.loads(line)
     try:
-        door = Door(str(asked["host"]), int(asked["port"]), token=str(asked.get("token", "")))
+        door = Door(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
         with door.guards_viser():
-            server = Server(door.host, door.port, label=str(asked.get("title", "Cellwright")), verbose=False)
+            server = Server(door.host, door.port, label=str(options.get("title", "Cellwright")), verbose=False)
         door.incoming.follow(server.gui)
     except CellwrightError as error:
-        _say(said, {"error": str(error)})
+        _answer(out, {"error": str(error)})
         return 1
-    host, port = asked["address"]
-    page = Page(server, (str(host), int(port)), features(), key=str(asked.get("key", "")))
+    host, port = options["address"]
+    page = Page(server, (str(host), int(port)), features(), key=str(options.get("key", "")))
     threading.Thread(target=_end_with_parent, args=(page,), daemon=True).start()
-    _say(said, {"url": door.url})
+    _answer(out, {"url": door.url})
     page.run()
     server.stop()
     return 0
 
 
 def _own_stdout() -> TextIO:
-    """The standard output, for this program alone: what viser prints there goes nowhere."""
-    mine = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    """Standard output for this program alone: viser's prints are discarded."""
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
-    return mine
+    return own
 
 
-def _say(out: TextIO, what: dict[str, str]) -> None:
-    with suppress(BrokenPipeError):  # whoever asked for a page is gone already; we end as well
-        out.write(json.dumps(what) + "\n")
+def _answer(out: TextIO, values: dict[str, str]) -> None:
+    with suppress(BrokenPipeError):  # the parent is gone already; this process ends too
+        out.write(json.dumps(values) + "\n")
         out.flush()
 
 

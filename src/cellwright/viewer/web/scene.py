@@ -1,8 +1,8 @@
 """Scene nodes of the page: bodies, their shadows, light, sky and ground.
 
-A shadow map is coarse, some centimetres here, and a surface that is compared with itself in it shows stripes. viser
-offers no margin for that comparison. So what throws the shadows stands a margin further from the lamp than what is
-drawn, and what is drawn throws none.
+A shadow map is coarse, some centimetres here, and a surface compared with itself in it shows stripes. viser offers no
+margin for that comparison. So the shadow casters stand a margin farther from the lamp than the drawn bodies, which cast
+no shadows.
 """
 
 from collections import defaultdict
@@ -20,13 +20,13 @@ from cellwright.viewer.web.page import Feature, Moment, Page
 from cellwright.viewer.web.views import TAB
 
 _FEW = 4
-"""So many bodies that look alike, or more, are drawn as one."""
+"""Number of bodies of the same shapes from which they are drawn as one batch."""
 _FLOOR = Material(1.0)
 _TOUCHED_COLOURS: tuple[Colour, ...] = ((0.16, 0.47, 0.71, 0.62), (0.85, 0.45, 0.13, 0.62), (0.35, 0.6, 0.35, 0.62))
 
 
 class Bodies(Feature):
-    """What is seen of the bodies, and what the engine takes for them."""
+    """Bodies as seen, and as the engine collides them."""
 
     def __init__(self) -> None:
         self._looks: BodyNodes | None = None
@@ -34,7 +34,7 @@ class Bodies(Feature):
         self._newest: Frame | None = None
         self._box: Any = None
 
-    def begin(self, scene: Scene) -> None:
+    def on_scene(self, scene: Scene) -> None:
         """Put the bodies of a scene on the page."""
         self._newest = None
         self._looks, self._touched = BodyNodes(self.page, scene, "bodies", SEEN), None
@@ -48,14 +48,14 @@ class Bodies(Feature):
             self.show_touched(True)
 
     def show(self, moment: Moment) -> None:
-        """Put them where they are."""
+        """Move the bodies to their poses."""
         self._newest = moment.frame
         for nodes in (self._looks, self._touched):
             if nodes is not None:
                 nodes.show(moment)
 
     def show_touched(self, is_wanted: bool) -> None:  # noqa: FBT001
-        """Show what the engine takes the bodies for, in place of what they look like."""
+        """Show the collision shapes of the bodies in place of their looks."""
         if self._looks is None or self.page.scene is None:
             return
         if is_wanted and self._touched is None:
@@ -68,7 +68,7 @@ class Bodies(Feature):
 
 
 class BodyNodes:
-    """Nodes of a page for those shapes of a scene's bodies that are in `layers`, below a node of this name."""
+    """Nodes for those shapes of a scene's bodies that are in `layers`, below a node of this name."""
 
     def __init__(self, page: Page, scene: Scene, name: str, layers: Collection[Layer]) -> None:
         self._scene = page.server.scene
@@ -102,11 +102,11 @@ class BodyNodes:
                 self._alike.append((np.array(bodies), handle))
 
     def set_visible(self, is_visible: bool) -> None:  # noqa: FBT001
-        """Show them all, or none."""
+        """Show or hide them all."""
         self._root.visible = is_visible
 
     def show(self, moment: Moment) -> None:
-        """Put them where they are; what has not moved is not told again."""
+        """Move them to their poses; only changes are sent."""
         frame, moved, switched = moment.frame, moment.moved, moment.switched
         for body, handle in self._singles:
             _place(handle, body, moment)
@@ -118,7 +118,7 @@ class BodyNodes:
 
 
 def _place(handle: Any, body: int, moment: Moment) -> None:
-    """Put the node of a body where it is; what has not moved is not told again."""
+    """Move the node of a body to its pose; only changes are sent."""
     frame = moment.frame
     if moment.moved[body]:
         handle.position, handle.wxyz = frame.poses[body, :3], frame.poses[body, 3:]
@@ -140,7 +140,7 @@ def _pieces(shapes: Sequence[Shape], scene: Scene, *, is_touched: bool) -> list[
 
 
 def material(colour: Colour) -> Material:
-    """What something of this colour is made of: what is grey and light is metal, the rest is paint or rubber."""
+    """Material for a colour: light grey is metal, the rest is paint or rubber."""
     red, green, blue, opacity = colour
     brightness = max(red, green, blue)
     tint = brightness - min(red, green, blue)
@@ -151,24 +151,24 @@ def material(colour: Colour) -> Material:
     return Material(0.85 if brightness < 0.2 else 0.7)
 
 
-_LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot looks along x, and is looked at from there
+_LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot faces +x, and the viewer looks at it from there
 _LAMP = (-3.0, -4.5, 7.0)
 
 _MARGIN = 0.03  # [m]
-_LEAST = 0.07  # [m]: smaller bodies throw a shadow that nobody would miss
-_LOWEST = 0.02  # [m]: what lies on the floor throws none
+_MIN_SIZE = 0.07  # [m]: shadows of smaller bodies are not missed
+_MIN_HEIGHT = 0.02  # [m]: a body flat on the floor casts none
 _UNSEEN = Material(opacity=0.0)
 _BLACK: Colour = (0.0, 0.0, 0.0, 1.0)
 
 
 class Shadows(Feature):
-    """Throws the shadows of the bodies."""
+    """Shadow casters of the bodies."""
 
     def __init__(self) -> None:
         self._handles: dict[int, Any] = {}
 
-    def begin(self, scene: Scene) -> None:
-        """Put up what throws them."""
+    def on_scene(self, scene: Scene) -> None:
+        """Create the shadow casters."""
         self._handles = {}
         lamp = np.array(lamp_of(self.page.about))
         root = f"{self.page.root}/shadows"
@@ -182,23 +182,23 @@ class Shadows(Feature):
             surfaces = [
                 found for found in (surface(shape, scene) for shape in its) if _matters(found, is_still=body == 0)
             ]
-            if surfaces and (body == 0 or _extent(surfaces) >= _LEAST):
+            if surfaces and (body == 0 or _extent(surfaces) >= _MIN_SIZE):
                 data = glb((found, _BLACK, _UNSEEN) for found in surfaces)
                 self._handles[body] = nodes.add_glb(f"{root}/{body}", data, cast_shadow=True, receive_shadow=False)
 
     def show(self, moment: Moment) -> None:
-        """Move them with the bodies."""
+        """Move the casters with the bodies."""
         for body, handle in self._handles.items():
             _place(handle, body, moment)
 
 
 def lamp_of(about: Mapping[str, Any]) -> Vector3:
-    """From where the light comes: a direction in the world."""
+    """Direction to the light in the world."""
     return _LAMPS.get(str(about.get("kind")), _LAMP)
 
 
 def _matters(found: Triangles, *, is_still: bool) -> bool:
-    return len(found.points) > 0 and not (is_still and float(found.points[:, 2].max()) < _LOWEST)
+    return len(found.points) > 0 and not (is_still and float(found.points[:, 2].max()) < _MIN_HEIGHT)
 
 
 def _extent(surfaces: list[Triangles]) -> float:
@@ -207,25 +207,25 @@ def _extent(surfaces: list[Triangles]) -> float:
 
 
 PLAIN = "CELLWRIGHT_PAGE_PLAIN"
-"""Where this is set in the environment, a page begins without shadows."""
+"""Environment variable: if set, the page starts without shadows."""
 
 HAZE = (203, 212, 221)
-"""Colour in which the ground ends and the sky begins."""
+"""Colour where the ground ends and the sky begins."""
 
 _BRAND = (28, 100, 160)
 _FADE_FROM, _FADE_TO = 11.0, 34.0  # [m] from the eye
-_SKY = 60.0  # [m]: radius of what is drawn behind everything; at such a distance it is all haze
+_SKY = 60.0  # [m]: radius of the sky sphere, beyond the haze
 
 
-class Stage(Feature):
-    """Sets the stage once; it begins without shadows where it is plain."""
+class Environment(Feature):
+    """Lights, sky and ground, created once; without shadows at first if `is_plain`."""
 
     def __init__(self, *, is_plain: bool = False) -> None:
         self._is_plain = is_plain
         self._key: Any = None
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
-        """Light, sky, ground."""
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
+        """Create light, sky and ground."""
         page, server = self.page, self.page.server
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)
         if self._key is not None:

@@ -1,4 +1,4 @@
-"""Starts a page, and ends it."""
+"""Start and end of a page's process."""
 
 import json
 import sys
@@ -15,22 +15,22 @@ _TIME_TO_END = 3.0  # [s]
 
 
 class WebPage(ChildProcess):
-    """A page on what is served at an address, in a process of its own, which ends with this one.
+    """Page for the node at an address, in its own process, which ends with this one.
 
     Args:
-        address: host and port where the cell, the robot or the recording is served, now or soon.
+        address: host and port of the served cell, robot or recording; it may start later.
         host: the address at which the page listens for browsers.
-        port: the port; where it is in use, one of the next ones is taken. 0: any that is free.
-        token: what has to be in the page's address; needed where `host` is open to the network.
-        title: what stands above the panel.
-        key: the key of the server there, for its own page; empty for a page on what somebody else serves.
-        on_gone: is called, by a thread of its own, when its process has ended and nobody had closed it.
+        port: the port; the next ones if it is in use. 0 takes any free port.
+        token: required in the page's address; needed if `host` is open to the network.
+        title: heading of the panel.
+        key: the server's key for its own page; empty for a page of another server.
+        on_gone: called by a thread of its own when the process has ended without `close`.
 
     Attributes:
-        url: where a browser finds it, with the token in it.
+        url: the address for a browser, with the token in it.
 
     Raises:
-        UsageError: it cannot be shown; the text says why.
+        UsageError: the page cannot start; the text says why.
     """
 
     def __init__(
@@ -46,8 +46,8 @@ class WebPage(ChildProcess):
     ) -> None:
         self._is_closing = False
         super().__init__([sys.executable, "-P", "-m", "cellwright.viewer.web.program"])
-        asked = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
-        self.send(json.dumps(asked))
+        options = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
+        self.send(json.dumps(options))
         try:
             answer = json.loads(self.ready_line())
         except ValueError:
@@ -59,7 +59,7 @@ class WebPage(ChildProcess):
         Thread(target=self._watch, args=(on_gone,), name="page", daemon=True).start()
 
     def close(self) -> None:
-        """End it."""
+        """End the process."""
         self._is_closing = True
         self.end(_TIME_TO_END)
 

@@ -11,26 +11,26 @@ from cellwright.viewer.web import widgets
 from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY
 
-_SPAN = 2.0  # [s] of wall time that are looked back upon
+_SPAN = 2.0  # [s] of wall time to average over
 
 
 class SeenPace:
-    """Simulated seconds a wall second, over the last two."""
+    """Measured real-time factor over the last two seconds."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, float]] = deque()
 
     def take(self, wall: float, time: float) -> None:
-        """Note a simulation time [s] that was told at `wall` [s]."""
+        """Add a simulation time [s] that was reported at `wall` [s]."""
         if self._seen and time < self._seen[-1][1]:
-            self._seen.clear()  # it has begun anew
+            self._seen.clear()  # the run was reset
         self._seen.append((wall, time))
         while len(self._seen) > 2 and self._seen[0][0] < wall - _SPAN:
             self._seen.popleft()
 
     @property
     def factor(self) -> float | None:
-        """The pace; None as long as it cannot be said."""
+        """Real-time factor; None until it is known."""
         if len(self._seen) < 2:
             return None
         (wall, time), (wall_now, time_now) = self._seen[0], self._seen[-1]
@@ -39,30 +39,30 @@ class SeenPace:
 
 PAUSE, GO_ON, TICK, SECOND = "Pause", "Go on", "Tick", "1 s"
 SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
-BEGIN_ANEW, REALLY = "Begin anew", "Click again to begin anew"
+RESET, REALLY = "Begin anew", "Click again to begin anew"
 
-_ORDER = -10.0  # above everything but the head of a cell
-_SURE = 4.0  # [s] within which one is to click again
-_SETTLED = 1.5  # [s] after one has moved the slider before it follows time again
+_ORDER = -10.0  # above all but the head of a cell
+_SURE = 4.0  # [s] for the confirming click
+_SETTLED = 1.5  # [s] after a click on the slider before it follows time again
 
 
 class TimeControls(Feature):
-    """The clock, pause, single steps, speed, beginning anew; for recordings also where in time one is."""
+    """Clock, pause, single steps, speed and reset; a timeline for recordings."""
 
     def __init__(self) -> None:
         self._is_up = False
         self._pace = SeenPace()
-        self._asked_at = -_SURE
+        self._first_click = -_SURE
         self._slid_at = -_SETTLED
         self._slider: Any = None
         self._now = 0.0
         self._timestep = 1 / 500
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
-        """Put it up, once."""
-        told = self.page.link.welcome.get("timestep")
-        if isinstance(told, list) and len(told) == 2:
-            self._timestep = told[0] / told[1]
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
+        """Create the controls, once."""
+        value = self.page.link.welcome.get("timestep")
+        if isinstance(value, list) and len(value) == 2:
+            self._timestep = value[0] / value[1]
         if self._is_up:
             return
         self._is_up, gui = True, self.page.server.gui
@@ -73,19 +73,19 @@ class TimeControls(Feature):
         self._speeds = gui.add_button_group(
             "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds a second; max: as fast as it goes"
         )
-        self._anew = gui.add_button(BEGIN_ANEW, order=_ORDER + 3, color="gray", visible=False)
+        self._reset = gui.add_button(RESET, order=_ORDER + 3, color="gray", visible=False)
         self._steps.on_click(lambda event: self._step(str(event.target.value)))
         self._speeds.on_click(lambda event: self._set_speed(str(event.target.value)))
-        self._anew.on_click(lambda _: self._begin_anew())
+        self._reset.on_click(lambda _: self._on_reset())
 
     def panel(self, panel: dict[str, Any]) -> None:
-        """Show how time passes."""
+        """Show the state of time."""
         control = panel.get("control")
         if not self._is_up or control is None:
             return
         try:
             now = seconds_of(panel)
-        except (KeyError, TypeError, ValueError):  # it was told by another version
+        except (KeyError, TypeError, ValueError):  # the panel of another version
             return
         self._now = now
         self._pace.take(time.perf_counter(), now)
@@ -96,19 +96,19 @@ class TimeControls(Feature):
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
-    def away(self, reason: str) -> None:
-        """Nobody answers: show the time that was told last, and offer nothing."""
+    def on_disconnect(self, reason: str) -> None:
+        """Show the last known time, and disable the controls: the server does not answer."""
         if not self._is_up:
             return
         self._clock.content = _standing(self._now, "not connected", reason)
-        for handle in (self._steps, self._speeds, self._anew, self._slider):
+        for handle in (self._steps, self._speeds, self._reset, self._slider):
             if handle is not None:
                 handle.visible = False
 
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
-        button = self._anew
-        is_sure = time.perf_counter() - self._asked_at < _SURE
-        button.label = REALLY if is_sure else BEGIN_ANEW
+        button = self._reset
+        is_sure = time.perf_counter() - self._first_click < _SURE
+        button.label = REALLY if is_sure else RESET
         button.color = "red" if is_sure else "gray"
         button.visible = panel.get("kind") != "robot"  # whose own controls send it home
         button.disabled = bool(reason)
@@ -127,9 +127,9 @@ class TimeControls(Feature):
             )
             self._slider.on_update(self._seek)
         self._slider.visible = True
-        self._slider.min, self._slider.max = begin, last  # what is served there may have become another recording
+        self._slider.min, self._slider.max = begin, last  # the server may have opened another recording
         if time.perf_counter() - self._slid_at > _SETTLED:
-            # viser sends only what is new: the same value again would undo what a viewer has just moved
+            # viser sends only changes: the same value again would undo the browser's last move
             self._slider.value = round(min(max(now, begin), end), 1)
 
     def _step(self, word: str) -> None:
@@ -143,37 +143,37 @@ class TimeControls(Feature):
     def _set_speed(self, word: str) -> None:
         self._ask(action="speed", factor="max" if word == "max" else float(word))
 
-    def _begin_anew(self) -> None:
+    def _on_reset(self) -> None:
         now = time.perf_counter()
-        if now - self._asked_at < _SURE:
-            self._asked_at = -_SURE
+        if now - self._first_click < _SURE:
+            self._first_click = -_SURE
             self._ask(action="reset")
         else:
-            self._asked_at = now
-            self._anew.label = REALLY
+            self._first_click = now
+            self._reset.label = REALLY
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not when it follows time
             self._slid_at = time.perf_counter()
             self._ask(action="seek", time=float(event.target.value))
 
-    def _ask(self, **asked: Any) -> None:
+    def _ask(self, **request: Any) -> None:
         try:
-            self.page.link.ask(CONTROL, **asked)
+            self.page.link.ask(CONTROL, **request)
         except CellwrightError as error:
-            self.page.tell(f"{asked['action']}: refused", str(error), is_bad=True)
+            self.page.notify(f"{request['action']}: refused", str(error), is_bad=True)
 
 
 def seconds_of(panel: dict[str, Any]) -> float:
-    """The simulation time [s] that a panel tells."""
+    """Simulation time [s] of a panel."""
     if "clock" in panel:
         return float(panel["clock"]["time"])
-    told = panel.get("time", 0)
-    return told / 1e9 if panel.get("kind") == "robot" else float(told)
+    value = panel.get("time", 0)
+    return value / 1e9 if panel.get("kind") == "robot" else float(value)
 
 
 def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
-    """The clock as HTML, of a simulation time [s] and how time passes, as it is told and at the pace seen."""
+    """Clock as HTML: a simulation time [s], and the requested and measured real-time factor."""
     if control.get("over"):
         return _standing(now, "over", f"{control['over']}: all is shown as it stood at the end")
     if control["paused"]:
@@ -182,14 +182,14 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
         label = widgets.chip("lockstep", BLUE)
     else:
         label = widgets.chip("running", GREEN)
-    asked = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
+    requested = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
     seen = "" if pace is None or control["paused"] else f"{pace:.1f} × real time, "
     return widgets.block(
-        widgets.row(widgets.big(f"{now:.2f}", "s"), label, "align-items:center"), widgets.figures(f"{seen}{asked}")
+        widgets.row(widgets.big(f"{now:.2f}", "s"), label, "align-items:center"), widgets.figures(f"{seen}{requested}")
     )
 
 
 def _standing(now: float, state: str, reason: str) -> str:
-    """The clock as HTML when no time passes any more."""
+    """Clock as HTML when time passes no more."""
     row = widgets.row(widgets.big(f"{now:.2f}", "s"), widgets.chip(state, GREY), "align-items:center")
     return widgets.block(row, widgets.dim(reason))

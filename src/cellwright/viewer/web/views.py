@@ -1,4 +1,4 @@
-"""From where one looks: at first, and at a click."""
+"""Camera views: the first one, and one per button."""
 
 import math
 from collections.abc import Mapping
@@ -13,29 +13,29 @@ from cellwright.util.errors import UsageError
 from cellwright.viewer.web.meshes import surface
 from cellwright.viewer.web.page import Feature, Moment
 
-TAB = "View"  # the tab for all that changes what is seen, and nothing else
+TAB = "View"  # the tab for all that changes the view, and nothing else
 
 _FOV = math.radians(35)
-_ROOM = 1.25  # times what is looked at, for room around it
+_ROOM = 1.25  # factor on the viewed size, for a margin
 _SIDES = {"front": (-28, 12), "left": (62, 12), "right": (-118, 12), "back": (180, 16)}  # [degrees] about z; above
 _ABOVE = 50  # [degrees], for the hands
 _NEAR, _FAR = 0.02, 150.0  # [m]
 
 
 class Views(Feature):
-    """Buttons for cameras that have something whole in their picture."""
+    """Buttons for cameras, each with a whole object in its picture."""
 
     def __init__(self) -> None:
         self._views: Mapping[str, Camera] = {}
         self._buttons: Any = None
         self._is_due = True
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
-        """Another scene may have other views."""
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
+        """Update the views for another scene."""
         self._is_due = True
 
     def show(self, moment: Moment) -> None:
-        """With the first frame it is known where things are."""
+        """Make the views with the first frame, which has the poses."""
         page = self.page
         if not self._is_due or page.scene is None:
             return
@@ -63,7 +63,7 @@ class Views(Feature):
 
 
 def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[str, Camera]:
-    """Cameras by name for what is shown; the first is the one to begin with. `about` has its `kind` and `tools`."""
+    """Cameras by name for a frame; the first is the initial one. `about` has its `kind` and `tools`."""
     if about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies):
         return VIEWS
     points = _corners(scene, frame)
@@ -77,7 +77,7 @@ def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[st
 
 
 def _corners(scene: Scene, frame: Frame) -> NDArray[np.float64]:
-    """Corners of boxes around all that can move or stands on the ground (n, 3) [m]; what is nowhere has one corner."""
+    """Corners of boxes (n, 3) [m] around bodies that can move or stand on the ground; a hidden one has one corner."""
     found = []
     for shape in scene.shapes:
         if shape.layer not in SEEN or shape.form is Form.PLANE or not frame.shown[shape.body]:
@@ -97,7 +97,7 @@ def _around(places: NDArray[np.float64], room: float = 0.25) -> NDArray[np.float
 
 
 def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
-    """A camera that looks at points from a side, so far away that they fill most of the picture."""
+    """Camera that looks at points from a side, so far away that they fill most of the picture."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(np.linalg.norm(points - middle, axis=1).max())
     back = np.array([math.cos(tilt) * math.cos(turn), math.cos(tilt) * math.sin(turn), math.sin(tilt)])
@@ -105,12 +105,12 @@ def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
     (x, y, z), (a, b, c) = eye.tolist(), middle.tolist()
     try:
         return Camera((x, y, z), (a, b, c), fov=_FOV)
-    except UsageError:  # what a recording says may be anywhere
+    except UsageError:  # recorded positions may be anywhere
         return VIEWS["overview"]
 
 
 def tool_point(frame: Frame, tool: Any) -> NDArray[np.float64]:
-    """Where a tool, [body, [x, y, z]], is (3,) [m]."""
+    """Position (3,) [m] of a tool, [body, [x, y, z]]."""
     body, place = tool
     point: NDArray[np.float64] = frame.placed(int(body), np.array([place], np.float64))[0]
     return point

@@ -1,29 +1,29 @@
-"""Panel widgets: escaped pieces of HTML. viser sends browsers only what changes of an element."""
+"""Panel widgets: escaped pieces of HTML. viser sends browsers only the changes of an element."""
 
 import html
 
 GREEN, AMBER, RED, BLUE, GREY = "#2b8a3e", "#b35c00", "#c92a2a", "#1c6ea4", "#6c757d"
 
-_FIGURES = "font-variant-numeric:tabular-nums"  # digits of one width: nothing jitters
+_FIGURES = "font-variant-numeric:tabular-nums"  # digits of one width do not jitter
 
 
 def text(value: object) -> str:
-    """A text that is shown as it is."""
+    """Text, escaped."""
     return html.escape(str(value))
 
 
 def block(*parts: str, style: str = "") -> str:
-    """Pieces below each other, with the panel's margins."""
+    """Column of pieces, with the panel's margins."""
     return f'<div style="padding:0.15em 0.75em;font-size:0.875em;line-height:1.45;{style}">{"".join(parts)}</div>'
 
 
 def line(*parts: str, style: str = "") -> str:
-    """Pieces beside each other."""
+    """Row of pieces."""
     return f'<div style="display:flex;gap:0.5em;align-items:baseline;{style}">{"".join(parts)}</div>'
 
 
 def row(left: str, right: str, style: str = "") -> str:
-    """A piece at the left, and one at the right end."""
+    """Row with a piece at the left end and one at the right end."""
     return (
         f'<div style="display:flex;justify-content:space-between;gap:0.75em;{style}">'
         f'<div style="min-width:0">{left}</div><div style="white-space:nowrap;{_FIGURES}">{right}</div></div>'
@@ -31,7 +31,7 @@ def row(left: str, right: str, style: str = "") -> str:
 
 
 def chip(label: str, color: str) -> str:
-    """A word on a coloured ground."""
+    """Word on a coloured ground."""
     return (
         f'<span style="background:{color};color:#fff;border-radius:0.9em;padding:0.1em 0.65em;font-size:0.85em;'
         f'font-weight:600;white-space:nowrap">{text(label)}</span>'
@@ -39,7 +39,7 @@ def chip(label: str, color: str) -> str:
 
 
 def big(value: str, small: str = "") -> str:
-    """A number to be read from afar, and a few words behind it."""
+    """Large number, and a few words behind it."""
     return (
         f'<span style="font-size:2.1em;font-weight:700;line-height:1.15;{_FIGURES}">{text(value)}</span>'
         f'<span style="opacity:0.7"> {text(small)}</span>'
@@ -47,7 +47,7 @@ def big(value: str, small: str = "") -> str:
 
 
 def title(value: str, right: str = "") -> str:
-    """A heading, and what stands at its right end."""
+    """Heading, with a piece at its right end."""
     return row(f'<b style="font-size:1.05em">{text(value)}</b>', right, "margin-top:0.5em;align-items:baseline")
 
 
@@ -56,16 +56,16 @@ def dim(value: str) -> str:
     return f'<div style="opacity:0.7">{text(value)}</div>'
 
 
-def mark(sign: str, color: str, what: str) -> str:
-    """A line with a sign before it."""
+def mark(sign: str, color: str, content: str) -> str:
+    """Line with a sign before it."""
     return (
         f'<div style="display:flex;gap:0.5em"><span style="color:{color};font-weight:700;width:1em;flex:none">{sign}'
-        f"</span><span>{what}</span></div>"
+        f"</span><span>{content}</span></div>"
     )
 
 
 def bar(share: float, color: str) -> str:
-    """How much of something is done, 0..1."""
+    """Progress bar, 0..1."""
     width = 100.0 * min(max(share, 0.0), 1.0)
     return (
         '<div style="background:rgba(128,128,128,0.25);border-radius:0.25em;height:0.4em;margin:0.2em 0">'
@@ -74,5 +74,5 @@ def bar(share: float, color: str) -> str:
 
 
 def figures(value: str) -> str:
-    """A text whose digits are of one width."""
+    """Text whose digits have one width."""
     return f'<span style="{_FIGURES}">{text(value)}</span>'

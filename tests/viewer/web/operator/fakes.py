@@ -1,4 +1,4 @@
-"""Stand-ins for viser's handles: they keep what they are given, count what is set, and are used as by a browser."""
+"""Fakes of viser's handles: they keep their values, count changes, and can be used as by a browser."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cellwright.viewer.web.connection import Link
 
 
 class FakeHandle:
-    """Something on a page."""
+    """Element of a page."""
 
     def __init__(self, kind: str, name: str, values: dict[str, Any]) -> None:
         self.__dict__.update(values)
@@ -26,26 +26,26 @@ class FakeHandle:
 
     def __setattr__(self, attribute: str, value: Any) -> None:
         before: Any = self.__dict__.get(attribute)
-        if np.array_equal(before, value):  # as viser does, see test_widgets
+        if np.array_equal(before, value):  # as in viser, see test_widgets
             return
         self.__dict__[attribute] = value
         self.__dict__["sets"] = self.__dict__.get("sets", 0) + 1
-        if attribute == "value":  # as viser does: whoever sets it here is told of it, without a browser
+        if attribute == "value":  # as in viser: setting it here calls the callbacks, without a browser
             self.use(None)
 
     def on_update(self, callback: Callable[[Any], Any]) -> None:
-        """Have something called."""
+        """Keep the callback."""
         self.callbacks.append(callback)
 
     on_click = on_update
 
     def on_hold(self, callback: Callable[[Any], Any], callback_hz: float) -> None:
-        """Have something called again and again."""
+        """Keep the callback of a hold."""
         self.__dict__["frequency"] = callback_hz
         self.callbacks.append(callback)
 
     def use(self, client_id: int | None, phase: str = "", client: Any = None, **values: Any) -> None:
-        """What a browser does with it."""
+        """Use the element as a browser does."""
         self.__dict__.update(values)
         for callback in self.callbacks:
             found = callback(SimpleNamespace(client_id=client_id, client=client, target=self, phase=phase))
@@ -53,7 +53,7 @@ class FakeHandle:
                 asyncio.run(found)
 
     def remove(self) -> None:
-        """Take it away."""
+        """Remove the element."""
         self.__dict__["is_removed"] = True
 
     def __enter__(self) -> FakeHandle:
@@ -64,7 +64,7 @@ class FakeHandle:
 
 
 class FakeGui:
-    """Makes what stands in a panel."""
+    """Creates the elements of a panel."""
 
     def __init__(self) -> None:
         self.made: list[Any] = []
@@ -85,12 +85,12 @@ class FakeGui:
         return add
 
     def find(self, kind: str, name: str) -> Any:
-        """What was made under a name."""
+        """Element of this name."""
         return next(each for each in self.made if (each.kind, each.name) == (kind, name))
 
 
 class FakeScene(FakeGui):
-    """Makes what is seen."""
+    """Creates the nodes of a scene."""
 
     def __getattr__(self, method: str) -> Callable[..., FakeHandle]:
         add = super().__getattr__(method)
@@ -102,7 +102,7 @@ class FakeScene(FakeGui):
 
 
 class FakePage:
-    """As much of a page as a feature needs."""
+    """Page, as far as a feature needs one."""
 
     root = "/scene"
 
@@ -119,6 +119,6 @@ class FakePage:
         )
 
     def tab(self, name: str) -> Any:
-        """A tab."""
+        """Tab of this name."""
         self.tabs.append(name)
         return nullcontext()

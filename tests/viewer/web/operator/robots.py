@@ -1,4 +1,4 @@
-"""A robot as a page sees it, from a real node's panel, and how it stands with this or that changed."""
+"""Robot as a page sees it, from a real node's panel, and states of it with changes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.services.scene import SceneServices, ServedScene
-from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
+from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 from tests.clients.operators.nodes import robot
 from tests.waiting import TIMEOUT
 
@@ -31,35 +31,35 @@ def seen() -> SeenRobot:
     return SeenRobot.read(_panel())
 
 
-def standing(**changes: Any) -> Standing:
-    """It stands at home, and takes commands."""
+def state(**changes: Any) -> RobotState:
+    """State at home, with commands enabled."""
     return replace(_at_home(), **changes)
 
 
 @cache
-def _at_home() -> Standing:
-    return Standing.read(_panel())
+def _at_home() -> RobotState:
+    return RobotState.read(_panel())
 
 
 def number(name: str) -> int:
-    """The number of a joint."""
+    """Number of a joint."""
     return next(place for place, joint in enumerate(seen().joints) if joint.name == name)
 
 
 class Clock:
-    """A clock that is set by hand [s]."""
+    """Clock that tests set [s]."""
 
     def __init__(self) -> None:
         self.now = 100.0
 
     def __call__(self) -> float:
-        """The time."""
+        """Current time."""
         return self.now
 
 
 @contextmanager
 def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
-    """A node in real time with its scene and its panel, served by a thread; the address."""
+    """Address of a node in real time with its scene and its panel, served by a thread."""
     server = Server(node, port=port)
     SceneServices(ServedScene(node)).offer(server)
     panel = RobotPanel(node)

@@ -1,4 +1,4 @@
-"""The tab to drive with: what is used is wanted, what follows is not."""
+"""Operator tab: used controls send requests, following ones do not."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from typing import Any
 import pytest
 
 from cellwright.clients.operators.robot import Ask, MoveBase, MoveGrippers, MoveJoints
-from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.command_queue import CommandQueue
 from cellwright.viewer.web.operator.feature import Controls
 from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.moves import BUTTON_RATE
 from tests.viewer.web.operator.fakes import FakeGui, FakeScene
-from tests.viewer.web.operator.robots import Clock, number, seen, standing
+from tests.viewer.web.operator.robots import Clock, number, seen, state
 
 ME = 3
 
 
 class Tab:
-    """A tab, with a desk behind it."""
+    """Tab, with a command queue behind it."""
 
     def __init__(self, *, is_real: bool = False) -> None:
         self.clock, self.gui, self.stops, self.hindrance = Clock(), FakeGui(), 0, ""
-        self.desk = Desk(replace(seen(), is_real=is_real), self.clock)
-        self.desk.see(standing())
-        self.handles = Handles(FakeScene(), "/scene", self.desk)
-        self.controls = Controls(self.gui, nullcontext, self.desk, self.handles, self._stop)
+        self.queue = CommandQueue(replace(seen(), is_real=is_real), self.clock)
+        self.queue.see(state())
+        self.handles = Handles(FakeScene(), "/scene", self.queue)
+        self.controls = Controls(self.gui, nullcontext, self.queue, self.handles, self._stop)
 
     def _stop(self) -> str:
         self.stops += 1
@@ -37,8 +37,8 @@ class Tab:
 
     def see(self, seconds: float = 1.0, **changes: Any) -> None:
         self.clock.now += seconds
-        self.desk.see(standing(time=round(self.clock.now * 1e9), **changes))
-        self.controls.show(self.desk.standing, self.clock.now)
+        self.queue.see(state(time=round(self.clock.now * 1e9), **changes))
+        self.controls.show(self.queue.state, self.clock.now)
 
     def slider(self, name: str) -> Any:
         hint = f"{name}:"
@@ -53,7 +53,7 @@ def tab() -> Tab:
 
 
 def at(**positions: float) -> tuple[float | None, ...]:
-    found = list(standing().positions)
+    found = list(state().positions)
     for name, value in positions.items():
         found[number(name)] = value
     return tuple(found)
@@ -63,7 +63,7 @@ def test_sliders_follow_their_joints_and_nothing_is_sent(tab: Tab) -> None:
     assert tab.slider("right_3").value == pytest.approx(-1.2)
     for step in range(20):
         tab.see(positions=at(right_3=-1.2 + 0.1 * step, left_finger=0.002 * step))
-        assert tab.desk.due() == [], "what follows is no wish"
+        assert tab.queue.due() == [], "what follows is no request"
     assert tab.slider("right_3").value == pytest.approx(0.7)
     assert tab.slider("left_finger").value == pytest.approx(0.038)
 
@@ -72,13 +72,13 @@ def test_a_slider_that_is_moved_sends_its_joint_and_tells_where_it_is(tab: Tab) 
     slider = tab.slider("right_3")
     slider.use(ME, value=0.5)
     tab.clock.now += 0.02
-    [order] = tab.desk.due()
+    [order] = tab.queue.due()
     assert isinstance(order, MoveJoints)
     assert set(order.targets) == {"right_3"}
     tab.see(0.2, positions=at(right_3=-1.1))
     assert slider.value == 0.5, "it stands where it was put"
     assert slider.label.endswith("(-1.10)"), "and tells where its joint is"
-    tab.desk.joints.forget()
+    tab.queue.joints.forget()
     tab.see(2.0, positions=at(right_3=-0.9))
     assert (slider.value, slider.label) == (pytest.approx(-0.9), slider.name)
 
@@ -86,7 +86,7 @@ def test_a_slider_that_is_moved_sends_its_joint_and_tells_where_it_is(tab: Tab) 
 def test_a_slider_that_is_refused_goes_back(tab: Tab) -> None:
     tab.see(is_enabled=False)
     tab.slider("right_3").use(ME, value=0.5)
-    assert tab.desk.due() == []
+    assert tab.queue.due() == []
     tab.see(is_enabled=False)
     assert tab.slider("right_3").value == pytest.approx(-1.2)
 
@@ -101,25 +101,25 @@ def test_limits_and_steps_of_sliders(tab: Tab) -> None:
 
 def test_grippers(tab: Tab) -> None:
     tab.gui.find("slider", "Left closed").use(ME, value=50.0)
-    assert tab.desk.due() == [MoveGrippers((0.0, 0.5))]
+    assert tab.queue.due() == [MoveGrippers((0.0, 0.5))]
     tab.clock.now += 5.0
     buttons = [each for each in tab.gui.made if each.kind == "button_group"]
     buttons[0].use(ME, value="Close")
-    assert tab.desk.due() == [MoveGrippers((1.0, 0.0))]
+    assert tab.queue.due() == [MoveGrippers((1.0, 0.0))]
     tab.see(5.0, grippers=(0.25, 0.0))
     assert tab.gui.find("slider", "Right closed").value == 25.0
-    assert tab.desk.due() == []
+    assert tab.queue.due() == []
 
 
 def test_stop_home_and_switch(tab: Tab) -> None:
     tab.gui.find("button", "STOP").use(ME)
     assert tab.stops == 1
     tab.gui.find("button", "Go home").use(ME)
-    assert tab.desk.due() == [Ask.HOME]
+    assert tab.queue.due() == [Ask.HOME]
     switch: Any = tab.gui.find("checkbox", "Takes commands")
     clear: Any = tab.gui.find("button", "End the emergency stop")
     switch.use(ME, value=False)
-    assert tab.desk.due() == [Ask.DISABLE]
+    assert tab.queue.due() == [Ask.DISABLE]
     assert not clear.visible
     tab.see(5.0, is_stopped=True, is_enabled=False)
     assert not switch.value
@@ -127,9 +127,9 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.gui.find("button", "Go home").disabled
     tab.see(5.0)
     assert switch.value
-    assert tab.desk.due() == [], "what follows is no wish"
+    assert tab.queue.due() == [], "what follows is no request"
     clear.use(ME)
-    assert tab.desk.due() == [Ask.CLEAR_STOP]
+    assert tab.queue.due() == [Ask.CLEAR_STOP]
 
 
 def test_a_robot_that_is_not_heard_from_has_a_stop_and_nothing_else_to_press(tab: Tab) -> None:
@@ -138,41 +138,41 @@ def test_a_robot_that_is_not_heard_from_has_a_stop_and_nothing_else_to_press(tab
         return {each.name for each in tab.gui.made if each.kind in kinds and each.visible and not each.disabled}
 
     before = live()
-    tab.desk.lose()
+    tab.queue.lose()
     tab.controls.show(None, tab.clock.now)
     assert live() == {"STOP", "Handles at the hands", "Along the hand's axes"}
     tab.see()
     assert live() == before
 
 
-def test_a_stop_that_does_not_get_through_is_told_to_who_pressed_it(tab: Tab) -> None:
-    told: list[str] = []
-    client = SimpleNamespace(add_notification=lambda **values: told.append(values["body"]))
+def test_a_stop_that_does_not_get_through_notifies_its_browser(tab: Tab) -> None:
+    notices: list[str] = []
+    client = SimpleNamespace(add_notification=lambda **values: notices.append(values["body"]))
     button = tab.gui.find("button", "STOP")
     button.use(ME, client=client)
-    tab.hindrance = "nobody is there"
+    tab.hindrance = "the server is away"
     button.use(ME, client=client)
-    assert told == ["nobody is there"]
+    assert notices == ["the server is away"]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_slider_that_is_sent_what_is_no_number_goes_back(tab: Tab, value: float) -> None:
     tab.slider("right_3").use(ME, value=value)
     tab.gui.find("slider", "Left closed").use(ME, value=value)
-    assert tab.desk.due() == []
+    assert tab.queue.due() == []
     tab.see()
     assert tab.slider("right_3").value == pytest.approx(-1.2)
     assert tab.gui.find("slider", "Left closed").value == 0.0
     buttons = next(each for each in tab.gui.made if each.kind == "button_group")
     buttons.use(ME, value="Explode")
-    assert tab.desk.due() == []
+    assert tab.queue.due() == []
 
 
 def test_a_base_that_is_pushed(tab: Tab) -> None:
     button = tab.gui.find("button", "Left")
     assert button.frequency == BUTTON_RATE
     button.use(ME)
-    [order] = tab.desk.due()
+    [order] = tab.queue.due()
     assert isinstance(order, MoveBase)
 
 
@@ -216,12 +216,12 @@ def test_what_is_said_of_the_robot_changes_only_with_it(tab: Tab) -> None:
     ],
 )
 def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str, Any], name: str) -> None:
-    gui, desk = FakeGui(), Desk(replace(seen(), **lacks))
-    desk.see(standing(**stands))
-    handles = Handles(FakeScene(), "/scene", desk)
-    controls = Controls(gui, nullcontext, desk, handles, lambda: "")
-    handles.show(desk.standing)
-    controls.show(desk.standing, 0.0)
+    gui, queue = FakeGui(), CommandQueue(replace(seen(), **lacks))
+    queue.see(state(**stands))
+    handles = Handles(FakeScene(), "/scene", queue)
+    controls = Controls(gui, nullcontext, queue, handles, lambda: "")
+    handles.show(queue.state)
+    controls.show(queue.state, 0.0)
     names = {each.name for each in gui.made}
     assert name not in names
     assert "STOP" in names
@@ -229,7 +229,7 @@ def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str
 
 def test_one_gripper_has_no_side() -> None:
     gui = FakeGui()
-    desk = Desk(replace(seen(), arms=("",), grippers=("",)))
-    Controls(gui, nullcontext, desk, Handles(FakeScene(), "/scene", desk), lambda: "")
+    queue = CommandQueue(replace(seen(), arms=("",), grippers=("",)))
+    Controls(gui, nullcontext, queue, Handles(FakeScene(), "/scene", queue), lambda: "")
     assert gui.find("slider", "Closed").value == 0.0
     assert gui.find("folder", "Gripper").kind == "folder"

@@ -1,45 +1,45 @@
-"""How late the robot is: what is counted, and what is not."""
+"""Command delay: counted motions, and ignored ones."""
 
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.robot_state import MAX_DELAY, Delay
-from tests.viewer.web.operator.robots import standing
+from tests.viewer.web.operator.robots import state
 
 
 def moved(by: float) -> tuple[Pose, ...]:
-    return tuple(Pose((by, 0.0, 0.0)) @ tip for tip in standing().tips)
+    return tuple(Pose((by, 0.0, 0.0)) @ tip for tip in state().tips)
 
 
 def test_from_the_first_move_to_the_robots_first() -> None:
     delay = Delay()
     for number, seconds in enumerate((0.03, 0.05, 0.04)):
         begun = 10.0 * number
-        delay.begin(standing(), begun)
-        delay.begin(standing(), begun + 0.01)
-        delay.look(standing(tips=moved(1e-4)), begun + seconds - 0.01)
-        delay.look(standing(tips=moved(1e-2)), begun + seconds)
-        delay.look(standing(tips=moved(2e-2)), begun + seconds + 0.1)
+        delay.begin(state(), begun)
+        delay.begin(state(), begun + 0.01)
+        delay.look(state(tips=moved(1e-4)), begun + seconds - 0.01)
+        delay.look(state(tips=moved(1e-2)), begun + seconds)
+        delay.look(state(tips=moved(2e-2)), begun + seconds + 0.1)
     assert delay.seconds is not None
     assert abs(delay.seconds - 0.04) < 1e-9, "the median"
 
 
 def test_joints_count_as_tips_do() -> None:
     delay = Delay()
-    delay.begin(standing(), 0.0)
-    positions = list(standing().positions)
+    delay.begin(state(), 0.0)
+    positions = list(state().positions)
     positions[0] = (positions[0] or 0.0) + 0.1
-    delay.look(standing(positions=tuple(positions)), 0.02)
+    delay.look(state(positions=tuple(positions)), 0.02)
     assert delay.seconds == 0.02
 
 
 def test_a_robot_that_was_not_going_to_move_says_nothing() -> None:
     delay = Delay()
-    delay.begin(standing(), 0.0)
-    delay.look(standing(tips=moved(0.1)), MAX_DELAY + 0.1)
+    delay.begin(state(), 0.0)
+    delay.look(state(tips=moved(0.1)), MAX_DELAY + 0.1)
     assert delay.seconds is None
-    delay.begin(standing(), 10.0)
+    delay.begin(state(), 10.0)
     delay.forget()
-    delay.look(standing(tips=moved(0.1)), 10.1)
+    delay.look(state(tips=moved(0.1)), 10.1)
     assert delay.seconds is None
-    delay.begin(standing(), 20.0)
-    delay.look(standing(positions=(0.0,)), 20.1)
+    delay.begin(state(), 20.0)
+    delay.look(state(positions=(0.0,)), 20.1)
     assert delay.seconds is None, "it is another robot"

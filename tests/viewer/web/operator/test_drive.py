@@ -1,4 +1,4 @@
-"""The base's buttons, in each of its modes, at a real base."""
+"""Buttons of the base, in each of its modes, at a real base."""
 
 import math
 from dataclasses import replace
@@ -30,8 +30,8 @@ def test_a_button_that_is_held_for_a_second(mode: BaseMode) -> None:
         node.simulation.reset()
         before = node.base.pose
         for beat in range(round(BUTTON_RATE)):
-            topic, said = command_message(MoveBase(base_command(mode, direction)), 0)
-            node.bus.publish(topic, said, node="/me")
+            topic, message = command_message(MoveBase(base_command(mode, direction)), 0)
+            node.bus.publish(topic, message, node="/me")
             node.simulation.step_until(round((beat + 1) / BUTTON_RATE * 1e9))
         moved = before.inverse() @ node.base.pose
         assert moved.position == pytest.approx((x * BASE_SPEED, y * BASE_SPEED, 0.0), abs=0.01)

@@ -1,4 +1,4 @@
-"""The operator on a page: there for a robot, and for nothing else."""
+"""Operator on a page: only for a robot."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def address() -> Iterator[tuple[str, int]]:
 
 def built(operator: Operator, page: Any) -> None:
     def is_built() -> bool:
-        operator.told({})
+        operator.on_frame({})
         return bool(page.server.gui.made)
 
     wait_until(is_built, "panel of the operator")
@@ -38,9 +38,9 @@ def built(operator: Operator, page: Any) -> None:
 def test_a_cell_gets_no_operator() -> None:
     operator, page = Operator(), FakePage(("127.0.0.1", 1))
     operator.page = page  # type: ignore[assignment]
-    operator.begin(SCENE)
+    operator.on_scene(SCENE)
     operator.panel({"kind": "cell"})
-    operator.told({})
+    operator.on_frame({})
     assert page.tabs == []
     assert page.server.gui.made == []
 
@@ -49,20 +49,20 @@ def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene
     operator, page = Operator(), FakePage(address)
     page.first_panel = page.link.ask(PANEL)
     operator.page = page  # type: ignore[assignment]
-    operator.begin(SCENE)
+    operator.on_scene(SCENE)
     assert page.tabs == [TAB], "it is there before those of others"
     built(operator, page)
     assert set(page.tabs) == {TAB}
     scene, gui = page.server.scene, page.server.gui
     assert scene.find("transform_controls", "/scene/operator/1/handle").visible
-    operator.away("gone")
+    operator.on_disconnect("gone")
     assert not scene.find("transform_controls", "/scene/operator/1/handle").visible
     scene.made.clear()
     gui_before = list(gui.made)
-    operator.begin(SCENE)
+    operator.on_scene(SCENE)
 
     def has_handles() -> bool:
-        operator.told({})
+        operator.on_frame({})
         return bool(scene.find("transform_controls", "/scene/operator/1/handle").visible)
 
     wait_until(has_handles, "robot that is heard from again")

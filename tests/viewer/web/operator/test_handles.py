@@ -1,4 +1,4 @@
-"""Handles and ghosts: where they stand, and what becomes of them in somebody's hand."""
+"""Handles and ghosts: their poses, and drags by a browser."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ import pytest
 
 from cellwright.clients.operators.robot import MoveTips
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.command_queue import CommandQueue
 from cellwright.viewer.web.operator.handles import BESIDE, REFUSED, SHORT, Handles
 from tests.viewer.web.operator.fakes import FakeHandle, FakeScene
-from tests.viewer.web.operator.robots import Clock, seen, standing
+from tests.viewer.web.operator.robots import Clock, seen, state
 
 ME = 3
-TIPS = standing().tips
+TIPS = state().tips
 AIM = Pose((0.0, 0.0, 0.2)) @ TIPS[0]
 
 
 @pytest.fixture
-def desk() -> Desk:
-    desk = Desk(seen(), Clock())
-    desk.see(standing())
-    return desk
+def queue() -> CommandQueue:
+    queue = CommandQueue(seen(), Clock())
+    queue.see(state())
+    return queue
 
 
 @pytest.fixture
@@ -32,9 +32,9 @@ def scene() -> FakeScene:
 
 
 @pytest.fixture
-def handles(scene: FakeScene, desk: Desk) -> Handles:
-    handles = Handles(scene, "/scene", desk)
-    handles.show(desk.standing)
+def handles(scene: FakeScene, queue: CommandQueue) -> Handles:
+    handles = Handles(scene, "/scene", queue)
+    handles.show(queue.state)
     return handles
 
 
@@ -46,9 +46,9 @@ def handle(scene: FakeScene, arm: int = 0) -> Any:
     return part(scene, "transform_controls", "handle", arm)
 
 
-def show(handles: Handles, desk: Desk, **changes: Any) -> None:
-    desk.see(standing(**changes))
-    handles.show(desk.standing)
+def show(handles: Handles, queue: CommandQueue, **changes: Any) -> None:
+    queue.see(state(**changes))
+    handles.show(queue.state)
 
 
 def drag(one: FakeHandle, *positions: Any) -> None:
@@ -57,81 +57,83 @@ def drag(one: FakeHandle, *positions: Any) -> None:
         one.use(ME, "update", position=np.array(position))
 
 
-def test_each_stands_at_its_hand_along_the_worlds_axes(scene: FakeScene, handles: Handles, desk: Desk) -> None:
+def test_each_stands_at_its_hand_along_the_worlds_axes(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     for arm in (0, 1):
         one = handle(scene, arm)
         assert one.visible
         assert one.position == pytest.approx(TIPS[arm].position)
         assert list(one.wxyz) == [1.0, 0.0, 0.0, 0.0]
     handles.along_hand = True
-    handles.show(desk.standing)
+    handles.show(queue.state)
     assert handle(scene).wxyz == pytest.approx(TIPS[0].quaternion)
     assert not part(scene, "icosphere", "ghost").visible
 
 
-def test_what_does_not_change_is_not_sent(scene: FakeScene, handles: Handles, desk: Desk) -> None:
+def test_what_does_not_change_is_not_sent(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     before = [each.sets for each in scene.made]
     for _ in range(10):
-        handles.show(desk.standing)
+        handles.show(queue.state)
     assert [each.sets for each in scene.made] == before
 
 
-def test_a_drag_is_sent_and_the_handle_left_alone(scene: FakeScene, handles: Handles, desk: Desk) -> None:
+def test_a_drag_is_sent_and_the_handle_left_alone(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     one = handle(scene)
     drag(one, AIM.position)
-    [order] = desk.due()
+    [order] = queue.due()
     assert isinstance(order, MoveTips)
-    assert (standing().references[0] @ order.tips[0]).position == pytest.approx(AIM.position, abs=1e-6)
-    handles.show(desk.standing)
-    assert one.position == pytest.approx(AIM.position), "it is in somebody's hand"
+    assert (state().references[0] @ order.tips[0]).position == pytest.approx(AIM.position, abs=1e-6)
+    handles.show(queue.state)
+    assert one.position == pytest.approx(AIM.position), "it is held"
     ghost = part(scene, "icosphere", "ghost")
     assert ghost.visible
     assert ghost.position == pytest.approx(AIM.position)
     one.use(ME, "end")
-    handles.show(desk.standing)
+    handles.show(queue.state)
     assert one.position == pytest.approx(TIPS[0].position), "let go of, it is where the hand is"
 
 
 @pytest.mark.parametrize("held", [{"is_stopped": True}, {"is_homing": True}, {"is_enabled": False}])
 def test_whatever_holds_the_robot_takes_the_handle_away(
-    scene: FakeScene, handles: Handles, desk: Desk, held: dict[str, bool]
+    scene: FakeScene, handles: Handles, queue: CommandQueue, held: dict[str, bool]
 ) -> None:
     one = handle(scene)
     drag(one, AIM.position)
-    show(handles, desk, **held)
+    show(handles, queue, **held)
     assert not one.visible
     assert one.position == pytest.approx(TIPS[0].position)
-    show(handles, desk)
+    show(handles, queue)
     assert one.visible
     one.use(ME, "update", position=np.array(AIM.position))
-    assert desk.due() == []
-    handles.show(desk.standing)
+    assert queue.due() == []
+    handles.show(queue.state)
     assert one.position == pytest.approx(TIPS[0].position)
 
 
-def test_a_ghost_tells_where_a_hand_is_to_be_whoever_wants_it(scene: FakeScene, handles: Handles, desk: Desk) -> None:
+def test_a_ghost_shows_the_target_of_a_hand_from_any_source(
+    scene: FakeScene, handles: Handles, queue: CommandQueue
+) -> None:
     ghost, words, way = (
         part(scene, kind, name) for kind, name in (("icosphere", "ghost"), ("label", "words"), ("line_segments", "way"))
     )
-    show(handles, desk, aims=(AIM, None), time=1)
+    show(handles, queue, aims=(AIM, None), time=1)
     assert (ghost.visible, tuple(ghost.color), words.visible) == (True, BESIDE, False)
     assert way.points[0] == pytest.approx(np.array([TIPS[0].position, AIM.position]), abs=1e-6)
     assert not part(scene, "icosphere", "ghost", 1).visible
-    show(handles, desk, aims=(AIM, None), time=10**9)
+    show(handles, queue, aims=(AIM, None), time=10**9)
     assert (tuple(ghost.color), words.visible, words.text) == (SHORT, True, "out of reach")
-    show(handles, desk, aims=(TIPS[0], None), time=2 * 10**9)
+    show(handles, queue, aims=(TIPS[0], None), time=2 * 10**9)
     assert (ghost.visible, words.visible) == (False, False)
 
 
-def test_a_ghost_of_what_was_refused(scene: FakeScene, handles: Handles, desk: Desk) -> None:
+def test_a_ghost_of_what_was_refused(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
     drag(handle(scene), AIM.position)
-    desk.refused("/vr commands here")
-    handles.show(desk.standing)
+    queue.refused("/vr commands here")
+    handles.show(queue.state)
     ghost = part(scene, "icosphere", "ghost")
     assert (ghost.visible, tuple(ghost.color)) == (True, REFUSED)
     assert part(scene, "label", "words").text == "refused"
-    desk.slide(0, 0.0)
-    handles.show(desk.standing)
+    queue.slide(0, 0.0)
+    handles.show(queue.state)
     assert not ghost.visible
 
 
@@ -140,25 +142,25 @@ def test_a_ghost_of_what_was_refused(scene: FakeScene, handles: Handles, desk: D
     [((np.nan, 0, 0), (1, 0, 0, 0)), ((0, 0), (1, 0, 0, 0)), ((0, 0, 0), (0, 0, 0, 0)), (("x", 0, 0), (1, 0, 0, 0))],
 )
 def test_a_browser_may_send_what_it_likes(
-    scene: FakeScene, handles: Handles, desk: Desk, position: Any, wxyz: Any
+    scene: FakeScene, handles: Handles, queue: CommandQueue, position: Any, wxyz: Any
 ) -> None:
     one = handle(scene)
     drag(one, AIM.position)
-    desk.due()
+    queue.due()
     one.use(ME, "update", position=np.array(position), wxyz=np.array(wxyz))
-    wanted = desk.hands.held(0)
-    assert wanted is not None
-    assert wanted.position == pytest.approx(AIM.position)
+    requested = queue.hands.held(0)
+    assert requested is not None
+    assert requested.position == pytest.approx(AIM.position)
     one.use(ME, "end")
-    handles.show(desk.standing)
+    handles.show(queue.state)
     assert one.position == pytest.approx(TIPS[0].position), "it is put right"
     assert list(one.wxyz) == [1.0, 0.0, 0.0, 0.0]
 
 
-def test_nothing_is_shown_of_a_robot_that_is_gone(scene: FakeScene, handles: Handles, desk: Desk) -> None:
-    show(handles, desk, aims=(AIM, None))
+def test_nothing_is_shown_of_a_robot_that_is_gone(scene: FakeScene, handles: Handles, queue: CommandQueue) -> None:
+    show(handles, queue, aims=(AIM, None))
     handles.show(None)
     assert not any(each.visible for each in scene.made)
     handles.is_shown = False
-    handles.show(desk.standing)
+    handles.show(queue.state)
     assert not handle(scene).visible

@@ -1,4 +1,4 @@
-"""Handles made into poses: nothing jumps, nothing creeps, and what is let go of says nothing."""
+"""Handles as pose commands: nothing jumps, nothing creeps, and a released one sends nothing."""
 
 import math
 
@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from cellwright.util.pose import Pose, normalized
 from cellwright.viewer.web.operator.moves import HAND_PERIOD, HAND_REPEAT, Hands
-from cellwright.viewer.web.operator.robot_state import Standing, rotation_angle
-from tests.viewer.web.operator.robots import standing
+from cellwright.viewer.web.operator.robot_state import RobotState, rotation_angle
+from tests.viewer.web.operator.robots import state
 
 ME, OTHER = 1, 2
 METRES = st.floats(-5.0, 5.0)
@@ -25,7 +25,7 @@ def same(one: Pose, other: Pose, tolerance: float = 1e-6) -> bool:
     return math.dist(one.position, other.position) < tolerance and rotation_angle(one, other) < 1e-3
 
 
-def held(at: Pose, standing_: Standing, arm: int = 0) -> Hands:
+def held(at: Pose, standing_: RobotState, arm: int = 0) -> Hands:
     hands = Hands(2)
     assert hands.grab(arm, ME, at, standing_) == ""
     return hands
@@ -33,7 +33,7 @@ def held(at: Pose, standing_: Standing, arm: int = 0) -> Hands:
 
 @given(POSES, POSES, POSES)
 def test_taking_hold_moves_nothing_wherever_the_handle_stands(handle: Pose, tip: Pose, reference: Pose) -> None:
-    stands = standing(tips=(tip, tip), references=(reference, reference))
+    stands = state(tips=(tip, tip), references=(reference, reference))
     hands = held(handle, stands)
     assert hands.due(stands, 0.0) is None, "nothing is sent before it moves"
     assert hands.move(0, ME, handle, 0.0)
@@ -44,7 +44,7 @@ def test_taking_hold_moves_nothing_wherever_the_handle_stands(handle: Pose, tip:
 
 @given(POSES, POSES, POSES)
 def test_a_handle_at_the_tip_leads_the_tip_where_it_is_put(tip: Pose, put: Pose, reference: Pose) -> None:
-    stands = standing(tips=(tip, tip), references=(reference, reference))
+    stands = state(tips=(tip, tip), references=(reference, reference))
     hands = held(tip, stands)
     hands.move(0, ME, put, 0.0)
     sent = hands.due(stands, 0.0)
@@ -54,22 +54,22 @@ def test_a_handle_at_the_tip_leads_the_tip_where_it_is_put(tip: Pose, put: Pose,
 
 @given(POSES, st.tuples(METRES, METRES, METRES))
 def test_a_handle_along_the_worlds_axes_moves_and_turns_the_tip_along_them(tip: Pose, way: tuple[float, ...]) -> None:
-    stands = standing(tips=(tip, tip))
+    stands = state(tips=(tip, tip))
     hands = held(Pose(tip.position), stands)
     x, y, z = (at + step for at, step in zip(tip.position, way, strict=True))
     turn = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.5))
     hands.move(0, ME, Pose((x, y, z), turn.quaternion), 0.0)
-    wanted = hands.held(0)
-    assert wanted is not None
-    assert same(wanted, Pose((x, y, z), (turn @ Pose(quaternion=tip.quaternion)).quaternion), 1e-6)
+    requested = hands.held(0)
+    assert requested is not None
+    assert same(requested, Pose((x, y, z), (turn @ Pose(quaternion=tip.quaternion)).quaternion), 1e-6)
 
 
 def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:
-    stands = standing()
+    stands = state()
     hands = held(stands.tips[0], stands)
     sent = []
     for step in range(5):
-        sagging = standing(tips=tuple(Pose((0.0, 0.0, -0.01 * step)) @ tip for tip in stands.tips))
+        sagging = state(tips=tuple(Pose((0.0, 0.0, -0.01 * step)) @ tip for tip in stands.tips))
         hands.move(0, ME, Pose((0.01 * step, 0.0, 0.0)) @ stands.tips[0], step * HAND_PERIOD)
         sent.append(hands.due(sagging, step * HAND_PERIOD))
     lefts = {poses[1] for poses in sent if poses is not None}
@@ -78,9 +78,9 @@ def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:
 
 
 def test_the_other_hand_is_brought_on_to_where_it_was_being_brought() -> None:
-    stands = standing()
+    stands = state()
     aim = Pose((0.0, 0.0, 0.2)) @ stands.tips[1]
-    stands = standing(aims=(None, aim))
+    stands = state(aims=(None, aim))
     hands = held(stands.tips[0], stands)
     hands.move(0, ME, stands.tips[0], 0.0)
     sent = hands.due(stands, 0.0)
@@ -89,19 +89,19 @@ def test_the_other_hand_is_brought_on_to_where_it_was_being_brought() -> None:
 
 
 def test_a_servo_that_is_not_quite_there_makes_nothing_creep() -> None:
-    stands = standing()
+    stands = state()
     aim = Pose((0.002, 0.0, 0.0)) @ stands.tips[0]
-    hands = held(stands.tips[0], standing(aims=(aim, None)))
+    hands = held(stands.tips[0], state(aims=(aim, None)))
     hands.move(0, ME, stands.tips[0], 0.0)
     assert hands.held(0) == pytest.approx(aim) or same(hands.held(0) or Pose(), aim)
     far = Pose((0.1, 0.0, 0.0)) @ stands.tips[0]
-    hands = held(stands.tips[0], standing(aims=(far, None)))
+    hands = held(stands.tips[0], state(aims=(far, None)))
     hands.move(0, ME, stands.tips[0], 0.0)
     assert same(hands.held(0) or Pose(), stands.tips[0]), "one that is under way begins where it is"
 
 
 def test_both_hands_at_once() -> None:
-    stands = standing()
+    stands = state()
     hands = held(stands.tips[0], stands)
     assert hands.grab(1, OTHER, stands.tips[1], stands) == ""
     for arm, browser in ((0, ME), (1, OTHER)):
@@ -118,7 +118,7 @@ def test_both_hands_at_once() -> None:
 
 
 def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
-    stands = standing()
+    stands = state()
     hands = held(stands.tips[0], stands)
     assert "another browser" in hands.grab(0, OTHER, stands.tips[0], stands)
     assert not hands.move(0, OTHER, stands.tips[1], 0.0)
@@ -128,7 +128,7 @@ def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
 
 
 def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_is_held() -> None:
-    stands = standing()
+    stands = state()
     hands = held(stands.tips[0], stands)
     count = 0
     for millisecond in range(1000):
@@ -141,7 +141,7 @@ def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_i
 
 
 def test_a_handle_that_rests_is_repeated_for_a_while() -> None:
-    stands = standing()
+    stands = state()
     hands = held(stands.tips[0], stands)
     hands.move(0, ME, stands.tips[0], 10.0)
     assert hands.due(stands, 10.0)
@@ -152,7 +152,7 @@ def test_a_handle_that_rests_is_repeated_for_a_while() -> None:
 
 
 def test_what_ends_the_motion_ends_the_hold() -> None:
-    stands = standing()
+    stands = state()
     hands = held(stands.tips[0], stands)
     hands.move(0, ME, stands.tips[1], 0.0)
     assert hands.forget()

@@ -1,30 +1,30 @@
-"""Sliders made into targets: within limits, at a walk, and only when somebody wants them."""
+"""Sliders as joint targets: within limits, at limited speed, and only on request."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.viewer.web.operator.moves import HOLD_TIME, JOINT_LEAD, JOINT_PATIENCE, JOINT_SPEED, JointMoves
-from tests.viewer.web.operator.robots import number, seen, standing
+from tests.viewer.web.operator.robots import number, seen, state
 
 ELBOW = number("right_3")
 FINGER = number("right_finger")
 
 
 def at(**positions: float) -> tuple[float | None, ...]:
-    found = list(standing().positions)
+    found = list(state().positions)
     for name, value in positions.items():
         found[number(name)] = value
     return tuple(found)
 
 
-def walked(wanted: float, seconds: float, *, period: float = 0.02, follows: bool = True) -> tuple[list[float], str]:
-    """The targets of the elbow, by a joint that follows at once or not at all; and the note."""
+def walked(requested: float, seconds: float, *, period: float = 0.02, follows: bool = True) -> tuple[list[float], str]:
+    """Targets of the elbow, for a joint that follows at once or not at all; and the note."""
     moves = JointMoves(seen())
     position, found = -1.2, []
-    moves.ask(ELBOW, wanted, 0.0)
+    moves.ask(ELBOW, requested, 0.0)
     for step in range(round(seconds / period)):
-        target = moves.due(standing(positions=at(right_3=position)), step * period)
+        target = moves.due(state(positions=at(right_3=position)), step * period)
         if target:
             assert set(target) == {ELBOW}, "only what was moved is sent"
             found.append(target[ELBOW])
@@ -34,10 +34,10 @@ def walked(wanted: float, seconds: float, *, period: float = 0.02, follows: bool
 
 @pytest.mark.slow
 @given(st.floats(-3.0, 3.0) | st.floats(allow_nan=False), st.sampled_from([0.005, 0.02, 0.05, 0.3]))
-def test_targets_walk_within_the_limits_and_arrive(wanted: float, period: float) -> None:
-    found, _ = walked(wanted, 4.0, period=period)
+def test_targets_walk_within_the_limits_and_arrive(requested: float, period: float) -> None:
+    found, _ = walked(requested, 4.0, period=period)
     assert all(-2.0 <= target <= 2.0 for target in found)
-    assert found[-1] == min(max(wanted, -2.0), 2.0)
+    assert found[-1] == min(max(requested, -2.0), 2.0)
     steps = [abs(after - before) for before, after in zip([-1.2, *found], found, strict=False)]
     assert max(steps) <= max(JOINT_SPEED["rad"] * min(period, 0.25), 0.0) + 1e-9, "however far the slider was thrown"
 
@@ -52,34 +52,34 @@ def test_it_begins_where_the_joint_is_and_not_where_it_was_once_sent() -> None:
     moves = JointMoves(seen())
     moves.ask(ELBOW, -1.0, 0.0)
     for step in range(50):
-        moves.due(standing(positions=at(right_3=-1.0)), step * 0.02)
+        moves.due(state(positions=at(right_3=-1.0)), step * 0.02)
     moves.ask(ELBOW, 0.0, 100.0)
-    target = moves.due(standing(positions=at(right_3=1.5)), 100.02)[ELBOW]
+    target = moves.due(state(positions=at(right_3=1.5)), 100.02)[ELBOW]
     assert 1.4 < target < 1.5
 
 
-def test_a_joint_nobody_can_measure_begins_at_its_target() -> None:
+def test_a_joint_without_a_measurement_begins_at_its_target() -> None:
     moves = JointMoves(seen())
-    unknown = tuple(None if place == ELBOW else value for place, value in enumerate(standing().positions))
+    unknown = tuple(None if place == ELBOW else value for place, value in enumerate(state().positions))
     moves.ask(ELBOW, 2.0, 0.0)
-    assert -1.2 <= moves.due(standing(positions=unknown), 0.02)[ELBOW] < -1.1
+    assert -1.2 <= moves.due(state(positions=unknown), 0.02)[ELBOW] < -1.1
 
 
 def test_sliding_joints_walk_in_metres() -> None:
     moves = JointMoves(seen())
     moves.ask(FINGER, 0.04, 0.0)
-    assert 0.0 < moves.due(standing(), 0.05)[FINGER] <= JOINT_SPEED["m"] * 0.05
+    assert 0.0 < moves.due(state(), 0.05)[FINGER] <= JOINT_SPEED["m"] * 0.05
 
 
-def test_a_slider_follows_its_joint_unless_somebody_has_just_moved_it() -> None:
+def test_a_slider_follows_its_joint_unless_it_was_just_moved() -> None:
     moves = JointMoves(seen())
     assert not moves.is_touched(ELBOW, 0.0)
     moves.ask(ELBOW, -1.19, 0.0)
     assert moves.is_touched(ELBOW, 0.0)
-    moves.due(standing(), 0.1)
+    moves.due(state(), 0.1)
     assert moves.is_touched(ELBOW, 0.1 + HOLD_TIME / 2), "the joint is still on its way"
     assert not moves.is_touched(ELBOW, 0.2 + HOLD_TIME)
-    assert moves.due(standing(), 10.0) == {}, "and nothing is sent"
+    assert moves.due(state(), 10.0) == {}, "and nothing is sent"
 
 
 def test_what_is_moved_by_something_else_is_left_alone() -> None:
@@ -87,7 +87,7 @@ def test_what_is_moved_by_something_else_is_left_alone() -> None:
     moves.ask(ELBOW, 1.0, 0.0)
     moves.ask(FINGER, 0.04, 0.0)
     moves.give_way((ELBOW,))
-    assert set(moves.due(standing(), 0.02)) == {FINGER}
+    assert set(moves.due(state(), 0.02)) == {FINGER}
     assert moves.forget()
     assert not moves.forget()
-    assert moves.due(standing(), 0.04) == {}
+    assert moves.due(state(), 0.04) == {}

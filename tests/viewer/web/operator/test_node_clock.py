@@ -1,4 +1,4 @@
-"""The node's clock, by what was heard of it."""
+"""Estimate of the node's clock."""
 
 import pytest
 
@@ -13,7 +13,7 @@ def test_it_goes_as_fast_as_it_went(rate: float) -> None:
     assert clock.at(7.2 + 0.02) == pytest.approx((0.2 + 0.02) * rate * 1e9, abs=10)
 
 
-def test_what_nobody_told_says_nothing() -> None:
+def test_the_time_is_zero_before_the_first_reading() -> None:
     clock = NodeClock()
     assert clock.at(5.0) == 0
     clock.hear(1_000, 5.0)
@@ -21,7 +21,7 @@ def test_what_nobody_told_says_nothing() -> None:
     assert clock.at(100.0) <= 1_000 + 0.25e9, "one that is not heard of may stand"
 
 
-def test_one_that_begins_anew_is_believed() -> None:
+def test_a_reset_clock_is_accepted() -> None:
     clock = NodeClock()
     clock.hear(10_000_000_000, 5.0)
     clock.hear(0, 5.1)

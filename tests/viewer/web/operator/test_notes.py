@@ -1,4 +1,4 @@
-"""Lines for whoever drives."""
+"""Notes for the operator."""
 
 from cellwright.viewer.web.operator.command_queue import NOTE_DURATION, NOTE_GAP, Notes
 
@@ -6,17 +6,17 @@ from cellwright.viewer.web.operator.command_queue import NOTE_DURATION, NOTE_GAP
 def test_a_line_stands_for_a_while() -> None:
     notes = Notes()
     assert notes.at(0.0) == ""
-    notes.tell("home: done", 10.0)
+    notes.add("home: done", 10.0)
     assert notes.at(10.0 + NOTE_DURATION / 2) == "home: done"
     assert notes.at(10.0 + NOTE_DURATION) == ""
 
 
-def test_of_a_kind_one_a_second_is_told() -> None:
+def test_one_note_of_a_kind_is_shown_per_second() -> None:
     notes = Notes()
-    notes.tell("refused: a", 0.0, kind="refused", is_bad=True)
-    notes.tell("refused: b", NOTE_GAP / 2, kind="refused", is_bad=True)
+    notes.add("refused: a", 0.0, kind="refused", is_bad=True)
+    notes.add("refused: b", NOTE_GAP / 2, kind="refused", is_bad=True)
     assert notes.at(NOTE_GAP / 2) == "refused: a"
-    notes.tell("done", NOTE_GAP / 2)
-    assert (notes.at(NOTE_GAP / 2), notes.is_bad) == ("done", False), "another kind is told at once"
-    notes.tell("refused: c", NOTE_GAP, kind="refused", is_bad=True)
+    notes.add("done", NOTE_GAP / 2)
+    assert (notes.at(NOTE_GAP / 2), notes.is_bad) == ("done", False), "another kind is shown at once"
+    notes.add("refused: c", NOTE_GAP, kind="refused", is_bad=True)
     assert notes.at(NOTE_GAP) == "refused: c"

@@ -1,4 +1,4 @@
-"""Whether a hand gets there: told by how it moves, in the robot's own time."""
+"""Reach of a hand, from its motion in the robot's own time."""
 
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.robot_state import Reach, ReachOfHand, rotation_angle
@@ -28,7 +28,7 @@ def test_on_its_way_and_then_short() -> None:
 def test_a_robot_whose_time_stands_is_not_short() -> None:
     watch = ReachOfHand()
     assert {watch.look(SECOND, AIM, Pose()) for _ in range(100)} == {Reach.ON_ITS_WAY}
-    assert watch.look(0, AIM, Pose()) is Reach.ON_ITS_WAY, "nor one whose time has begun anew"
+    assert watch.look(0, AIM, Pose()) is Reach.ON_ITS_WAY, "nor one whose time was reset"
 
 
 def test_a_turn_counts() -> None:

@@ -1,4 +1,4 @@
-"""What a page reads of a robot's panel, which comes over a wire."""
+"""Robot and state from a panel that comes over the network."""
 
 import math
 from typing import Any
@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import MessageError
 from cellwright.viewer.services.robot_panel import RobotPanel
-from cellwright.viewer.web.operator.robot_state import FULL_TURN, SeenRobot, Standing, pose_of
+from cellwright.viewer.web.operator.robot_state import FULL_TURN, RobotState, SeenRobot, pose_of
 from tests.robot.robots import two_arms
-from tests.viewer.web.operator.robots import number, seen, standing
+from tests.viewer.web.operator.robots import number, seen, state
 
 
 def test_a_robot_and_how_it_stands() -> None:
-    robot, stands = seen(), standing()
+    robot, stands = seen(), state()
     assert robot.joints[number("left_finger")].unit == "m"
     assert robot.arms == robot.grippers == ("right", "left")
     assert robot.base_mode == "original"
@@ -26,9 +26,9 @@ def test_a_robot_and_how_it_stands() -> None:
 
 
 def test_why_it_takes_no_commands() -> None:
-    assert standing(is_stopped=True, is_enabled=False).why_not == "its emergency stop is on"
-    assert standing(is_enabled=False).why_not == "it is switched off"
-    assert standing(is_homing=True).why_not == "it is on its way home"
+    assert state(is_stopped=True, is_enabled=False).why_not == "its emergency stop is on"
+    assert state(is_enabled=False).why_not == "it is switched off"
+    assert state(is_homing=True).why_not == "it is on its way home"
 
 
 def test_a_joint_without_limits_gets_a_turn_each_way() -> None:
@@ -48,7 +48,7 @@ def test_what_is_no_robot_is_refused(broken: dict[str, Any]) -> None:
     with pytest.raises(MessageError, match="tells of no robot"):
         SeenRobot.read({"name": "x", "digest": "y", **broken})
     with pytest.raises(MessageError, match="tells of no robot"):
-        Standing.read(broken)
+        RobotState.read(broken)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What sliders are called, and how fine they are; how they follow and what they want is tested with the tab."""
+"""Names and steps of sliders; the tests of the tab cover their behaviour."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
-"""What is said of a robot: its state at a glance, and nothing from outside that a browser would carry out."""
+"""Text of a robot's state: readable at a glance, without foreign markup that a browser would execute."""
 
 from typing import Any
 
 import pytest
 
-from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.command_queue import CommandQueue
 from cellwright.viewer.web.operator.feature import pill, state_html
 from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
-from tests.viewer.web.operator.robots import Clock, seen, standing
+from tests.viewer.web.operator.robots import Clock, seen, state
 
 
 @pytest.mark.parametrize(
@@ -22,26 +22,26 @@ from tests.viewer.web.operator.robots import Clock, seen, standing
     ],
 )
 def test_the_state_has_a_colour(changes: dict[str, Any], colour: str) -> None:
-    assert pill(standing(**changes))[1] == colour
+    assert pill(state(**changes))[1] == colour
     assert pill(None) == ("not heard from", GREY)
 
 
 def test_names_from_outside_are_text() -> None:
-    desk = Desk(seen(), Clock())
-    desk.see(standing(commander="/<img src=x onerror=alert(1)>", refused=3, ignored=2))
-    desk.refused("<script>")
-    desk.delay.begin(standing(), 0.0)
-    desk.delay.look(standing(positions=tuple(9.0 for _ in standing().positions)), 0.042)
-    html = state_html(desk, 101.0)
+    queue = CommandQueue(seen(), Clock())
+    queue.see(state(commander="/<img src=x onerror=alert(1)>", refused=3, ignored=2))
+    queue.refused("<script>")
+    queue.delay.begin(state(), 0.0)
+    queue.delay.look(state(positions=tuple(9.0 for _ in state().positions)), 0.042)
+    html = state_html(queue, 101.0)
     assert "<img" not in html
     assert "<script" not in html
     assert "&lt;script&gt;" in html
-    for said in ("3 refused", "2 ignored", "delay 42 ms", "/&lt;img"):
-        assert said in html
+    for expected in ("3 refused", "2 ignored", "delay 42 ms", "/&lt;img"):
+        assert expected in html
 
 
 def test_why_nothing_moves() -> None:
-    desk = Desk(seen(), Clock())
-    assert "not heard from" in state_html(desk, 0.0)
-    desk.see(standing(is_enabled=False, message="takes no commands: /io_teleop/set_enabled switches them on"))
-    assert "set_enabled" in state_html(desk, 0.0)
+    queue = CommandQueue(seen(), Clock())
+    assert "not heard from" in state_html(queue, 0.0)
+    queue.see(state(is_enabled=False, message="takes no commands: /io_teleop/set_enabled switches them on"))
+    assert "set_enabled" in state_html(queue, 0.0)

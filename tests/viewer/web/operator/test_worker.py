@@ -1,4 +1,4 @@
-"""The operator at a real node in real time: hands get where they are put, a stop gets through, and a node may go."""
+"""Operator at a real node in real time: hands reach their targets, a stop gets through, and a node may end."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cellwright.clients.operators.robot import Ask
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.command_queue import Desk
-from cellwright.viewer.web.operator.robot_state import Standing, rotation_angle
+from cellwright.viewer.web.operator.command_queue import CommandQueue
+from cellwright.viewer.web.operator.robot_state import RobotState, rotation_angle
 from cellwright.viewer.web.operator.worker import NODE, Worker
 from tests.clients.operators.nodes import robot
 from tests.viewer.web.operator.robots import number, served
@@ -30,65 +30,65 @@ def node() -> Iterator[RobotNode]:
     node.close()
 
 
-def at_work(worker: Worker) -> Desk:
-    """Its desk, once the robot has told how it stands."""
+def at_work(worker: Worker) -> CommandQueue:
+    """Command queue, once the robot's state is known."""
     worker.start()
-    wait_until(lambda: worker.desk is not None and worker.desk.is_at_rest, "robot at rest")
-    assert worker.desk is not None
-    return worker.desk
+    wait_until(lambda: worker.queue is not None and worker.queue.is_at_rest, "robot at rest")
+    assert worker.queue is not None
+    return worker.queue
 
 
-def stands(desk: Desk) -> Standing:
-    assert desk.standing is not None
-    return desk.standing
+def stands(queue: CommandQueue) -> RobotState:
+    assert queue.state is not None
+    return queue.state
 
 
 @pytest.mark.slow
 def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
-        desk = at_work(worker)
-        right, left = stands(desk).tips
+        queue = at_work(worker)
+        right, left = stands(queue).tips
         world_T_aim = Pose((-0.06, 0.03, 0.05)) @ right
-        assert desk.grab(0, ME, right)
+        assert queue.grab(0, ME, right)
         for share in np.linspace(0.0, 1.0, 20):
             x, y, z = np.add(right.position, share * np.subtract(world_T_aim.position, right.position)).tolist()
-            desk.drag(0, ME, Pose((x, y, z), right.quaternion))
-        wait_until(lambda: math.dist(stands(desk).tips[0].position, world_T_aim.position) < 1e-3, "end of the motion")
-        assert rotation_angle(stands(desk).tips[0], right) < 0.01
-        assert math.dist(stands(desk).tips[1].position, left.position) < 2e-3
-        assert NODE in stands(desk).commander
-        wait_until(lambda: desk.delay.seconds is not None, "figure of the delay")
-        desk.release(0, ME)
-        taken = stands(desk).taken
-        wait_until(lambda: stands(desk).commander == "", "silence of the hand")
-        assert stands(desk).taken <= taken + 1, "what is let go of says nothing"
+            queue.drag(0, ME, Pose((x, y, z), right.quaternion))
+        wait_until(lambda: math.dist(stands(queue).tips[0].position, world_T_aim.position) < 1e-3, "end of the motion")
+        assert rotation_angle(stands(queue).tips[0], right) < 0.01
+        assert math.dist(stands(queue).tips[1].position, left.position) < 2e-3
+        assert NODE in stands(queue).commander
+        wait_until(lambda: queue.delay.seconds is not None, "figure of the delay")
+        queue.release(0, ME)
+        taken = stands(queue).taken
+        wait_until(lambda: stands(queue).commander == "", "silence of the hand")
+        assert stands(queue).taken <= taken + 1, "what is let go of says nothing"
         worker.close()
 
 
 def test_sliders_grippers_stop_and_home(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
-        desk = at_work(worker)
-        desk.slide(ELBOW, -0.9)
-        wait_until(lambda: abs((stands(desk).positions[ELBOW] or 0.0) + 0.9) < 2e-3, "elbow at its target")
-        desk.grip(1, 0.5)
-        wait_until(lambda: abs(stands(desk).grippers[1] - 0.5) < 0.05, "gripper at its target")
-        assert stands(desk).grippers[0] < 0.05
+        queue = at_work(worker)
+        queue.slide(ELBOW, -0.9)
+        wait_until(lambda: abs((stands(queue).positions[ELBOW] or 0.0) + 0.9) < 2e-3, "elbow at its target")
+        queue.grip(1, 0.5)
+        wait_until(lambda: abs(stands(queue).grippers[1] - 0.5) < 0.05, "gripper at its target")
+        assert stands(queue).grippers[0] < 0.05
 
-        desk.slide(ELBOW, 1.5)
+        queue.slide(ELBOW, 1.5)
         assert worker.stop() == ""
-        wait_until(lambda: stands(desk).is_stopped, "emergency stop")
-        assert (stands(desk).positions[ELBOW] or 0.0) < 0.5, "it comes before all else"
-        assert not desk.slide(ELBOW, 1.5)
-        desk.ask(Ask.CLEAR_STOP)
-        wait_until(lambda: not stands(desk).is_stopped, "end of the emergency stop")
+        wait_until(lambda: stands(queue).is_stopped, "emergency stop")
+        assert (stands(queue).positions[ELBOW] or 0.0) < 0.5, "it comes before all else"
+        assert not queue.slide(ELBOW, 1.5)
+        queue.ask(Ask.CLEAR_STOP)
+        wait_until(lambda: not stands(queue).is_stopped, "end of the emergency stop")
 
-        desk.ask(Ask.HOME)
-        wait_until(lambda: abs((stands(desk).positions[ELBOW] or 0.0) + 1.2) < 2e-3, "elbow at home")
-        wait_until(lambda: "home: done" in desk.notes.text, "answer to the way home")
+        queue.ask(Ask.HOME)
+        wait_until(lambda: abs((stands(queue).positions[ELBOW] or 0.0) + 1.2) < 2e-3, "elbow at home")
+        wait_until(lambda: "home: done" in queue.notes.text, "answer to the way home")
         worker.close()
-    assert worker.desk is not None
+    assert worker.queue is not None
 
 
 def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
@@ -96,11 +96,11 @@ def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
         first, second = Worker(address), Worker(address)
         second._link.node = "/other_browser"
         one, other = at_work(first), at_work(second)
-        for desk in (one, other):
-            tip = stands(desk).tips[0]
-            assert desk.grab(0, ME, tip)
-            desk.drag(0, ME, Pose((0.0, 0.0, 0.01)) @ tip)
-            wait_until(lambda desk=desk: stands(desk).taken > 0, "command that was taken")  # type: ignore[misc]
+        for queue in (one, other):
+            tip = stands(queue).tips[0]
+            assert queue.grab(0, ME, tip)
+            queue.drag(0, ME, Pose((0.0, 0.0, 0.01)) @ tip)
+            wait_until(lambda queue=queue: stands(queue).taken > 0, "command that was taken")  # type: ignore[misc]
         wait_until(lambda: f"{NODE} commands here" in other.notes.text, "reason of the refusal")
         assert not other.hands.holds
         wait_until(lambda: stands(other).refused > 0, "count of the refusal")
@@ -111,15 +111,15 @@ def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
 def test_it_finds_its_way_back_and_a_stop_is_not_lost(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
-        desk = at_work(worker)
-        desk.slide(ELBOW, 1.0)
-    wait_until(lambda: desk.standing is None, "notice that the robot is gone")
+        queue = at_work(worker)
+        queue.slide(ELBOW, 1.0)
+    wait_until(lambda: queue.state is None, "notice that the robot is gone")
     assert "not got through yet" in worker.stop()
-    assert "not got through yet" in desk.notes.text
+    assert "not got through yet" in queue.notes.text
     other = RobotNode(robot())
     with served(other, port=address[1]):
         wait_until(lambda: other.commander.is_stopped, "emergency stop of the other robot")
-        wait_until(lambda: worker.desk is desk and desk.standing is not None, "robot that is back")
-        assert desk.due() == []
+        wait_until(lambda: worker.queue is queue and queue.state is not None, "robot that is back")
+        assert queue.due() == []
         worker.close()
     other.close()

@@ -1,1 +1,1 @@
-"""The browser operator: who looks at a robot on a page drives it there, over the topics that everybody speaks on."""
+"""Browser operator: drives a robot from its page, over the same topics as every client."""

@@ -1,7 +1,7 @@
-"""Command queue of the operator: what browsers ask of a robot, from any thread, and notes about it.
+"""Command queue of the operator: requests of browsers to a robot, from any thread, and notes about them.
 
-Nothing is sent to a robot that takes no commands, and whatever holds it (a stop, a reset, switching it off, a refusal)
-ends all that was wanted: nothing goes on by itself afterwards.
+A robot that accepts no commands gets none. Whatever holds it (a stop, a reset, disabling, a refusal) discards all
+requests: the robot does not resume on its own.
 """
 
 import math
@@ -14,45 +14,51 @@ from cellwright.clients.operators.robot import Ask, MoveBase, MoveGrippers, Move
 from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator import moves
-from cellwright.viewer.web.operator.moves import Grips, Hands, JointMoves
-from cellwright.viewer.web.operator.robot_state import Delay, Reach, ReachOfHand, SeenRobot, Standing
+from cellwright.viewer.web.operator.moves import GripperSliders, Hands, JointMoves
+from cellwright.viewer.web.operator.robot_state import Delay, Reach, ReachOfHand, RobotState, SeenRobot
 
-NOTE_DURATION = 6.0  # [s] for which a line stands
-NOTE_GAP = 1.0  # [s] at least between two lines of the same kind
+NOTE_DURATION = 6.0  # [s] for which a note is shown
+NOTE_GAP = 1.0  # [s] between two notes of the same kind, at least
 
 
 class Notes:
-    """The newest line."""
+    """Newest note."""
 
     def __init__(self) -> None:
         self.text = ""
         self.is_bad = False
         self._until = 0.0
-        self._told: dict[str, float] = {}
+        self._shown: dict[str, float] = {}
 
-    def tell(self, text: str, now: float, *, kind: str = "", is_bad: bool = False) -> None:
-        """Show a line from `now` [s] on; one of a kind that was told less than a second ago is dropped."""
-        if kind and now - self._told.get(kind, float("-inf")) < NOTE_GAP:
+    def add(self, text: str, now: float, *, kind: str = "", is_bad: bool = False) -> None:
+        """Show a note from `now` [s] on; drop one of a kind that was shown less than a second ago."""
+        if kind and now - self._shown.get(kind, float("-inf")) < NOTE_GAP:
             return
         if kind:
-            self._told[kind] = now
+            self._shown[kind] = now
         self.text, self.is_bad, self._until = text, is_bad, now + NOTE_DURATION
 
     def at(self, now: float) -> str:
-        """The line that stands at `now` [s]; empty when there is none."""
+        """Note to show at `now` [s]; empty if there is none."""
         return self.text if now < self._until else ""
 
 
-Wish: TypeAlias = Order | MoveBase
+Command: TypeAlias = Order | MoveBase
 
 READ_ONLY = "this robot is moved by a driver: the page shows it and stops it, and leaves driving to others"
 
-_FARTHEST = 50.0  # [m]: a handle farther away is a mistake
-_AT_REST = 1e-3  # [rad; m] that a joint may move between two looks
+_MAX_DISTANCE = 50.0  # [m]: a handle farther away is a mistake
+_AT_REST = 1e-3  # [rad; m] that a joint at rest may move between two polls
 
 
-class Desk:
-    """Takes what browsers want of a robot. `clock` tells the time of the wall [s]; `wake` is set when there is work."""
+class CommandQueue:
+    """Command queue of a robot's browsers.
+
+    Args:
+        robot: the robot.
+        clock: returns the wall time [s].
+        wake: set when there is work.
+    """
 
     def __init__(
         self, robot: SeenRobot, clock: Callable[[], float] = time.perf_counter, wake: threading.Event | None = None
@@ -60,59 +66,59 @@ class Desk:
         self.robot = robot
         self.hands = Hands(len(robot.arms))
         self.joints = JointMoves(robot)
-        self.grips = Grips(len(robot.grippers))
+        self.grips = GripperSliders(len(robot.grippers))
         self.notes = Notes()
         self.delay = Delay()
-        self.standing: Standing | None = None  # as heard last
+        self.state: RobotState | None = None  # the newest state
         self.reach: tuple[Reach, ...] = ()
-        """How it stands with each hand."""
+        """Reach of each hand."""
         self.wake = wake or threading.Event()
-        self.active = float("-inf")  # when somebody wanted something last [s]
-        self.spurned: dict[int, Pose] = {}
-        """World_T_tip of hands as they were wanted when the node refused something; until something else is wanted."""
+        self.active = float("-inf")  # [s], time of the last request
+        self.refused_poses: dict[int, Pose] = {}
+        """Requested world_T_tip of hands at the last refusal of the node; until the next request."""
         self._clock = clock
         self._watches = [ReachOfHand() for _ in robot.arms]
         self._asks: list[Ask] = []
         self._base: MoveBase | None = None
         self._is_stopping = False
         self.is_at_rest = False
-        """Whether no joint has moved between the two newest looks."""
+        """True if no joint moved between the two newest polls."""
         self._lock = threading.RLock()
         self._arm_joints = {joint for group in robot.groups if group.kind == "arm" for joint in group.joints}
 
     def grab(self, arm: int, browser: int, handle: Pose) -> bool:
-        """Somebody takes hold of a hand by its handle at world_T_handle; False if that is not to be had."""
+        """Grab the handle of a hand at world_T_handle; return False if refused."""
         with self._lock:
-            if not self._may_move() or self.standing is None or not handle.is_finite():
+            if not self._may_move() or self.state is None or not handle.is_finite():
                 return False
-            refusal = self.hands.grab(arm, browser, handle, self.standing)
+            refusal = self.hands.grab(arm, browser, handle, self.state)
             if refusal:
-                self._tell(refusal, kind="grab", is_bad=True)
+                self._note(refusal, kind="grab", is_bad=True)
             else:
-                self.joints.give_way(tuple(self._arm_joints))  # poses are told for all arms at once
+                self.joints.give_way(tuple(self._arm_joints))  # pose commands cover all arms
             return not refusal
 
     def drag(self, arm: int, browser: int, handle: Pose) -> None:
-        """The handle was moved to world_T_handle."""
+        """Drag a handle to world_T_handle."""
         with self._lock:
-            if not handle.is_finite() or any(abs(value) > _FARTHEST for value in handle.position):
+            if not handle.is_finite() or any(abs(value) > _MAX_DISTANCE for value in handle.position):
                 return
             had_strayed = self.hands.has_strayed(arm)
             if self.hands.move(arm, browser, handle, self._clock()):
                 self._begin(is_first=not had_strayed and self.hands.has_strayed(arm))
 
     def release(self, arm: int, browser: int) -> None:
-        """The handle was let go of."""
+        """Release a handle."""
         with self._lock:
             self.hands.release(arm, browser)
 
     def slide(self, joint: int, position: float) -> bool:
-        """Somebody wants a joint at a position [rad; m]; False if that is not to be had."""
+        """Request a joint position [rad; m]; return False if refused."""
         with self._lock:
             if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
             if joint in self._arm_joints and self.hands.holds:
-                self._tell("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
+                self._note("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
                 return False
             now = self._clock()
             is_first = not self.joints.is_touched(joint, now)
@@ -121,7 +127,7 @@ class Desk:
             return True
 
     def grip(self, gripper: int, closed: float) -> bool:
-        """Somebody wants a gripper to be closed so far, 0 to 1; False if that is not to be had."""
+        """Request a gripper closing, 0 to 1; return False if refused."""
         with self._lock:
             if not 0 <= gripper < len(self.robot.grippers) or not math.isfinite(closed) or not self._may_move():
                 return False
@@ -135,7 +141,7 @@ class Desk:
             return True
 
     def drive(self, direction: str) -> None:
-        """Somebody holds a button of the base."""
+        """Drive the base while its button is held."""
         with self._lock:
             if self.robot.base_mode is None or direction not in moves.BASE_DIRECTIONS or not self._may_move():
                 return
@@ -143,10 +149,10 @@ class Desk:
             self._begin(is_first=False)
 
     def ask(self, ask: Ask) -> None:
-        """Somebody wants the robot to go home, to be switched on or off, or its stop to be over."""
+        """Request going home, enabling, disabling, or the end of a stop."""
         with self._lock:
             if self.robot.is_real:
-                self._tell(READ_ONLY, kind="read only", is_bad=True)
+                self._note(READ_ONLY, kind="read only", is_bad=True)
                 return
             self._forget()
             if ask not in self._asks:
@@ -154,34 +160,34 @@ class Desk:
             self._begin(is_first=False)
 
     def stop(self) -> None:
-        """Somebody wants an emergency stop: it comes before all else, and all else is forgotten."""
+        """Request an emergency stop. It precedes all other requests, and discards them."""
         with self._lock:
             self._is_stopping = True
             self._asks.clear()
             self._forget()
             self._begin(is_first=False)
 
-    def due(self) -> list[Wish]:
-        """What is to be sent now, in order."""
+    def due(self) -> list[Command]:
+        """Commands to send now, in order."""
         with self._lock:
             if self._is_stopping:
                 return [Now.STOP]
-            found: list[Wish] = list(self._asks)
+            found: list[Command] = list(self._asks)
             self._asks.clear()
-            if self.standing is not None and not self.standing.why_not:
-                found += self._moves(self.standing, self._clock())
+            if self.state is not None and not self.state.why_not:
+                found += self._moves(self.state, self._clock())
             return found
 
-    def _moves(self, standing: Standing, now: float) -> list[Wish]:
-        found: list[Wish] = []
-        if (tips := self.hands.due(standing, now)) is not None:
+    def _moves(self, state: RobotState, now: float) -> list[Command]:
+        found: list[Command] = []
+        if (tips := self.hands.due(state, now)) is not None:
             found.append(MoveTips(tips))
-        if targets := self.joints.due(standing, now):
+        if targets := self.joints.due(state, now):
             found.append(MoveJoints({self.robot.joints[joint].name: value for joint, value in targets.items()}))
         if self.joints.note:
-            self._tell(self.joints.note)
+            self._note(self.joints.note)
             self.joints.note = ""
-        if (closed := self.grips.due(standing, now)) is not None:
+        if (closed := self.grips.due(state, now)) is not None:
             found.append(MoveGrippers(closed))
         if self._base is not None:
             found.append(self._base)
@@ -190,76 +196,76 @@ class Desk:
             self.active = now
         return found
 
-    def sent(self, wish: Wish) -> None:
-        """A wish has got through."""
+    def sent(self, command: Command) -> None:
+        """Confirm that a command was sent."""
         with self._lock:
-            if wish is Now.STOP:
+            if command is Now.STOP:
                 self._is_stopping = False
-                self._tell("EMERGENCY STOP sent", is_bad=True)
+                self._note("EMERGENCY STOP sent", is_bad=True)
 
     def refused(self, reason: str) -> None:
-        """The node refused what it was told: all that was wanted is over."""
+        """Handle a refusal of the node: discard all requests."""
         with self._lock:
             held = {arm: self.hands.held(arm) for arm in range(len(self.robot.arms))}
-            self.spurned = {arm: pose for arm, pose in held.items() if pose is not None}
+            self.refused_poses = {arm: pose for arm, pose in held.items() if pose is not None}
             self._forget()
-            self._tell(f"refused: {reason}", kind="refused", is_bad=True)
+            self._note(f"refused: {reason}", kind="refused", is_bad=True)
 
     def answered(self, text: str) -> None:
-        """A service has answered."""
+        """Show the answer of a service."""
         with self._lock:
-            self._tell(text)
+            self._note(text)
 
-    def see(self, standing: Standing) -> None:
-        """This was heard of the robot."""
+    def see(self, state: RobotState) -> None:
+        """Handle a new state of the robot."""
         with self._lock:
-            now, before = self._clock(), self.standing
-            self.delay.look(standing, now)
-            self.is_at_rest = before is not None and _is_at_rest(before, standing)
-            has_begun_anew = before is not None and standing.time < before.time
-            self.standing = standing
+            now, before = self._clock(), self.state
+            self.delay.look(state, now)
+            self.is_at_rest = before is not None and _is_at_rest(before, state)
+            is_reset = before is not None and state.time < before.time
+            self.state = state
             self.reach = tuple(
-                watch.look(standing.time, aim, tip)
-                for watch, aim, tip in zip(self._watches, standing.aims, standing.tips, strict=True)
+                watch.look(state.time, aim, tip)
+                for watch, aim, tip in zip(self._watches, state.aims, state.tips, strict=True)
             )
-            if (standing.why_not or has_begun_anew) and self._forget():
-                self._tell(f"let go: {standing.why_not or 'the run has begun anew'}", is_bad=True)
+            if (state.why_not or is_reset) and self._forget():
+                self._note(f"let go: {state.why_not or 'the run has begun anew'}", is_bad=True)
 
     def lose(self) -> None:
-        """Nothing is heard of the robot any more."""
+        """Handle the loss of the robot."""
         with self._lock:
-            self.standing = None
+            self.state = None
             self._asks.clear()
             self._forget()
 
     def _may_move(self) -> bool:
         if self.robot.is_real:
-            self._tell(READ_ONLY, kind="read only", is_bad=True)
+            self._note(READ_ONLY, kind="read only", is_bad=True)
             return False
-        if self.standing is None or self._is_stopping:
+        if self.state is None or self._is_stopping:
             return False
-        if self.standing.why_not:
-            self._tell(f"not sent: {self.standing.why_not}", kind="not sent", is_bad=True)
+        if self.state.why_not:
+            self._note(f"not sent: {self.state.why_not}", kind="not sent", is_bad=True)
             return False
         return True
 
     def _begin(self, *, is_first: bool) -> None:
         self.active = self._clock()
-        self.spurned.clear()
-        if is_first and self.is_at_rest and self.standing is not None:
-            self.delay.begin(self.standing, self.active)
+        self.refused_poses.clear()
+        if is_first and self.is_at_rest and self.state is not None:
+            self.delay.begin(self.state, self.active)
         self.wake.set()
 
     def _forget(self) -> bool:
-        """All that was wanted is over; whether there was anything."""
+        """Discard all requests; return whether there were any."""
         self._base = None
         self.delay.forget()
         return any([self.hands.forget(), self.joints.forget(), self.grips.forget()])
 
-    def _tell(self, text: str, *, kind: str = "", is_bad: bool = False) -> None:
-        self.notes.tell(text, self._clock(), kind=kind, is_bad=is_bad)
+    def _note(self, text: str, *, kind: str = "", is_bad: bool = False) -> None:
+        self.notes.add(text, self._clock(), kind=kind, is_bad=is_bad)
 
 
-def _is_at_rest(before: Standing, now: Standing) -> bool:
+def _is_at_rest(before: RobotState, now: RobotState) -> bool:
     pairs = zip(before.positions, now.positions, strict=True)
     return all(one is None or other is None or abs(one - other) < _AT_REST for one, other in pairs)

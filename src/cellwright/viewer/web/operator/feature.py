@@ -10,47 +10,47 @@ from cellwright.config.robot.config import BaseMode
 from cellwright.rendering.scene import Scene
 from cellwright.viewer.web import widgets
 from cellwright.viewer.web.operator import moves
-from cellwright.viewer.web.operator.command_queue import READ_ONLY, Desk
+from cellwright.viewer.web.operator.command_queue import READ_ONLY, CommandQueue
 from cellwright.viewer.web.operator.handles import Handles
-from cellwright.viewer.web.operator.robot_state import SeenGroup, SeenJoint, Standing
+from cellwright.viewer.web.operator.robot_state import RobotState, SeenGroup, SeenJoint
 from cellwright.viewer.web.operator.worker import Worker
 from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 
 
-def pill(standing: Standing | None) -> tuple[str, str]:
-    """The robot's state in two or three words, and its colour."""
-    if standing is None:
+def pill(state: RobotState | None) -> tuple[str, str]:
+    """Short text of the robot's state, and its colour."""
+    if state is None:
         return "not heard from", GREY
-    if standing.is_stopped:
+    if state.is_stopped:
         return "EMERGENCY STOP", RED
-    if not standing.is_enabled:
+    if not state.is_enabled:
         return "switched off", AMBER
-    if standing.is_homing:
+    if state.is_homing:
         return "going home", AMBER
-    if standing.is_silent:
+    if state.is_silent:
         return "held", AMBER
-    return ("follows", GREEN) if standing.commander else ("waits", GREY)
+    return ("follows", GREEN) if state.commander else ("waits", GREY)
 
 
-def state_html(desk: Desk, now: float) -> str:
-    """State, who commands, what was refused, the delay, and the newest note."""
-    standing = desk.standing
-    lines = [widgets.chip(*pill(standing))]
-    if standing is not None:
-        if standing.commander:
-            lines[0] += f" {widgets.text(standing.commander)}"
-        elif standing.why_not or standing.is_silent:
-            lines.append(f"<div>{widgets.text(standing.message)}</div>")
-        counts = f"{standing.taken} commands taken"
-        counts += f", {standing.refused} refused" if standing.refused else ""
-        counts += f", {standing.ignored} ignored" if standing.ignored else ""
-        delay = desk.delay.seconds
+def state_html(queue: CommandQueue, now: float) -> str:
+    """State, commander, refusals, delay and the newest note as HTML."""
+    state = queue.state
+    lines = [widgets.chip(*pill(state))]
+    if state is not None:
+        if state.commander:
+            lines[0] += f" {widgets.text(state.commander)}"
+        elif state.why_not or state.is_silent:
+            lines.append(f"<div>{widgets.text(state.message)}</div>")
+        counts = f"{state.taken} commands taken"
+        counts += f", {state.refused} refused" if state.refused else ""
+        counts += f", {state.ignored} ignored" if state.ignored else ""
+        delay = queue.delay.seconds
         counts += "" if delay is None else f" · delay {delay * 1e3:.0f} ms"
         lines.append(widgets.dim(counts))
-    note = desk.notes.at(now)
+    note = queue.notes.at(now)
     if note:
-        colour = f"color:{RED};" if desk.notes.is_bad else ""
+        colour = f"color:{RED};" if queue.notes.is_bad else ""
         lines.append(f'<div style="{colour}font-weight:600">{widgets.text(note)}</div>')
     return widgets.block(*lines, style="overflow-wrap:anywhere")
 
@@ -61,17 +61,17 @@ _OPEN, _CLOSE = "Open", "Close"
 
 
 class Sliders:
-    """All that a robot has, on viser's GUI; the desk is told what somebody does."""
+    """Sliders of a robot in viser's GUI; their moves go to the command queue."""
 
-    def __init__(self, gui: Any, desk: Desk) -> None:
-        self._gui, self._desk = gui, desk
-        self._joints: list[tuple[int, Any, str]] = []  # joint, slider, its name when its joint is where it stands
+    def __init__(self, gui: Any, queue: CommandQueue) -> None:
+        self._gui, self._queue = gui, queue
+        self._joints: list[tuple[int, Any, str]] = []  # joint, slider, its label at rest
         self._grips: list[Any] = []
         self._both: list[Any] = []
 
     def add_grips(self, names: Sequence[str]) -> None:
-        """One for each gripper, with buttons for open and closed."""
-        gui, desk = self._gui, self._desk
+        """Add a slider for each gripper, with buttons for open and closed."""
+        gui, queue = self._gui, self._queue
         for number, name in enumerate(names):
             slider = gui.add_slider(
                 f"{name} closed".strip().capitalize(), min=0.0, max=100.0, step=1.0, initial_value=0.0, hint="%"
@@ -79,7 +79,7 @@ class Sliders:
 
             async def close(event: Any, number: int = number) -> None:
                 if event.client_id is not None:
-                    desk.grip(number, float(event.target.value) / 100.0)
+                    queue.grip(number, float(event.target.value) / 100.0)
 
             slider.on_update(close)
             self._grips.append(slider)
@@ -87,18 +87,18 @@ class Sliders:
 
             async def press(event: Any, number: int = number) -> None:
                 if event.target.value in (_OPEN, _CLOSE):
-                    desk.grip(number, float(event.target.value == _CLOSE))
+                    queue.grip(number, float(event.target.value == _CLOSE))
 
             both.on_click(press)
             self._both.append(both)
 
     def add_joints(self, group: SeenGroup) -> None:
-        """One for each joint of a group that can be moved."""
-        desk, robot = self._desk, self._desk.robot
+        """Add a slider for each movable joint of a group."""
+        queue, robot = self._queue, self._queue.robot
         joints = [robot.joints[number] for number in group.joints]
         for number, seen, name in zip(group.joints, joints, short_names([each.name for each in joints]), strict=True):
             if seen.upper <= seen.lower:
-                continue  # it cannot be moved
+                continue  # fixed
             slider = self._gui.add_slider(
                 name,
                 min=seen.lower,
@@ -109,44 +109,44 @@ class Sliders:
             )
 
             async def slide(event: Any, number: int = number) -> None:
-                if event.client_id is not None:  # else it was put where its joint is
-                    desk.slide(number, float(event.target.value))
+                if event.client_id is not None:  # not when it follows its joint
+                    queue.slide(number, float(event.target.value))
 
             slider.on_update(slide)
             self._joints.append((number, slider, name))
 
     def allow(self, *, is_allowed: bool) -> None:
-        """Let one move them, or not."""
+        """Enable or disable the sliders."""
         for handle in (*self._grips, *(slider for _, slider, _ in self._joints)):
             handle.disabled = not is_allowed
         for group in self._both:
             group.visible = is_allowed  # viser disables no group of buttons
 
-    def show(self, standing: Standing, now: float) -> None:
-        """Put them where the robot stands at `now` [s]."""
+    def show(self, state: RobotState, now: float) -> None:
+        """Move the sliders to the robot's state at `now` [s]."""
         for number, slider in enumerate(self._grips):
-            if not self._desk.grips.is_touched(number, now):
-                slider.value = float(round(100.0 * standing.grippers[number]))
+            if not self._queue.grips.is_touched(number, now):
+                slider.value = float(round(100.0 * state.grippers[number]))
         for joint, slider, name in self._joints:
-            if (measured := standing.positions[joint]) is None:
+            if (measured := state.positions[joint]) is None:
                 continue
-            place = self._desk.robot.clamped(joint, measured)
-            step = step_of(self._desk.robot.joints[joint])
-            is_off = not abs(slider.value - place) <= step  # also where a browser has sent what is no number
-            is_touched = self._desk.joints.is_touched(joint, now)  # one that was just moved tells that in its name
+            place = self._queue.robot.clamped(joint, measured)
+            step = step_of(self._queue.robot.joints[joint])
+            is_off = not abs(slider.value - place) <= step  # also if a browser sent NaN
+            is_touched = self._queue.joints.is_touched(joint, now)  # then its label has the measured position
             slider.label = f"{name} ({measured:.2f})" if is_off and is_touched else name
             if is_off and not is_touched:
                 slider.value = place
 
 
 def step_of(joint: SeenJoint) -> float:
-    """The step of a joint's slider [rad; m]: a round number, and fine enough."""
-    wanted = (joint.upper - joint.lower) / _FINENESS
-    return max([step for step in _STEPS if step <= wanted], default=_STEPS[0])
+    """Step of a joint's slider [rad; m]: a round number, and fine enough."""
+    max_step = (joint.upper - joint.lower) / _FINENESS
+    return max([step for step in _STEPS if step <= max_step], default=_STEPS[0])
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Names without the words that all of them begin with: there is little room beside a slider."""
+    """Names without their common first words: space beside a slider is narrow."""
     if len(names) < 2:
         return list(names)
     words = [name.split("_") for name in names]
@@ -157,55 +157,55 @@ def short_names(names: Sequence[str]) -> list[str]:
 
 
 _TOP = -30.0  # above all else on the page
-_FOLLOWS = 0.12  # [s] between two looks at where sliders should stand
-_ASKED = 1.5  # [s] for which a switch stands as it was put, until the robot has done it
+_FOLLOWS = 0.12  # [s] between two updates of the sliders
+_ASKED = 1.5  # [s] for which a switch keeps its new state, until the robot follows
 
 
 class Controls:
-    """The tab, and at the top of viser's GUI what must always be at hand (stop, state).
+    """Operator tab, with stop button and state above all tabs.
 
     Args:
-        gui: viser's.
+        gui: viser's GUI.
         tab: opens the tab.
-        desk: where it is told what somebody does.
-        handles: those of the hands, which have their switches here.
-        stop: does an emergency stop, at once; says what stands in its way, or nothing.
+        queue: command queue for the requests.
+        handles: handles of the hands; the tab has their switches.
+        stop: sends an emergency stop at once; returns what prevents it, or an empty text.
     """
 
     def __init__(
         self,
         gui: Any,
         tab: Callable[[], AbstractContextManager[Any]],
-        desk: Desk,
+        queue: CommandQueue,
         handles: Handles,
         stop: Callable[[], str],
     ) -> None:
-        self._gui, self._desk, self._all_handles = gui, desk, handles
+        self._gui, self._queue, self._all_handles = gui, queue, handles
         self._switched = self._followed = self._now = float("-inf")
         self._made: list[Any] = []
-        self._buttons: list[Any] = []  # those that do nothing while the robot is not heard from
-        self._sliders = Sliders(gui, desk)
+        self._buttons: list[Any] = []  # disabled while the robot does not answer
+        self._sliders = Sliders(gui, queue)
         self._enabled: Any = None
         self._home: Any = None
         self._build_head(stop)
         with tab():
-            if desk.robot.is_real:
-                said = widgets.block(widgets.dim(f"{READ_ONLY[0].upper()}{READ_ONLY[1:]}."))
-                self._keep(gui.add_html(said))
+            if queue.robot.is_real:
+                notice = widgets.block(widgets.dim(f"{READ_ONLY[0].upper()}{READ_ONLY[1:]}."))
+                self._keep(gui.add_html(notice))
             else:
                 self._build()
 
     def remove(self) -> None:
-        """Take all of it away."""
+        """Remove all controls."""
         for each in self._made:
             each.remove()
 
     def _build_head(self, stop: Callable[[], str]) -> None:
-        gui, desk = self._gui, self._desk
+        gui, queue = self._gui, self._queue
         hint = "Emergency stop: the robot holds at once"
         button = self._keep(gui.add_button("STOP", color="red", icon="hand-stop", order=_TOP, hint=hint))
 
-        def press(event: Any) -> None:  # in a thread of viser's: it waits for nobody
+        def press(event: Any) -> None:  # in a thread of viser's, so it may block
             hindrance = stop()
             if hindrance and event.client is not None:
                 event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
@@ -216,11 +216,11 @@ class Controls:
         self._clear = self._keep(
             gui.add_button("End the emergency stop", icon="lock-open", visible=False, order=_TOP + 2, hint=hint)
         )
-        self._clear.on_click(lambda _event: desk.ask(Ask.CLEAR_STOP))
+        self._clear.on_click(lambda _event: queue.ask(Ask.CLEAR_STOP))
         self._buttons.append(self._clear)
 
     def _build(self) -> None:
-        gui, desk, robot = self._gui, self._desk, self._desk.robot
+        gui, queue, robot = self._gui, self._queue, self._queue.robot
         self._enabled = self._keep(
             gui.add_checkbox("Takes commands", initial_value=True, hint="Off: the robot holds, whoever commands")
         )
@@ -228,7 +228,7 @@ class Controls:
         self._home = self._keep(
             gui.add_button("Go home", icon="home", hint="Arms, waist and head go to where they start, grippers open")
         )
-        self._home.on_click(lambda _event: desk.ask(Ask.HOME))
+        self._home.on_click(lambda _event: queue.ask(Ask.HOME))
         self._buttons.append(self._enabled)
         if robot.arms:
             self._build_switches()
@@ -255,65 +255,65 @@ class Controls:
         along.on_update(switch)
 
     def _build_base(self, mode: BaseMode) -> None:
-        desk = self._desk
+        queue = self._queue
         for direction in moves.base_directions(mode):
             button = self._gui.add_button(direction.capitalize(), hint="As long as it is held")
             self._buttons.append(button)
 
             async def push(_event: Any, direction: str = direction) -> None:
-                desk.drive(direction)
+                queue.drive(direction)
 
             button.on_hold(push, callback_hz=moves.BUTTON_RATE)
 
     async def _switch(self, event: Any) -> None:
         if event.client_id is not None:
             self._switched = self._now
-            self._desk.ask(Ask.ENABLE if event.target.value else Ask.DISABLE)
+            self._queue.ask(Ask.ENABLE if event.target.value else Ask.DISABLE)
 
     def _keep(self, handle: Any) -> Any:
         self._made.append(handle)
         return handle
 
-    def show(self, standing: Standing | None, now: float) -> None:
-        """Show how the robot stands at `now` [s]; without that, offer nothing but the stop."""
+    def show(self, state: RobotState | None, now: float) -> None:
+        """Show the robot's state at `now` [s]; without a state, enable nothing but the stop."""
         self._now = now
-        if standing is not None and now - self._followed < _FOLLOWS:
+        if state is not None and now - self._followed < _FOLLOWS:
             return
         self._followed = now
-        self._state.content = state_html(self._desk, now)
+        self._state.content = state_html(self._queue, now)
         for handle in self._buttons:
-            handle.disabled = standing is None
+            handle.disabled = state is None
         if self._home is not None:
-            self._home.disabled = standing is None or bool(standing.why_not)
-        self._sliders.allow(is_allowed=standing is not None)
-        if standing is None:
+            self._home.disabled = state is None or bool(state.why_not)
+        self._sliders.allow(is_allowed=state is not None)
+        if state is None:
             return
-        self._clear.visible = standing.is_stopped and not self._desk.robot.is_real
+        self._clear.visible = state.is_stopped and not self._queue.robot.is_real
         if self._enabled is not None and now - self._switched > _ASKED:
-            self._enabled.value = standing.is_enabled
-        self._sliders.show(standing, now)
+            self._enabled.value = state.is_enabled
+        self._sliders.show(state, now)
 
 
 TAB = "Drive"
 
 
 class Operator(Feature):
-    """Drives the robot that is there, once its panel has told that it is one."""
+    """Operator of the page's robot, once a panel shows that it is one."""
 
     def __init__(self) -> None:
         self._worker: Worker | None = None
         self._handles: Handles | None = None
         self._controls: Controls | None = None
-        self._shown: Desk | None = None  # whose handles and controls there are
+        self._shown: CommandQueue | None = None  # the queue of the current handles and controls
         self._is_robot = False
 
-    def begin(self, scene: Scene) -> None:  # noqa: ARG002
-        """Another scene: its handles went with the one before."""
+    def on_scene(self, scene: Scene) -> None:  # noqa: ARG002
+        """Start another scene: its handles went with the previous one."""
         self._handles = self._shown = None
-        self.panel(self.page.first_panel)  # now, so that the tab is the first one
+        self.panel(self.page.first_panel)  # now, so that its tab comes first
 
     def panel(self, panel: dict[str, Any]) -> None:
-        """It is a robot, or it is not."""
+        """Start the operator if the panel is of a robot."""
         self._is_robot = panel.get("kind") == "robot"
         if self._is_robot and self._worker is None:
             self._worker = worker = Worker(self.page.link.address)
@@ -323,28 +323,28 @@ class Operator(Feature):
             worker.start()
             self.page.tab(TAB)
 
-    def told(self, answer: dict[str, Any]) -> None:  # noqa: ARG002
-        """Show how the robot stands."""
-        if self._worker is None or (desk := self._worker.desk) is None or not self._is_robot:
+    def on_frame(self, answer: dict[str, Any]) -> None:  # noqa: ARG002
+        """Show the robot's state."""
+        if self._worker is None or (queue := self._worker.queue) is None or not self._is_robot:
             return
-        if desk is not self._shown:
-            self._build(desk, self._worker)
+        if queue is not self._shown:
+            self._build(queue, self._worker)
         if self._handles is not None and self._controls is not None:
-            self._handles.show(desk.standing)
-            self._controls.show(desk.standing, time.perf_counter())
+            self._handles.show(queue.state)
+            self._controls.show(queue.state, time.perf_counter())
 
-    def away(self, reason: str) -> None:  # noqa: ARG002
-        """Nobody answers: there is nothing to take hold of."""
+    def on_disconnect(self, reason: str) -> None:  # noqa: ARG002
+        """Disable all controls: the server does not answer."""
         if self._shown is not None:
             self._shown.lose()
         if self._handles is not None and self._controls is not None:
             self._handles.show(None)
             self._controls.show(None, time.perf_counter())
 
-    def _build(self, desk: Desk, worker: Worker) -> None:
+    def _build(self, queue: CommandQueue, worker: Worker) -> None:
         page = self.page
         if self._controls is not None:
             self._controls.remove()
-        self._shown = desk
-        self._handles = Handles(page.server.scene, page.root, desk)
-        self._controls = Controls(page.server.gui, lambda: page.tab(TAB), desk, self._handles, worker.stop)
+        self._shown = queue
+        self._handles = Handles(page.server.scene, page.root, queue)
+        self._controls = Controls(page.server.gui, lambda: page.tab(TAB), queue, self._handles, worker.stop)

@@ -17,13 +17,13 @@ from cellwright.util.pose import Pose, normalized
 
 FULL_TURN = 2.0 * math.pi
 ROOM = 1.0
-"""So far [m] a sliding joint without limits can be sent here; one that turns without end, `FULL_TURN` [rad]."""
-_SHORTEST = 1e-6  # a quaternion shorter than this has no direction
+"""Range here [m] of a prismatic joint without limits; of a continuous one, `FULL_TURN` [rad]."""
+_MIN_LENGTH = 1e-6  # a quaternion shorter than this has no direction
 
 
 @dataclass(frozen=True, slots=True)
 class SeenJoint:
-    """A joint: its name, its limits [rad; m], and its unit."""
+    """Joint: name, limits [rad; m] and unit."""
 
     name: str
     lower: float
@@ -33,7 +33,7 @@ class SeenJoint:
 
 @dataclass(frozen=True, slots=True)
 class SeenGroup:
-    """Joints that belong together, by number; see `cellwright.viewer.services.robot_panel.JointGroup`."""
+    """Group of joints, by number; see `cellwright.viewer.services.robot_panel.JointGroup`."""
 
     name: str
     kind: str
@@ -42,7 +42,7 @@ class SeenGroup:
 
 @dataclass(frozen=True, slots=True)
 class SeenRobot:
-    """What stays as it is; see `RobotPanel.robot`. Of the arms it has the names."""
+    """Constants of a robot, with the names of its arms; see `RobotPanel.robot`."""
 
     digest: str
     joints: tuple[SeenJoint, ...]
@@ -54,7 +54,11 @@ class SeenRobot:
 
     @classmethod
     def read(cls, panel: dict[str, Any]) -> SeenRobot:
-        """The robot in an answer that holds it; MessageError: it holds none."""
+        """Read the robot from a panel.
+
+        Raises:
+            MessageError: the panel holds no robot.
+        """
         try:
             robot = panel["robot"]
             return cls(
@@ -72,29 +76,29 @@ class SeenRobot:
             raise MessageError(f"the panel tells of no robot: {fault!r}") from None
 
     def clamped(self, joint: int, position: float) -> float:
-        """A position [rad; m] within the limits of a joint."""
+        """Clamp a position [rad; m] to the limits of a joint."""
         seen = self.joints[joint]
         return min(max(position, seen.lower), seen.upper)
 
 
 def _read(key: str, convert: Callable[[Any], Any]) -> Any:
-    """A field of `Standing`: its key in the panel, and what makes its value of the JSON."""
+    """Field of `RobotState`: its key in the panel, and the conversion of its JSON value."""
     return field(metadata={"key": key, "convert": convert})
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
-    """How a robot stands; the keys are explained in `cellwright.viewer.services.robot_panel`."""
+class RobotState:
+    """State of a robot; see the keys in `cellwright.viewer.services.robot_panel`."""
 
     time: int = _read("time", int)
     stamp: int = _read("stamp", int)
     positions: tuple[float | None, ...] = _read("positions", tuple)
-    targets: tuple[float, ...] = _read("targets", lambda told: tuple(float(each or 0.0) for each in told))
-    tips: tuple[Pose, ...] = _read("tips", lambda told: tuple(map(pose_of, told)))
-    references: tuple[Pose, ...] = _read("references", lambda told: tuple(map(pose_of, told)))
-    aims: tuple[Pose | None, ...] = _read("aims", lambda told: tuple(_pose_or_none(each) for each in told))
-    grippers: tuple[float, ...] = _read("grippers", lambda told: tuple(map(float, told)))
-    gripper_targets: tuple[float, ...] = _read("gripper_targets", lambda told: tuple(map(float, told)))
+    targets: tuple[float, ...] = _read("targets", lambda value: tuple(float(each or 0.0) for each in value))
+    tips: tuple[Pose, ...] = _read("tips", lambda value: tuple(map(pose_of, value)))
+    references: tuple[Pose, ...] = _read("references", lambda value: tuple(map(pose_of, value)))
+    aims: tuple[Pose | None, ...] = _read("aims", lambda value: tuple(_pose_or_none(each) for each in value))
+    grippers: tuple[float, ...] = _read("grippers", lambda value: tuple(map(float, value)))
+    gripper_targets: tuple[float, ...] = _read("gripper_targets", lambda value: tuple(map(float, value)))
     is_stopped: bool = _read("stopped", bool)
     is_enabled: bool = _read("enabled", bool)
     is_homing: bool = _read("homing", bool)
@@ -106,8 +110,12 @@ class Standing:
     ignored: int = _read("ignored", int)
 
     @classmethod
-    def read(cls, panel: dict[str, Any]) -> Standing:
-        """How it stands by an answer; MessageError: the answer is none."""
+    def read(cls, panel: dict[str, Any]) -> RobotState:
+        """Read the state from a panel.
+
+        Raises:
+            MessageError: the panel holds no robot state.
+        """
         try:
             return cls(**{each.name: each.metadata["convert"](panel[each.metadata["key"]]) for each in fields(cls)})
         except (KeyError, TypeError, ValueError) as fault:
@@ -115,7 +123,7 @@ class Standing:
 
     @property
     def why_not(self) -> str:
-        """Why the robot takes no commands now; empty when it does."""
+        """Reason why the robot accepts no commands now; empty if it does."""
         if self.is_stopped:
             return "its emergency stop is on"
         if self.is_homing:
@@ -124,14 +132,18 @@ class Standing:
 
 
 def pose_of(numbers: Any) -> Pose:
-    """The pose in x, y, z [m], qw, qx, qy, qz, which may come from a browser; ValueError: there is none in it."""
+    """Return the pose of x, y, z [m], qw, qx, qy, qz, which may come from a browser.
+
+    Raises:
+        ValueError: the numbers are no pose.
+    """
     try:
         x, y, z, *quaternion = (float(each) for each in numbers)
         qw, qx, qy, qz = quaternion
     except TypeError:
         raise ValueError("a pose is seven numbers") from None
     length = math.hypot(qw, qx, qy, qz)
-    if not all(map(math.isfinite, (x, y, z, length))) or length < _SHORTEST:
+    if not all(map(math.isfinite, (x, y, z, length))) or length < _MIN_LENGTH:
         raise ValueError("a pose must be finite, and have a direction")
     return Pose((x, y, z), normalized((qw, qx, qy, qz)))
 
@@ -140,23 +152,23 @@ def _pose_or_none(numbers: Any) -> Pose | None:
     return None if numbers is None else pose_of(numbers)
 
 
-def _joint(told: dict[str, Any]) -> SeenJoint:
-    unit = str(told["unit"])
+def _joint(value: dict[str, Any]) -> SeenJoint:
+    unit = str(value["unit"])
     far = ROOM if unit == "m" else FULL_TURN
     lower, upper = (
-        end if limit is None else float(limit) for limit, end in ((told["lower"], -far), (told["upper"], far))
+        end if limit is None else float(limit) for limit, end in ((value["lower"], -far), (value["upper"], far))
     )
-    return SeenJoint(str(told["name"]), lower, upper, unit)
+    return SeenJoint(str(value["name"]), lower, upper, unit)
 
 
-_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] from its pose within which a tip is there
+_NEAR, _NEAR_ROTATION = 0.005, 0.03  # [m], [rad] of deviation at which a tip has reached its pose
 REST_DURATION = 0.4
-"""So long [s] of the robot's time a tip has to rest short of its pose until that is told."""
+"""Time [s] of the robot that a tip must rest short of its pose before that is reported."""
 _STILL = 0.002  # [m] and [rad] that a tip may move meanwhile
 
 
 class Reach(Enum):
-    """How it stands with a hand and its pose."""
+    """Progress of a hand to its pose."""
 
     THERE = "there"
     ON_ITS_WAY = "on its way"
@@ -164,13 +176,13 @@ class Reach(Enum):
 
 
 class ReachOfHand:
-    """Watches a hand. One that rests while its pose is elsewhere does not get there, also where the pose moves on."""
+    """Reach monitor of a hand. A hand at rest away from its target cannot get there, even if the target moves on."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[int, Pose]] = deque()
 
     def look(self, time: int, aim: Pose | None, tip: Pose) -> Reach:
-        """How it stands at the robot's time [ns]; both are world_T_tip, `aim` what it is being brought to."""
+        """Return the reach at the robot's time [ns]; `aim` is the target, and both are world_T_tip."""
         seen = self._seen
         if seen and time < seen[-1][0]:
             seen.clear()
@@ -186,23 +198,23 @@ class ReachOfHand:
 
 
 def rotation_angle(one: Pose, other: Pose) -> float:
-    """By how much [rad] two poses are turned against each other."""
+    """Angle between two orientations [rad]."""
     return 2.0 * math.acos(min(1.0, abs(float(np.dot(one.quaternion, other.quaternion)))))
 
 
 def is_near(one: Pose, other: Pose, distance: float = _NEAR, angle: float = _NEAR_ROTATION) -> bool:
-    """Whether two poses are less than this apart [m; rad]; by default, whether a tip is where it is to be."""
+    """Return whether two poses are less than this apart [m; rad]; by default, whether a tip is at its target."""
     return math.dist(one.position, other.position) < distance and rotation_angle(one, other) < angle
 
 
 MAX_DELAY = 2.0
-"""A robot that has not moved after so long [s] was not going to."""
+"""Time [s] after which a robot at rest is not expected to move any more."""
 _MOVED, _TURNED = 5e-4, 2e-3  # [m], [rad; m for joints]
 _MAX_DELAYS = 9
 
 
 class Delay:
-    """Measures it at the beginning of each motion, when the robot was at rest."""
+    """Command delay, measured from the first request to the first motion of a robot at rest."""
 
     def __init__(self) -> None:
         self._found: deque[float] = deque(maxlen=_MAX_DELAYS)
@@ -212,31 +224,31 @@ class Delay:
 
     @property
     def seconds(self) -> float | None:
-        """The median of the newest ones [s]; None before the first."""
+        """Median of the newest delays [s]; None before the first."""
         return median(self._found) if self._found else None
 
-    def begin(self, standing: Standing, now: float) -> None:
-        """A hand begins to move at `now` [s]; not while another motion is still waited for."""
+    def begin(self, state: RobotState, now: float) -> None:
+        """Start measuring at `now` [s], unless a measurement is under way."""
         if self._begun is None or now - self._begun > MAX_DELAY:
-            self._begun, self._tips, self._positions = now, standing.tips, standing.positions
+            self._begun, self._tips, self._positions = now, state.tips, state.positions
 
-    def look(self, standing: Standing, now: float) -> None:
-        """This was heard of the robot at `now` [s]."""
+    def look(self, state: RobotState, now: float) -> None:
+        """Handle a state of the robot received at `now` [s]."""
         if self._begun is None:
             return
-        if now - self._begun > MAX_DELAY or len(standing.positions) != len(self._positions):
+        if now - self._begun > MAX_DELAY or len(state.positions) != len(self._positions):
             self._begun = None
-        elif self._has_moved(standing):
+        elif self._has_moved(state):
             self._found.append(now - self._begun)
             self._begun = None
 
     def forget(self) -> None:
-        """What began is no motion of the robot's any more."""
+        """Cancel the measurement: the motion was cancelled."""
         self._begun = None
 
-    def _has_moved(self, standing: Standing) -> bool:
-        pairs = zip(self._positions, standing.positions, strict=True)
+    def _has_moved(self, state: RobotState) -> bool:
+        pairs = zip(self._positions, state.positions, strict=True)
         if any(before is not None and now is not None and abs(now - before) > _TURNED for before, now in pairs):
             return True
-        tips = zip(self._tips, standing.tips, strict=True)
+        tips = zip(self._tips, state.tips, strict=True)
         return not all(is_near(before, now, _MOVED, _TURNED) for before, now in tips)

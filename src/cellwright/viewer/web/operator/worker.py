@@ -1,7 +1,7 @@
 """Worker thread of the operator: polls the robot and sends queued commands, stamped with the node's clock.
 
-An emergency stop goes a way of its own, in the thread of whoever presses it: no question that is under way holds it up.
-Services that take their time (going home) are called in a thread too, one at a time.
+An emergency stop has a connection of its own, used in the thread of the button: no pending request delays it. Slow
+services (going home) run in a thread too, one at a time.
 """
 
 import logging
@@ -13,22 +13,22 @@ from cellwright.clients.operators.robot import Ask, Now, command_message, servic
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import AwayError, Link
-from cellwright.viewer.web.operator.command_queue import Desk, Wish
-from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
+from cellwright.viewer.web.operator.command_queue import Command, CommandQueue
+from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 
-_MAX_RATE = 100.0  # seconds of the node in one of ours
-_MIN_INTERVAL = 0.01  # [s] between two tellings, to tell how fast it goes
-_MAX_EXTRAPOLATION = 0.25  # [s]: for no longer than this it is thought to have gone on
+_MAX_RATE = 100.0  # [s of the node per s of wall time]
+_MIN_INTERVAL = 0.01  # [s] between two stamps, to measure the rate
+_MAX_EXTRAPOLATION = 0.25  # [s], longest extrapolation
 
 
 class NodeClock:
-    """Goes on between two tellings as fast as it went, so that it is right at any speed, and stands when time does."""
+    """Estimate of the node's clock, extrapolated at the measured rate: right at any speed, and when paused."""
 
     def __init__(self) -> None:
         self._stamp, self._heard, self._rate = 0, float("-inf"), 1.0
 
     def hear(self, stamp: int, now: float) -> None:
-        """The node's clock showed `stamp` [ns] at `now` [s] of this one's."""
+        """Add a reading: the node's clock showed `stamp` [ns] at `now` [s]."""
         gone = now - self._heard
         if gone >= _MIN_INTERVAL:
             rate = (stamp - self._stamp) / 1e9 / gone
@@ -36,7 +36,7 @@ class NodeClock:
         self._stamp, self._heard = stamp, now
 
     def at(self, now: float) -> int:
-        """What it shows at `now` [s]; 0, which says nothing, before it was heard of."""
+        """Return the estimated node time at `now` [s]; 0, no time, before the first reading."""
         gone = now - self._heard
         if gone == float("inf"):
             return 0
@@ -44,27 +44,27 @@ class NodeClock:
 
 
 NODE = "/browser_operator"
-"""Its name as a guest, which the node and a recording know it by."""
+"""Node name of the operator, in the node and in recordings."""
 
-_DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two questions
-_AFTERWARDS = 2.0  # [s] after the last wish it is asked as often as while driving
-_AWAY = 1.0  # [s] until somebody who is away is looked for again
+_DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two polls
+_AFTERWARDS = 2.0  # [s] after the last request during which polling stays fast
+_AWAY = 1.0  # [s] between attempts to reconnect
 
 
 log = logging.getLogger(__name__)
 
 
 class Worker:
-    """Works at the desk of the robot whose node is served at an address."""
+    """Operator thread of the robot whose node is served at an address."""
 
     def __init__(self, address: tuple[str, int]) -> None:
-        self.desk: Desk | None = None
-        """The desk of the robot that is there; None before the first answer."""
+        self.queue: CommandQueue | None = None
+        """Command queue of the robot; None before the first answer."""
         self.is_watched = True
-        """Whether somebody looks on."""
+        """True while a browser is connected."""
         self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
         self._clock = NodeClock()
-        self._asked = float("-inf")
+        self._polled = float("-inf")
         self._service: threading.Thread | None = None
         self._waiting_for = ""
         self._is_over = False
@@ -72,11 +72,11 @@ class Worker:
         self._thread = threading.Thread(target=self._run, name="operator", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """End; nothing more is sent."""
+        """End the thread; send nothing more."""
         self._is_over = True
         self._wake.set()
         if self._thread.is_alive():
@@ -87,100 +87,100 @@ class Worker:
             self._service_link.close()
 
     def stop(self) -> str:
-        """Emergency stop, now or as soon as somebody can be reached; why it has not got through yet, if it has not."""
-        desk = self.desk
-        if desk is None:
+        """Send an emergency stop, now or once the node is there; return why it is not sent yet, or an empty text."""
+        queue = self.queue
+        if queue is None:
             return "no robot has been heard of yet"
-        desk.stop()
+        queue.stop()
         try:
             self._stop_link.publish(*command_message(Now.STOP, 0))
         except CellwrightError as error:
             text = f"the emergency stop has not got through yet: {error}"
-            desk.answered(text)
+            queue.answered(text)
             return text
-        desk.sent(Now.STOP)
+        queue.sent(Now.STOP)
         return ""
 
     def _run(self) -> None:
         while not self._is_over:
             try:
                 self._work()
-                pause = max(0.0, self._asked + self._period() - time.perf_counter())
-            except Exception as error:  # also a defect: a stop must go on getting through, so this thread must not end
-                said = str(error)
+                pause = max(0.0, self._polled + self._period() - time.perf_counter())
+            except Exception as error:  # also a defect: this thread must not end, so that a stop gets through
+                message = str(error)
                 if not isinstance(error, CellwrightError):
                     log.exception("the browser operator")
-                    said = f"failed: {type(error).__name__}: {error}"
-                elif not isinstance(error, AwayError):  # no robot is there, or one that tells of itself in another way
+                    message = f"failed: {type(error).__name__}: {error}"
+                elif not isinstance(error, AwayError):  # no robot, or one of another version
                     self._link.close()
                 self._lose()
-                if self.desk is not None and not isinstance(error, AwayError):
-                    self.desk.answered(said)
+                if self.queue is not None and not isinstance(error, AwayError):
+                    self.queue.answered(message)
                 pause = _AWAY
             self._wake.wait(pause)
 
     def _work(self) -> None:
         now = time.perf_counter()
         self._wake.clear()
-        desk = self.desk
-        if desk is not None:
-            for wish in desk.due():
-                self._send(desk, wish)
-        if now - self._asked >= self._period() or desk is None:
-            self._asked = now
+        queue = self.queue
+        if queue is not None:
+            for command in queue.due():
+                self._send(queue, command)
+        if now - self._polled >= self._period() or queue is None:
+            self._polled = now
             self._look()
 
     def _look(self) -> None:
-        """Ask how the robot stands."""
-        desk = self.desk
-        answer = self._link.ask(PANEL, robot=desk.robot.digest if desk is not None else "")
-        if desk is None or answer.get("digest") != desk.robot.digest:
-            desk = Desk(SeenRobot.read(answer), wake=self._wake)
-            if not self._stop_link.is_there:  # the way of the emergency stop is open before it is needed
+        """Poll the robot's state."""
+        queue = self.queue
+        answer = self._link.ask(PANEL, robot=queue.robot.digest if queue is not None else "")
+        if queue is None or answer.get("digest") != queue.robot.digest:
+            queue = CommandQueue(SeenRobot.read(answer), wake=self._wake)
+            if not self._stop_link.is_there:  # connect before an emergency stop needs it
                 self._stop_link.connect()
-        standing = Standing.read(answer)
-        self._clock.hear(standing.stamp, time.perf_counter())
-        desk.see(standing)
-        self.desk = desk
+        state = RobotState.read(answer)
+        self._clock.hear(state.stamp, time.perf_counter())
+        queue.see(state)
+        self.queue = queue
 
-    def _send(self, desk: Desk, wish: Wish) -> None:
-        if isinstance(wish, Ask):
-            self._call(desk, wish)
+    def _send(self, queue: CommandQueue, command: Command) -> None:
+        if isinstance(command, Ask):
+            self._call(queue, command)
             return
         try:
-            self._link.publish(*command_message(wish, self._clock.at(time.perf_counter())))
+            self._link.publish(*command_message(command, self._clock.at(time.perf_counter())))
         except AwayError:
             raise
         except CellwrightError as error:
-            desk.refused(str(error))
+            queue.refused(str(error))
         else:
-            desk.sent(wish)
+            queue.sent(command)
 
     def _period(self) -> float:
-        desk = self.desk
-        if desk is not None and time.perf_counter() - desk.active < _AFTERWARDS:
+        queue = self.queue
+        if queue is not None and time.perf_counter() - queue.active < _AFTERWARDS:
             return _DRIVING
         return _WATCHING if self.is_watched else _IDLE
 
     def _lose(self) -> None:
-        if self.desk is not None:
-            self.desk.lose()
+        if self.queue is not None:
+            self.queue.lose()
         self._stop_link.close()
 
-    def _call(self, desk: Desk, ask: Ask) -> None:
+    def _call(self, queue: CommandQueue, ask: Ask) -> None:
         if self._service is not None and self._service.is_alive():
-            desk.answered(f"still waiting for: {self._waiting_for}")
+            queue.answered(f"still waiting for: {self._waiting_for}")
             return
         self._waiting_for = ask.value
-        self._service = threading.Thread(target=self._called, args=(desk, ask), daemon=True)
+        self._service = threading.Thread(target=self._called, args=(queue, ask), daemon=True)
         self._service.start()
 
-    def _called(self, desk: Desk, ask: Ask) -> None:
-        desk.answered(f"{ask.value} …")
+    def _called(self, queue: CommandQueue, ask: Ask) -> None:
+        queue.answered(f"{ask.value} …")
         try:
             answer: Any = self._service_link.call(*service_request(ask))
         except CellwrightError as error:
-            desk.answered(f"{ask.value}: {error}")
+            queue.answered(f"{ask.value}: {error}")
             return
         outcome = "done" if answer.success else "refused"
-        desk.answered(f"{ask.value}: {outcome}; {answer.message}" if answer.message else f"{ask.value}: {outcome}")
+        queue.answered(f"{ask.value}: {outcome}; {answer.message}" if answer.message else f"{ask.value}: {outcome}")

@@ -1,4 +1,4 @@
-"""The way to draw that somebody has settled: one that exists, or a line that says which do."""
+"""Backend in the environment: an existing one, or an error that lists them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from cellwright.util.errors import UsageError
 from tests.rendering.scenes_of_shapes import BALL
 
 
-@pytest.mark.parametrize("way", ["", *BACKENDS])
-def test_what_exists_is_taken(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BACKEND, way)
-    assert requested_backend() == way
+@pytest.mark.parametrize("backend", ["", *BACKENDS])
+def test_what_exists_is_taken(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, backend)
+    assert requested_backend() == backend
 
 
 def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -22,22 +22,22 @@ def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("way", "said"),
+    ("backend", "reason"),
     [
         ("ray", "=ray: give one of egl, osmesa, cgl, glfw, rays, or leave it unset; did you mean rays"),
         ("EGL", "; did you mean egl"),
         ("\x1b[2J\nboo", r"=\x1b[2J boo: give one of"),
     ],
 )
-def test_what_does_not_exist_is_told_in_a_line(way: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(BACKEND, way)
+def test_an_unknown_backend_is_refused_in_a_line(backend: str, reason: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(BACKEND, backend)
     with pytest.raises(UsageError) as refused:
         requested_backend()
-    assert said in str(refused.value)
+    assert reason in str(refused.value)
     assert str(refused.value).isprintable()
 
 
-def test_nobody_draws_another_way_instead(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_other_backend_draws_instead(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, "ray")
     with pytest.raises(UsageError, match="did you mean rays"):
         RenderWorker(BALL)

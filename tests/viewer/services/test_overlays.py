@@ -1,4 +1,4 @@
-"""What else there is to be seen of a cell and of a robot."""
+"""Sensor and contact overlays of a cell and of a robot."""
 
 import json
 import math
@@ -22,9 +22,9 @@ def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneTaker]:
 
 
 def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
-    told, taker = about(Cell(WHOLE))
-    assert told["kind"] == "cell"
-    sensors = {each["name"]: each for each in told["sensors"]}  # type: ignore[attr-defined]
+    metadata, taker = about(Cell(WHOLE))
+    assert metadata["kind"] == "cell"
+    sensors = {each["name"]: each for each in metadata["sensors"]}  # type: ignore[attr-defined]
     assert {name: each["form"] for name, each in sensors.items()} == {
         "break_beam_1": "beam",
         "proximity_sensor_1": "cone",
@@ -33,15 +33,15 @@ def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
         "logical_camera_2": "frustum",
     }
     assert sensors["break_beam_1"]["position"] == pytest.approx(SENSORS[0].pose.position)
-    [[body, place]] = told["tools"]  # type: ignore[misc]
+    [[body, place]] = metadata["tools"]  # type: ignore[misc]
     assert taker.scene.bodies[body] == "vacuum_gripper_link"  # type: ignore[has-type]
     assert len(place) == 3  # type: ignore[has-type]
 
 
 def test_a_robot_tells_of_its_tips_and_a_bare_cell_of_nothing() -> None:
-    told, taker = about(RobotNode(two_arms()))
-    assert told["kind"] == "robot"
-    assert [taker.scene.bodies[body] for body, _ in told["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
+    metadata, taker = about(RobotNode(two_arms()))
+    assert metadata["kind"] == "robot"
+    assert [taker.scene.bodies[body] for body, _ in metadata["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
     bare, _ = about(Cell(BARE))
     assert bare == {"kind": "cell", "sensors": [], "tools": []}
 
@@ -67,13 +67,13 @@ def test_contacts_carry_what_lies_there() -> None:
     for _ in range(10):
         cell.step()
     rows = np.array(scene.contact_forces(cell))
-    assert 0 < len(rows) <= scene.MOST_CONTACTS
+    assert 0 < len(rows) <= scene.MAX_CONTACTS
     strengths = np.linalg.norm(rows[:, 3:], axis=1)
     assert (np.diff(strengths) <= 1e-3).all()
     assert all(math.isfinite(value) for value in rows.reshape(-1).tolist())
 
 
-def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() -> None:
+def test_answers_hold_requested_overlays_only_and_requests_leave_no_trace() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     services = SceneServices(ServedScene(watched))
     assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"})[0].keys()
@@ -87,8 +87,8 @@ def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() ->
 def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
     camera = "{type: rgb_camera, frame: vacuum_gripper_link, pose: {xyz: [0.08, 0, 0]}, fov: 1.0, near: 0.2, far: 9}"
     cell = Cell(load_trial(text=f"arm: {{type: ur10}}\ncellwright: {{sensors: {{wrist: {camera}}}}}").trial)
-    told, _ = about(cell)
-    described = told["sensors"][0]  # type: ignore[index]
+    metadata, _ = about(cell)
+    described = metadata["sensors"][0]  # type: ignore[index]
     assert [described[name] for name in ("form", "angle", "near", "far")] == ["frustum", 0.5, 0.2, 1.0]
     for _ in range(20):
         cell.step()

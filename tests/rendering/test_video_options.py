@@ -1,4 +1,4 @@
-"""What no video can be is refused before anything is drawn."""
+"""Video options: invalid ones are refused before drawing."""
 
 import math
 from fractions import Fraction

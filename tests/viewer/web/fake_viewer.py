@@ -1,4 +1,4 @@
-"""A browser for tests that draws nothing: it looks on at a page, and knows which nodes there are and where."""
+"""Browser for tests that draws nothing: it connects to a page, and keeps its nodes and their poses."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ CAMERA = {
 }
 
 
-class Onlooker:
-    """Looks on at a page.
+class FakeViewer:
+    """Viewer of a page.
 
     Args:
-        url: the page's.
+        url: address of the page.
     """
 
     def __init__(self, url: str) -> None:
@@ -40,29 +40,29 @@ class Onlooker:
         address = url.replace("http://", "ws://")
         self._line = connect(address, subprotocols=[protocol], max_size=None, open_timeout=TIMEOUT)
         self.nodes: dict[str, dict[str, Any]] = {}
-        """Properties of the nodes that there are."""
+        """Properties of the current nodes."""
         self.texts: list[str] = []
-        """Markdown on the panel, and notifications, as they came."""
+        """Markdown on the panel, and notifications, in order."""
         self.moves = 0
-        """How often a node was put somewhere."""
-        self.say(CAMERA)
+        """Count of pose changes."""
+        self.send(CAMERA)
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
 
-    def say(self, message: Any) -> None:
+    def send(self, message: Any) -> None:
         """Send a message."""
         self._line.send(message if isinstance(message, bytes) else msgspec.msgpack.encode(message))
 
     def sees(self, *names: str) -> bool:
-        """Whether there are nodes of these names."""
+        """Return whether there are nodes of these names."""
         return all(f"/scene/{name}" in self.nodes for name in names)
 
     def position(self, name: str) -> list[float]:
-        """Where a node was put last [m]."""
+        """Last position of a node [m]."""
         return list(self.nodes[f"/scene/{name}"]["position"])
 
     def close(self) -> None:
-        """Look away."""
+        """Disconnect."""
         self._line.close()
         self._thread.join(TIMEOUT)
 
@@ -90,7 +90,7 @@ class Onlooker:
                 self.moves += 1
             case "GuiMarkdownMessage" | "NotificationMessage" | "NotificationShowMessage":
                 self.texts.append(str(message))
-            case "GuiUpdateMessage" if "_markdown" in message["updates"]:  # also of an element that has just been made
+            case "GuiUpdateMessage" if "_markdown" in message["updates"]:  # also of a new element
                 self.texts.append(str(message))
             case _ if isinstance(name, str) and "props" in message:
                 self.nodes[name] = {"position": (0.0, 0.0, 0.0)}

@@ -1,4 +1,4 @@
-"""How fast time is seen to pass."""
+"""Measured real-time factor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_it_forgets_what_was_long_ago() -> None:
     assert pace.factor == pytest.approx(0.0)
 
 
-def test_a_run_that_begins_anew_is_no_pace_backwards() -> None:
+def test_a_reset_is_no_negative_real_time_factor() -> None:
     pace = SeenPace()
     for wall, time in ((0.0, 10.0), (1.0, 11.0), (1.25, 0.0), (1.5, 0.25)):
         pace.take(wall, time)

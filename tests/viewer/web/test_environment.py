@@ -1,29 +1,29 @@
-"""The stage: with shadows, or plain for those whose processor draws."""
+"""Lights and ground: with shadows, or plain for software rendering."""
 
 from unittest.mock import MagicMock
 
 import pytest
 
 from cellwright.viewer.web import program
-from cellwright.viewer.web.scene import PLAIN, Stage
+from cellwright.viewer.web.scene import PLAIN, Environment
 
 
-def stage() -> Stage:
-    """The one of a page."""
-    return next(each for each in program.features() if isinstance(each, Stage))
+def environment() -> Environment:
+    """Those of a page."""
+    return next(each for each in program.features() if isinstance(each, Environment))
 
 
-@pytest.mark.parametrize(("said", "shadows"), [(None, True), ("", True), ("0", True), ("1", False)])
+@pytest.mark.parametrize(("value", "shadows"), [(None, True), ("", True), ("0", True), ("1", False)])
 def test_shadows_unless_it_is_to_be_plain_and_at_a_click(
-    said: str | None, shadows: bool, monkeypatch: pytest.MonkeyPatch
+    value: str | None, shadows: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(PLAIN, raising=False)
-    if said is not None:
-        monkeypatch.setenv(PLAIN, said)
+    if value is not None:
+        monkeypatch.setenv(PLAIN, value)
     page = MagicMock(about={})
-    feature = stage()
+    feature = environment()
     feature.page = page
-    feature.begin(MagicMock())
+    feature.on_scene(MagicMock())
     light = page.server.scene.add_light_directional
     assert light.call_args.kwargs["cast_shadow"] is shadows
     box = page.server.gui.add_checkbox

@@ -1,4 +1,4 @@
-"""What may be known of a cell: everything, but in a competition that is not over nothing that is to come."""
+"""Visibility of a cell's ground truth: all of it, but in a running competition nothing of the future."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tests.cells import KITTING, call, order, run, start
 SECRETIVE = replace(
     KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_1", "gear_part_2"})
 )
-"""Both parts that are ordered are faulty, and another order comes late."""
+"""Trial with two faulty ordered parts, and another order that comes late."""
 
 
-def told(cell: Cell) -> dict[str, Any]:
-    """The evidence, as programs are told it."""
+def evidence_of(cell: Cell) -> dict[str, Any]:
+    """Evidence as clients receive it."""
     found: dict[str, Any] = json.loads(json.dumps(evidence_to_json(known_evidence(cell))))
     return found
 
 
 def begun(*, competition: bool = True) -> Cell:
-    """The cell, a moment after the first order has come up."""
+    """Cell a moment after the first order was announced."""
     cell = Cell(SECRETIVE, competition=competition)
     start(cell)
     run(cell, 0.1)
@@ -36,15 +36,17 @@ def begun(*, competition: bool = True) -> Cell:
 def test_before_its_start_a_competition_has_no_orders() -> None:
     cell = Cell(SECRETIVE)
     assert hides_ground_truth(cell)
-    assert (told(cell)["orders"], told(cell)["best"]) == ([], 0.0)
+    assert (evidence_of(cell)["orders"], evidence_of(cell)["best"]) == ([], 0.0)
 
 
 def test_while_it_lasts_it_has_those_that_came_up_and_no_faults() -> None:
     cell = begun()
     assert [each.order_id for each in known_orders(cell)] == ["order_0"]
     assert without_faults(cell).faulty_parts == frozenset()
-    assert "order_1" not in json.dumps(told(cell))
-    assert (told(cell)["reachable"], told(cell)["best"]) == (6.0, 6.0), "fewer would tell that parts are faulty"
+    assert "order_1" not in json.dumps(evidence_of(cell))
+    assert (evidence_of(cell)["reachable"], evidence_of(cell)["best"]) == (6.0, 6.0), (
+        "fewer would tell that parts are faulty"
+    )
 
 
 @pytest.mark.parametrize("is_over", [True, False])
@@ -54,6 +56,6 @@ def test_when_it_is_over_and_in_development_mode_nothing_is_secret(is_over: bool
         assert call(cell, "end_competition").success
         cell.step()
     assert not hides_ground_truth(cell)
-    assert [each["order_id"] for each in told(cell)["orders"]] == ["order_0", "order_1"]
-    assert (told(cell)["reachable"], told(cell)["best"]) == (0.0, 12.0)
+    assert [each["order_id"] for each in evidence_of(cell)["orders"]] == ["order_0", "order_1"]
+    assert (evidence_of(cell)["reachable"], evidence_of(cell)["best"]) == (0.0, 12.0)
     assert known_evidence(cell) == cell.competition.evidence()

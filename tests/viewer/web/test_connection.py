@@ -1,4 +1,4 @@
-"""The page's way to what is served: there, gone, back, and refused."""
+"""Connection of the page to the server: there, gone, back, and refused."""
 
 import threading
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
-from cellwright.viewer.web.connection import Asking, AwayError, Link
+from cellwright.viewer.web.connection import AwayError, Link, StatePoller
 from tests.cells import KITTING
 from tests.robot.robots import two_arms
 from tests.waiting import TIMEOUT, wait_until
@@ -27,7 +27,7 @@ from tests.waiting import TIMEOUT, wait_until
 
 @contextmanager
 def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
-    """Served in a thread of its own, where no time passes."""
+    """Server in a thread of its own, where no time passes."""
     server = Server(served, port=port)
     SceneServices(ServedScene(served)).offer(server)
     is_over = threading.Event()
@@ -46,17 +46,17 @@ def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
         server.close("the end")
 
 
-def test_it_asks_and_is_told_of_refusals() -> None:
+def test_it_asks_and_raises_refusals() -> None:
     cell = Cell(KITTING)
 
-    def refuse(asked: dict[str, Any]) -> dict[str, Any]:
-        raise RejectedCommandError(f"not {asked['what']}")
+    def refuse(request: dict[str, Any]) -> dict[str, Any]:
+        raise RejectedCommandError(f"not {request['what']}")
 
     with hosted(cell) as server:
         server.offer("no", refuse)
         link = Link(server.address)
-        said, data = link.ask_data(SCENE)
-        assert set(said) == {"digest", "about"}
+        answer, data = link.ask_data(SCENE)
+        assert set(answer) == {"digest", "about"}
         assert decode_scene(bytes(data)).name == "kitting"
         with pytest.raises(CellwrightError, match=r"cellwright/scene: .*no JSON object"):
             link.ask(SCENE)
@@ -76,7 +76,7 @@ def test_it_asks_and_is_told_of_refusals() -> None:
         assert not link.is_there
 
 
-def test_nobody_there_and_somebody_again() -> None:
+def test_it_reconnects_to_a_server_that_is_back() -> None:
     with hosted(Cell(KITTING)) as server:
         address = server.address
         link = Link(address)
@@ -95,7 +95,7 @@ def test_nobody_there_and_somebody_again() -> None:
 def test_several_threads_each_get_their_own_answers() -> None:
     wrong: list[int] = []
     with hosted(Cell(KITTING)) as server:
-        server.offer("echo", lambda asked: asked)
+        server.offer("echo", lambda request: request)
         link = Link(server.address)
 
         def ask(first: int) -> None:
@@ -112,7 +112,7 @@ def test_several_threads_each_get_their_own_answers() -> None:
 
 def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
     with hosted(Cell(KITTING)) as server:
-        asking = Asking(Link(server.address), lambda: {"contacts": True})
+        asking = StatePoller(Link(server.address), lambda: {"contacts": True})
         asking.is_watched = True
         asking.start()
         scene, about = asking.found.get(timeout=TIMEOUT)
@@ -127,7 +127,7 @@ def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
 
 
 class Pause(threading.Event):
-    """A pause between two questions that notes its length, and ends when the test ends it."""
+    """Pause between two polls that records its length, and ends when the test ends it."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class Pause(threading.Event):
 def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cellwright.viewer.web.connection.time", SimpleNamespace(perf_counter=lambda: 1.0))
     with hosted(Cell(KITTING)) as server:
-        asking = Asking(Link(server.address), dict)
+        asking = StatePoller(Link(server.address), dict)
         pause = asking._wake = Pause()
         asking.start()
         wait_until(lambda: len(pause.lengths) == 1, "first pause")
@@ -167,11 +167,11 @@ GOOD_SCENE = encode_scene(Scene("a", ("world",), (), ()))
         ({"digest": "a"}, b"AAA"),
     ],
 )
-def test_what_answers_with_nonsense_counts_as_nobody(answer: Any) -> None:
+def test_a_server_that_answers_with_nonsense_counts_as_away(answer: Any) -> None:
     with hosted(Cell(KITTING)) as server:
         server.offer(SCENE, lambda _asked: answer)
         server.offer("cellwright/frame", lambda _asked: answer)
-        asking = Asking(Link(server.address), dict)
+        asking = StatePoller(Link(server.address), dict)
         asking.start()
         found = asking.found.get(timeout=TIMEOUT)
         assert isinstance(found, CellwrightError)
@@ -196,7 +196,7 @@ def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
         ]
         for wrong in wrongs:
             server.offer("cellwright/frame", partial(answered, wrong))
-            asking = Asking(Link(server.address), dict)
+            asking = StatePoller(Link(server.address), dict)
             asking.start()
             scene, _about = asking.found.get(timeout=TIMEOUT)
             assert isinstance(scene, Scene)
@@ -217,23 +217,23 @@ def answered(answer: tuple[dict[str, Any], bytes], _asked: dict[str, Any]) -> tu
 def test_poller_asks_for_changes_and_for_whole_frame_after_connection_loss() -> None:
     cell = Cell(KITTING)
     services = SceneServices(ServedScene(cell))
-    asked: list[dict[str, Any]] = []
+    requests: list[dict[str, Any]] = []
     sent: list[bytes] = []
 
     def note(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-        said, data = services.frame(request)
-        asked.append(request)
+        answer, data = services.frame(request)
+        requests.append(request)
         sent.append(data)
-        return said, data
+        return answer, data
 
     with hosted(cell) as server:
         server.offer("cellwright/frame", note)
-        asking = Asking(Link(server.address), dict)
+        asking = StatePoller(Link(server.address), dict)
         asking._ask()
         asking._ask()
-        assert asked[0] == asked[1] == {}, "there is no scene before the first answer"
+        assert requests[0] == requests[1] == {}, "there is no scene before the first answer"
         assert [*map(is_whole_frame, sent)] == [True, True, False]
-        assert asked[2].keys() == {"since"}
+        assert requests[2].keys() == {"since"}
         asking._link.close()  # as another server at the same address would
         server.offer("cellwright/frame", SceneServices(ServedScene(cell)).frame)
         asking._ask()

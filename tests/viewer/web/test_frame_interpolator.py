@@ -1,4 +1,4 @@
-"""Even motion between frames, and none where there was none."""
+"""Even motion between frames, and none without a cause."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.rendering.scene import Frame
-from cellwright.viewer.web.page import Moments, interpolate_frames
+from cellwright.viewer.web.page import FrameInterpolator, interpolate_frames
 from tests.rendering.scene.scenes import frames
 
 PERIOD = 1 / 30
@@ -18,9 +18,9 @@ def at(x: float, time: int = 0, shown: bool = True) -> Frame:
 
 
 def test_motion_is_even() -> None:
-    moments, seen = Moments(), list[float]()
+    moments, seen = FrameInterpolator(), list[float]()
     for number in range(30):
-        wall = number * PERIOD + (0.004 if number % 2 else 0.0)  # they never come quite evenly
+        wall = number * PERIOD + (0.004 if number % 2 else 0.0)  # their intervals vary a little
         moments.take(at(0.01 * wall / PERIOD, number), run=1, wall=wall)
         for part in range(2):
             moment = moments.at(number * PERIOD + part * PERIOD / 2 + 0.005)
@@ -31,7 +31,7 @@ def test_motion_is_even() -> None:
 
 
 def test_the_first_is_shown_at_once_and_what_does_not_change_once() -> None:
-    moments = Moments()
+    moments = FrameInterpolator()
     assert moments.at(0.0) is None
     still = at(0.3)
     moments.take(still, run=1, wall=0.0)
@@ -44,7 +44,7 @@ def test_the_first_is_shown_at_once_and_what_does_not_change_once() -> None:
 
 @pytest.mark.parametrize(("run", "time"), [(2, 10), (1, 4)])
 def test_another_run_and_a_jump_back_are_cuts(run: int, time: int) -> None:
-    moments = Moments()
+    moments = FrameInterpolator()
     for number, x in enumerate((0.0, 0.1)):
         moments.take(at(x, 5 + number), run=1, wall=number * PERIOD)
         moments.at(number * PERIOD)
@@ -56,7 +56,7 @@ def test_another_run_and_a_jump_back_are_cuts(run: int, time: int) -> None:
 
 
 def test_frames_that_come_rarely_are_shown_as_they_come() -> None:
-    moments = Moments()
+    moments = FrameInterpolator()
     moments.take(at(0.0, 0), run=1, wall=0.0)
     moments.at(0.0)
     moments.take(at(1.0, 1), run=1, wall=2.0)

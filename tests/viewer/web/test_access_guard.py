@@ -1,4 +1,4 @@
-"""Who is let in to a page, and who is not."""
+"""Access to a page."""
 
 import http.client
 import socket
@@ -34,7 +34,7 @@ def door(token: str = "") -> Iterator[Door]:
 
 @contextmanager
 def page(token: str = "") -> Iterator[Door]:
-    """A door with viser behind it."""
+    """Access guard with viser behind it."""
     with door(token) as found:
         with found.guards_viser():
             server = Server(found.host, found.port, verbose=False)
@@ -42,7 +42,7 @@ def page(token: str = "") -> Iterator[Door]:
         server.stop()
 
 
-def said(found: Door, path: str = "/", **headers: str) -> str:
+def refusal(found: Door, path: str = "/", **headers: str) -> str:
     return found.refusal(path, Headers({"Host": f"127.0.0.1:{found.port}", **headers}))
 
 
@@ -53,28 +53,28 @@ def test_this_machine_is_let_in(host: str) -> None:
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:80", "", "[", "localhost@evil.example"])
-def test_a_name_that_somebody_else_gave_this_machine_is_not(host: str) -> None:
+def test_a_foreign_name_of_this_machine_is_refused(host: str) -> None:
     with door() as found:
         assert found.refusal("/", Headers({"Host": host})) != ""
 
 
-def test_a_page_of_somebody_else_is_not_let_in() -> None:
+def test_a_foreign_page_is_refused() -> None:
     with door() as found:
         own = f"http://127.0.0.1:{found.port}"
-        assert said(found, Origin=own) == ""
+        assert refusal(found, Origin=own) == ""
         for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", "", "http://["):
-            assert "has no business here" in said(found, Origin=origin)
+            assert "has no business here" in refusal(found, Origin=origin)
 
 
 def test_a_token_is_asked_for() -> None:
     with door(SECRET) as found:
         assert found.url == f"http://127.0.0.1:{found.port}/?token={SECRET}"
-        assert said(found, f"/?token={SECRET}") == ""
-        assert said(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
+        assert refusal(found, f"/?token={SECRET}") == ""
+        assert refusal(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
         for path in ("/", "/?token=", "/?token=a1b2c4", f"/?Token={SECRET}", f"/{SECRET}"):
-            assert "needs the token" in said(found, path)
+            assert "needs the token" in refusal(found, path)
         for cookie in (f"other={SECRET}", "cellwright_page=", "=;;=", "cellwright_page_1=a1b2c"):
-            assert "needs the token" in said(found, Cookie=cookie)
+            assert "needs the token" in refusal(found, Cookie=cookie)
 
 
 def test_two_hosts_are_none() -> None:
@@ -124,7 +124,7 @@ def test_viser_stands_behind_the_door() -> None:
             assert browser.recv(timeout=TIMEOUT)
 
 
-def test_what_a_browser_sends_ends_nobody_else() -> None:
+def test_messages_of_a_browser_end_no_other() -> None:
     protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
     with page() as found:
         address = f"ws://127.0.0.1:{found.port}"
@@ -156,7 +156,7 @@ def _has_dropped(found: Door, count: int) -> bool:
 
 
 def _is_cut_off(connection: Connection) -> bool:
-    """Whether a connection has ended; what comes on it is passed over."""
+    """Return whether a connection has ended; ignore its data."""
     try:
         connection.recv(timeout=0.01)
     except TimeoutError:
@@ -172,7 +172,7 @@ def test_a_viser_that_cannot_be_guarded_is_none() -> None:
     assert websockets.asyncio.server.serve.__name__ == "serve"
 
 
-def test_half_requests_keep_nobody_out() -> None:
+def test_half_requests_block_no_others() -> None:
     with page() as found, ExitStack() as opened:
         half = [opened.enter_context(socket.create_connection((found.host, found.port), TIMEOUT)) for _ in range(80)]
         for connection in half:
@@ -180,7 +180,7 @@ def test_half_requests_keep_nobody_out() -> None:
         for connection in half[: 80 - MAX_UNFINISHED]:  # the oldest ones make room
             with suppress(ConnectionResetError):
                 assert connection.recv(1) == b""
-        asked = http.client.HTTPConnection(found.host, found.port, timeout=TIMEOUT)
-        asked.request("GET", "/")
-        assert asked.getresponse().status == 200
-        asked.close()
+        late = http.client.HTTPConnection(found.host, found.port, timeout=TIMEOUT)
+        late.request("GET", "/")
+        assert late.getresponse().status == 200
+        late.close()

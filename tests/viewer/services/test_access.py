@@ -1,0 +1,95 @@
+"""Access to the viewer services: any client in development mode, the server's own page alone in a competition."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
+from cellwright.robot.node import RobotNode
+from cellwright.viewer.services import scene
+from cellwright.viewer.services.control import Control
+from cellwright.viewer.services.names import CONTROL, FRAME, VIEWER_SERVICES
+from tests.cells import KITTING
+from tests.middleware.server.talk import Hall, Talker, served
+from tests.robot.robots import two_arms
+
+
+def offered(hall: Hall, node: scene.ViewedNode, tempo: RateControl | None = None) -> None:
+    scene.offer_viewer_services(hall.server, node, lambda _: {"kind": "any"}, Control(tempo or RateControl()))
+
+
+def ask(client: Talker, service: str, **request: Any) -> Frame:
+    return client.ask(Frame(Kind.CALL, 5, service, payload=json.dumps({"action": "state", **request}).encode()))
+
+
+def shows(hall: Hall, key: Any) -> Talker:
+    """Client that shows a value in place of a key."""
+    client = hall.guest("")
+    hello = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
+    client.say(Frame(Kind.HELLO, payload=json.dumps(hello).encode()))
+    client.wait_for(Kind.WELCOME)
+    return client
+
+
+@pytest.mark.parametrize("service", VIEWER_SERVICES)
+def test_a_competition_answers_its_own_page_only(service: str) -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        offered(hall, cell)
+        other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
+        refused = ask(other, service)
+        assert (refused.kind, refused.name) == (Kind.REFUSED, "RejectedCommandError")
+        assert refused.text() == scene.ITS_OWN_PAGE
+        assert ask(page, service).kind in (Kind.ANSWER, Kind.DATA)
+
+
+@pytest.mark.parametrize("node", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
+def test_development_mode_and_a_robot_answer_any_client(node: Any) -> None:
+    cell = node()
+    with served(cell) as hall:
+        offered(hall, cell)
+        assert hall.server.key == ""
+        for client in (hall.guest(), shows(hall, "an old key")):
+            assert {ask(client, service).kind for service in VIEWER_SERVICES} == {Kind.ANSWER, Kind.DATA}
+
+
+def test_who_has_no_key_lets_no_time_stand() -> None:
+    cell, tempo = Cell(KITTING), RateControl(1.0)
+    with served(cell) as hall:
+        offered(hall, cell, tempo)
+        assert ask(hall.guest(), CONTROL, action="pause").kind is Kind.REFUSED
+        assert not tempo.is_paused
+
+
+NO_KEYS = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text() | st.text(st.characters(categories=["Cs"]), min_size=1),
+    lambda each: st.lists(each, max_size=3) | st.dictionaries(st.text(), each, max_size=3),
+)
+
+
+@pytest.mark.slow
+@given(NO_KEYS)
+def test_an_invalid_key_is_ignored_and_the_client_is_welcome(shown: Any) -> None:
+    cell = _CELL
+    with served(cell) as hall:
+        offered(hall, cell)
+        assert ask(shows(hall, shown), FRAME).kind is Kind.REFUSED
+
+
+def test_a_key_is_good_for_one_server() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall, served(cell) as later:
+        for each in (hall, later):
+            offered(each, cell)
+        client = shows(later, hall.server.key)
+        assert ask(client, FRAME).kind is Kind.REFUSED
+
+
+_CELL = Cell(KITTING)
