@@ -36,14 +36,14 @@ from cellwright.util.errors import (
 
 
 class MessageEncoder:
-    """Writes each message once in each form, however many guests it goes to."""
+    """Encoder that writes each message once in each encoding, for any number of clients."""
 
     def __init__(self) -> None:
         self._newest: Message | None = None
         self._written: dict[str, bytes] = {}
 
     def to_bytes(self, message: Message, encoding: str) -> bytes:
-        """A message as bytes; errors as of `messages.Encoding`."""
+        """Return a message as bytes; errors as of `messages.Encoding`."""
         if message is not self._newest:
             self._newest, self._written = message, {}
         data = self._written.get(encoding)
@@ -53,7 +53,7 @@ class MessageEncoder:
 
 
 def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
-    """The frame that answers HELLO, as things stand now."""
+    """Return the frame that answers HELLO in the current state."""
     timestep = cell.simulation.clock.timestep
     document = {
         "protocol": PROTOCOL,
@@ -69,7 +69,7 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
 
 
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
-    """Topics and services with their types; the first call takes some time, for checksums are worked out."""
+    """Return topics and services with their types; the first call takes some time, as it computes checksums."""
     services = [
         {
             "name": service.name,
@@ -99,22 +99,22 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
 
 @cache
 def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
-    """The checksum (`md5`) or `definition` of a type in ROS 1; empty for one that has no form there."""
+    """Return the checksum (`md5`) or `definition` of a type in ROS 1; "" for a type without a ROS 1 form."""
     try:
         return generate(type_name)
     except UsageError:
         return ""
 
 
-MOST_SUBSCRIPTIONS = 1024  # of one guest
+MOST_SUBSCRIPTIONS = 1024  # of one client
 
 MAX_PENDING_ADVANCES = 16
-"""So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
+"""Largest number of pending ADVANCE requests of one client; a program waits for each before the next one."""
 
 _LONGEST_NODE = 255
 
 Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any] | tuple[dict[str, Any], bytes]]
-"""A service of the server itself: takes a JSON object, answers with one, or with one and bytes (DATA).
+"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA).
 
 It refuses with a CellwrightError.
 """
@@ -124,7 +124,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class AdvanceRequest:
-    """A guest's wish that time pass: to `until` [ns], or for one tick; answered with `number`."""
+    """Request of a client to advance time to `until` [ns], or by one tick; answered with `number`."""
 
     guest: ClientConnection
     number: int
@@ -133,7 +133,7 @@ class AdvanceRequest:
 
 
 class Requests:
-    """Carries out the frames of guests, in the order in which they are handed in."""
+    """Executor of clients' frames, in the order of `carry_out`."""
 
     def __init__(self, cell: Served, *, lockstep: bool) -> None:
         self._cell = cell
@@ -142,16 +142,16 @@ class Requests:
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
-        self.asked: deque[AdvanceRequest] = deque()  # wishes that time pass, in the order in which they came
+        self.asked: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
         self.extras: dict[str, tuple[Extra, bool]] = {}
-        """Services of the server itself, by name, and whether they are noted as commands are. No bridge offers them."""
+        """Services of the server itself by name; true if they are noted as commands are. No bridge offers them."""
         self.guarded: dict[str, str] = {}
-        """Those of them that answer only who has shown the key, and what all others are told."""
-        self.key = ""  # the key; empty: there is none
-        welcome_frame(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
+        """Those of them that require the key, with the reason that all other clients get."""
+        self.key = ""  # empty: there is none
+        welcome_frame(cell, lockstep=lockstep)  # computes all checksums now, while no client waits
 
     def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
-        """Do what a frame asks for, and answer; a FrameError if it is nothing that a guest may say."""
+        """Carry out a frame, and answer; a FrameError if a client must not send it."""
         if not guest.node:
             self._greet(guest, frame)
             return
@@ -161,17 +161,17 @@ class Requests:
             guest.say(refused_frame(frame.number, error))
         except FrameError:
             raise
-        except Exception as error:  # a defect of ours that a guest came upon: it must not end the run of all others
+        except Exception as error:  # a defect of Cellwright that one client found must not end the run of all others
             log.exception("%s %s of %s", frame.kind.name, frame.name, guest.name)
             failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
             guest.say(refused_frame(frame.number, failed))
 
     def forget(self, guest: ClientConnection) -> None:
-        """Forget what a guest has wished for that is gone."""
+        """Forget the requests of a client that is gone."""
         self.asked = deque(each for each in self.asked if each.guest is not guest)
 
     def answer(self, asked: AdvanceRequest) -> None:
-        """Give time back to the guest that asked for it to pass."""
+        """Answer an ADVANCE request with the current time."""
         asked.guest.has_news = False
         asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
 
@@ -224,7 +224,7 @@ class Requests:
         try:
             bus.topic(frame.name)
         except UnknownNameError:
-            absolute(frame.name)  # it is waited for, as in a process; but names from outside must not fill the bus
+            absolute(frame.name)  # it may come later, as in a process; but names from outside must not fill the bus
         else:
             deliver = partial(self._deliver, guest, frame.number, frame.type == QUIET)
             cancel = bus.subscribe(frame.name, deliver, node=guest.node, origin=frame.node or None).cancel
@@ -235,13 +235,13 @@ class Requests:
         try:
             data = self._translation.to_bytes(message, guest.encoding)
             guest.tell(number, data, is_quiet=is_quiet)
-        except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
+        except (CellwrightError, FrameError) as error:  # it has no such encoding, or is too long; the step goes on
             guest.untold[str(error)] += 1
 
     def _publish(self, guest: ClientConnection, frame: Frame) -> None:
         node = frame.node or guest.node
         message_class = self._heard.get(frame.name)
-        message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
+        message: Any = None  # the bus refuses an unknown topic before it reads the message
         if message_class is not None:
             message = self._read(guest, frame, message_class, type_of(message_class))
         self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
@@ -271,19 +271,21 @@ class Requests:
         request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
         response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
         if isinstance(response, Later):
-            if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
+            if (
+                self._lockstep and response.response is None
+            ):  # a client that does not advance time meanwhile would wait forever
                 guest.say(Frame(Kind.DONE, frame.number))
             response.then(partial(self._answer, guest, frame.number))
         else:
             self._answer(guest, frame.number, response)
 
     def _answer(self, guest: ClientConnection, number: int, response: Message) -> None:
-        """Pass on an answer, which may have taken its time; whoever asked may have left."""
+        """Send an answer, which may be a late one; the client may have left."""
         if not guest.is_gone:
             guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
 
     def _is_key(self, shown: Any) -> bool:
-        """Whether this is the key; it takes as long to see that it is not, however much of it is right."""
+        """True if this is the key; the comparison takes the same time for every wrong key."""
         if not isinstance(shown, str) or not self.key:
             return False
         return hmac.compare_digest(shown.encode(errors="replace"), self.key.encode())
@@ -297,7 +299,7 @@ class Requests:
         self.asked.append(AdvanceRequest(guest, frame.number, until, each_tick))
 
     def _read(self, guest: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
-        """The message in a frame; what is none is counted and reported, as the bus does with what it refuses."""
+        """Return the message in a frame; invalid ones are counted and reported like refused input of the bus."""
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
@@ -308,7 +310,7 @@ class Requests:
 
 
 def _is_name(node: str) -> bool:
-    """Whether a node may be called so: its name is printed where people read, and must not break their lines."""
+    """True if a node may have this name: it appears in printed lines, and must not break them."""
     return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
 
 
