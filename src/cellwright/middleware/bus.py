@@ -38,11 +38,11 @@ M = TypeVar("M", bound=Message)
 E = TypeVar("E", bound=CellwrightError)
 
 NANOSECONDS = 1_000_000_000
-MOST_SOURCES = 256  # counted separately; all others share one count, which bounds memory (names come from outside)
+MAX_SOURCES = 256  # counted separately; all others share one count, which bounds memory (names come from outside)
 OTHERS = "others"
 MOST_LINES = 20  # reported in a second, over all sources; the rest is counted
 LONGEST_LINE = 1000  # characters; a line contains names and values from outside
-_LONGEST_SOURCE = 400
+_MAX_SOURCE_LENGTH = 400
 
 
 class Refusals:
@@ -62,7 +62,7 @@ class Refusals:
         self._counts: Counter[str] = Counter()
         self._reported: dict[str, int] = {}
         self._untold: Counter[str] = Counter()
-        self._said: deque[int] = deque(maxlen=MOST_LINES)  # times of the newest lines [ns]
+        self._report_times: deque[int] = deque(maxlen=MOST_LINES)  # times of the newest lines [ns]
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -76,16 +76,16 @@ class Refusals:
 
     def refuse(self, source: str, reason: str) -> None:
         """Count a refusal, and report it unless one from the same source was reported less than a second ago."""
-        source = _one_line(source, _LONGEST_SOURCE)
-        if source not in self._counts and len(self._counts) >= MOST_SOURCES:
+        source = _one_line(source, _MAX_SOURCE_LENGTH)
+        if source not in self._counts and len(self._counts) >= MAX_SOURCES:
             source = OTHERS
         self._counts[source] += 1
         now = self._now()
         last = self._reported.get(source)
-        if _is_recent(now, last) or (len(self._said) == MOST_LINES and _is_recent(now, self._said[0])):
+        if _is_recent(now, last) or (len(self._report_times) == MOST_LINES and _is_recent(now, self._report_times[0])):
             self._untold[source] += 1
             return
-        self._said.append(now)
+        self._report_times.append(now)
         untold = self._untold.pop(source, 0)
         self._reported[source] = now
         more = f" (and {untold} more since the last report)" if untold else ""
@@ -107,9 +107,9 @@ def _is_recent(now: int, then: int | None) -> bool:
     return then is not None and 0 <= now - then < NANOSECONDS
 
 
-def _one_line(text: str, most: int) -> str:
-    """Return a text cut to `most` characters, without characters that break a line."""
-    short = text if len(text) <= most else f"{text[: most - 3]}..."
+def _one_line(text: str, max_length: int) -> str:
+    """Return a text cut to `max_length` characters, without characters that break a line."""
+    short = text if len(text) <= max_length else f"{text[: max_length - 3]}..."
     return short if short.isprintable() else "".join(each if each.isprintable() else "?" for each in short)
 
 
@@ -259,7 +259,7 @@ class Publisher:
         elif (message := build()) is not None:
             self.publish(message)
 
-    def take_listeners(self) -> None:
+    def update_listeners(self) -> None:
         """Update the listeners, and report their number to `on_listeners` if they changed."""
         before = self._callbacks
         subscriptions = self._topic.subscriptions_to(self.node)
@@ -301,21 +301,21 @@ class Topic:
         for publisher in self.publishers:
             if subscription.origin in (None, publisher.node) and (newest := publisher.newest) is not None:
                 subscription.callback(newest)
-        self._tell_publishers()
+        self._notify_publishers()
 
     def remove(self, subscription: Subscription) -> None:
         """Remove a subscription."""
         if subscription in self.subscriptions:
             self.subscriptions.remove(subscription)
-            self._tell_publishers()
+            self._notify_publishers()
 
     def subscriptions_to(self, node: str) -> list[Subscription]:
         """Return the subscriptions to what a node publishes here."""
         return [each for each in self.subscriptions if each.origin in (None, node)]
 
-    def _tell_publishers(self) -> None:
+    def _notify_publishers(self) -> None:
         for publisher in self.publishers:
-            publisher.take_listeners()
+            publisher.update_listeners()
 
 
 @dataclass(frozen=True, slots=True)
@@ -378,7 +378,7 @@ class Bus:
         entry.declare(type_name, Direction.OUT, rate)
         publisher = Publisher(entry, node, on_listeners, latch=latch)
         entry.publishers.append(publisher)
-        publisher.take_listeners()  # a subscription may exist already
+        publisher.update_listeners()  # a subscription may exist already
         return publisher
 
     def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "") -> None:
@@ -474,7 +474,7 @@ class Bus:
             listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
             raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
         try:
-            taken = _fitting(message, entry.message_class, topic, is_decoded)
+            taken = _validated(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
         if self.on_given:
@@ -502,7 +502,7 @@ class Bus:
         except UnknownNameError as error:
             raise self._refused(service, node, error) from None
         try:
-            taken = _fitting(request, entry.type.request, service, is_decoded)
+            taken = _validated(request, entry.type.request, service, is_decoded)
             if self.on_given:
                 self.note(Given(How.CALL, service, taken, node))
             response = entry.handler(taken, node)
@@ -589,7 +589,7 @@ class Served(Protocol):
         """Return the engine's ids of bodies that are hidden at the moment, such as parts out of play."""
 
 
-def _fitting(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
+def _validated(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
     """Return a valid message; a MessageError if it is of another class, or a field does not fit."""
     if type(message) is not message_class:
         raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")

@@ -3,7 +3,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS, Refusals
+from cellwright.middleware.bus import LONGEST_LINE, MAX_SOURCES, MOST_LINES, OTHERS, Refusals
 
 SECOND = 10**9
 
@@ -59,14 +59,14 @@ def test_a_run_that_begins_anew_is_told_again() -> None:
 
 def test_countless_names_share_one_place() -> None:
     desk = Desk()
-    for number in range(3 * MOST_SOURCES):
+    for number in range(3 * MAX_SOURCES):
         desk.refuse(f"/node_{number}")
-    assert len(desk.refusals.counts) == MOST_SOURCES + 1
-    assert desk.refusals.counts[OTHERS] == 2 * MOST_SOURCES
+    assert len(desk.refusals.counts) == MAX_SOURCES + 1
+    assert desk.refusals.counts[OTHERS] == 2 * MAX_SOURCES
     assert len(desk.lines) == MOST_LINES
     desk.refusals.flush()
     assert len(desk.lines) == 2 * MOST_LINES + 1
-    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MOST_SOURCES - MOST_LINES
+    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MAX_SOURCES - MOST_LINES
 
 
 def numbers_in(line: str) -> int:

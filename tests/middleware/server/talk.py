@@ -108,13 +108,13 @@ class Hall:
 
     server: Server
     lines: list[str]
-    guests: list[Talker] = field(default_factory=list)
+    clients: list[Talker] = field(default_factory=list)
 
     def guest(self, node: str = "/me", encoding: str = "cdr") -> Talker:
         """A guest that has been welcomed; with no name it has said nothing yet."""
-        guest = Talker(self.server, node, encoding)
-        self.guests.append(guest)
-        return guest
+        client = Talker(self.server, node, encoding)
+        self.clients.append(client)
+        return client
 
 
 @contextmanager
@@ -126,8 +126,8 @@ def served(cell: Served, *, lockstep: bool = False) -> Iterator[Hall]:
         yield hall
     finally:
         hall.server.close("the test is over")
-        for guest in hall.guests:
-            guest.connection.close()
+        for client in hall.clients:
+            client.connection.close()
 
 
 def as_json(**fields: Any) -> bytes:

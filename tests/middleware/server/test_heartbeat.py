@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cellwright.engine.loop import Loop, StopCondition
 from cellwright.middleware.server import clients
-from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAINED, Heartbeat, HoldBudget
+from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAIN_RATE, Heartbeat, HoldBudget
 from cellwright.middleware.wire.frames import Frame, Kind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
@@ -38,7 +38,7 @@ def held(visits: list[Answers], until: float) -> list[bool]:
         if sent := beat.ping(now):
             number, answer_at = sent, now + answers.pop(0) if answers else float("inf")
             leaves = now + MAX_HELD if answer_at == float("inf") else leaves
-        found.append(standing.may_stand(now, is_wanted=beat.is_late(now)))
+        found.append(standing.hold(now, is_wanted=beat.is_late(now)))
     return found
 
 
@@ -63,13 +63,13 @@ def test_time_stands_once_for_a_guest_that_never_answers() -> None:
 def test_whatever_guests_do_time_goes_on(visits: list[Answers]) -> None:
     seconds = 60.0
     stood = sum(held(visits, seconds)) * LOOK
-    assert stood <= MAX_HELD + REGAINED * (seconds - stood) + 3 * LOOK
+    assert stood <= MAX_HELD + REGAIN_RATE * (seconds - stood) + 3 * LOOK
 
 
 def test_guests_that_come_anew_share_the_time_that_may_stand() -> None:
     seconds = 120.0
     stood = sum(held([[]] * 12, seconds)) * LOOK
-    assert stood == pytest.approx((MAX_HELD + REGAINED * seconds) / (1.0 + REGAINED), rel=0.05)
+    assert stood == pytest.approx((MAX_HELD + REGAIN_RATE * seconds) / (1.0 + REGAIN_RATE), rel=0.05)
 
 
 def test_an_answer_to_another_ping_counts_for_nothing() -> None:
@@ -85,8 +85,8 @@ def test_an_answer_to_another_ping_counts_for_nothing() -> None:
 
 def test_a_pause_is_not_charged() -> None:
     standing = HoldBudget(0.0)
-    assert standing.may_stand(3 * MAX_HELD, is_wanted=True)  # nobody asked meanwhile: time stood for another reason
-    assert standing.may_stand(3 * MAX_HELD + LOOK, is_wanted=True)
+    assert standing.hold(3 * MAX_HELD, is_wanted=True)  # nobody asked meanwhile: time stood for another reason
+    assert standing.hold(3 * MAX_HELD + LOOK, is_wanted=True)
 
 
 def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,7 +117,7 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float 
 
 def asks(hall: Hall, node: str) -> Talker:
     """A guest that has asked for PINGs and answers none."""
-    guest = hall.guest(node)
-    guest.say(Frame(Kind.PONG, 0))
-    guest.wait_for(Kind.PING, 1)
-    return guest
+    client = hall.guest(node)
+    client.say(Frame(Kind.PONG, 0))
+    client.wait_for(Kind.PING, 1)
+    return client

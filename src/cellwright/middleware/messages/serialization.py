@@ -69,7 +69,7 @@ _CODES = {
     "bool": "?", "byte": "b", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
     "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-_LARGEST = 8  # bytes of the largest alignment of a number
+_MAX_ALIGNMENT = 8  # bytes of the largest alignment of a number
 _HEAD = 4  # bytes of the encapsulation header; offsets in a message count from its end
 
 
@@ -115,14 +115,14 @@ class _WriterSource:
         self._structs: dict[str, Callable[..., bytes]] = {}
         self._format, self._values = "<I", ["256"]  # the head: little-endian
         self._has_begun = False
-        self._place, self._modulus = 0, _LARGEST
+        self._place, self._modulus = 0, _MAX_ALIGNMENT
         self._variables = 0
         self._message(name, "message", 1)
         if self._has_begun:
             self._flush()
-            self._say("return bytes(data)")
+            self._add("return bytes(data)")
         else:
-            self._say(f"return {self._packed()}")
+            self._add(f"return {self._packed()}")
 
     def compiled(self) -> Writer:
         """Return the compiled writer."""
@@ -142,13 +142,13 @@ class _WriterSource:
     def _field(self, value: str, desc: FieldDesc, follows: int) -> None:
         match desc:
             case (Nodetype.BASE, ("string", _)):
-                self._kept("text", value, follows)
+                self._cached("text", value, follows)
             case (Nodetype.BASE, (name, _)):
                 self._number(_CODES[str(name)], value)
             case (Nodetype.NAME, name):
                 self._message(str(name), value if value.isidentifier() else self._variable(value), follows)
             case (Nodetype.SEQUENCE, ((Nodetype.BASE, ("string", _)), _)):
-                self._kept("texts", f"tuple({value})", follows)
+                self._cached("texts", f"tuple({value})", follows)
             case (kind, ((Nodetype.BASE, (name, _)), length)) if name != "string":
                 self._numbers(str(name), value, int(length) if kind == Nodetype.ARRAY else None)
             case (kind, (member, length)):
@@ -161,30 +161,30 @@ class _WriterSource:
         self._values.append(value)
         self._place = (self._place + size) % self._modulus
 
-    def _kept(self, kind: str, value: str, follows: int) -> None:
+    def _cached(self, kind: str, value: str, follows: int) -> None:
         """Add a string or a sequence of strings, looked up in the cache as a whole."""
         self._align(4)
         self._flush()
         is_filled = follows >= 4
-        self._say(f"data += {kind}{'_filled' if is_filled else ''}[{value}]")
+        self._add(f"data += {kind}{'_filled' if is_filled else ''}[{value}]")
         self._place, self._modulus = 0, 4 if is_filled else 1
 
     def _numbers(self, name: str, value: str, length: int | None) -> None:
         size = struct.calcsize(f"<{_CODES[name]}")
         values, count = self._variable(value), self._variable(None)
-        self._say(f"({count},) = {values}.shape")
-        self._say(f"if {values}.dtype is not dtype_{name}: {values} = little({values}, dtype_{name})")
+        self._add(f"({count},) = {values}.shape")
+        self._add(f"if {values}.dtype is not dtype_{name}: {values} = little({values}, dtype_{name})")
         if length is None:
             self._number("I", count)
             self._flush()
-            self._say(f"if {count}:")
+            self._add(f"if {count}:")
             self._indent += " "
         else:
             self._require(count, length)
         before = self._place, self._modulus
         self._align(size)
         self._flush()
-        self._say(f"data += {values}.tobytes()")
+        self._add(f"data += {values}.tobytes()")
         if length is None:
             self._indent = self._indent[:-1]
             self._place, self._modulus = _common(before, (0, size))
@@ -199,7 +199,7 @@ class _WriterSource:
         else:
             self._require(f"len({values})", length)
         self._flush()
-        self._say(f"for {each} in {values}:")
+        self._add(f"for {each} in {values}:")
         before = self._place, self._modulus
         lines, variables = len(self._lines), self._variables
         self._indent += " "
@@ -224,13 +224,13 @@ class _WriterSource:
             self._place = (self._place + zeros) % self._modulus
         else:
             self._flush()
-            self._say(f"data += fill_{size}[len(data) % {size}]")
+            self._add(f"data += fill_{size}[len(data) % {size}]")
             self._place, self._modulus = 0, size
 
     def _flush(self) -> None:
         """Pack the numbers that wait."""
         if self._format != "<":
-            self._say(f"data += {self._packed()}" if self._has_begun else f"data = bytearray({self._packed()})")
+            self._add(f"data += {self._packed()}" if self._has_begun else f"data = bytearray({self._packed()})")
             self._has_begun = True
 
     def _packed(self) -> str:
@@ -241,17 +241,17 @@ class _WriterSource:
         return call
 
     def _require(self, count: str, length: int) -> None:
-        self._say(f"if {count} != {length}: raise ValueError('{length} entries are needed')")
+        self._add(f"if {count} != {length}: raise ValueError('{length} entries are needed')")
 
     def _variable(self, value: str | None) -> str:
         """Return a new variable; with a value, assign it."""
         self._variables += 1
         name = f"v{self._variables}"
         if value is not None:
-            self._say(f"{name} = {value}")
+            self._add(f"{name} = {value}")
         return name
 
-    def _say(self, line: str) -> None:
+    def _add(self, line: str) -> None:
         self._lines.append(self._indent + line)
 
 

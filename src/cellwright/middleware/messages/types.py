@@ -103,7 +103,7 @@ def _parse_definition(text: str, package: str, last: str) -> tuple[Constdefs, Fi
     return constants, fields or EMPTY_FIELDS
 
 
-LONGEST_SEQUENCE = 1 << 24
+MAX_SEQUENCE = 1 << 24
 """Most entries of a field that are decoded: no cell sends more, and the limit bounds memory if a length is wrong."""
 
 HEADER = "std_msgs/msg/Header"
@@ -175,7 +175,7 @@ def service_type(name: str) -> ServiceType:
 @cache
 def ros2_store() -> Typestore:
     """Return the library's store of ROS 2 types, with Cellwright's added. It is built at first use (some 20 ms)."""
-    store = Typestore(ros2_kilted, max_sequence_length=LONGEST_SEQUENCE)
+    store = Typestore(ros2_kilted, max_sequence_length=MAX_SEQUENCE)
     classes = own_types()
     for name, definition in parsed_definitions():
         store.fielddefs[name] = definition
@@ -192,7 +192,7 @@ def ros1_store() -> Typestore:
     matrices of a camera have names in capitals, and the same bytes.
     """
     ros2 = ros2_store()
-    store = Typestore(max_sequence_length=LONGEST_SEQUENCE)
+    store = Typestore(max_sequence_length=MAX_SEQUENCE)
     store.fielddefs = {name: item for name, item in ros2.fielddefs.items() if name not in OTHERWISE_IN_ROS1}
     store.types = {name: item for name, item in ros2.types.items() if name not in OTHERWISE_IN_ROS1}
 

@@ -15,7 +15,7 @@ LATE = 0.1  # a client is behind if its answer takes longer than this [s]
 MAX_HELD = 10.0
 """Longest time [s] for which simulation time stands for clients; a client that takes longer must answer first."""
 
-REGAINED = 4.0
+REGAIN_RATE = 4.0
 """Seconds of `MAX_HELD` that clients regain for each second in which time does not stand for them."""
 
 _MAX_LOOK_INTERVAL = 0.5  # [s]; a longer interval is a pause, in which time stood for another reason
@@ -65,16 +65,16 @@ class HoldBudget:
     """
 
     def __init__(self, now: float) -> None:
-        self._looked = now
+        self._checked = now
         self._left = MAX_HELD
 
-    def may_stand(self, now: float, *, is_wanted: bool) -> bool:
+    def hold(self, now: float, *, is_wanted: bool) -> bool:
         """Return whether time stands until the next call; call it regularly, even while no hold is wanted."""
-        passed, self._looked = min(now - self._looked, _MAX_LOOK_INTERVAL), now
+        passed, self._checked = min(now - self._checked, _MAX_LOOK_INTERVAL), now
         if is_wanted and self._left > 0.0:
             self._left -= passed
             return True
-        self._left = min(MAX_HELD, self._left + REGAINED * passed)
+        self._left = min(MAX_HELD, self._left + REGAIN_RATE * passed)
         return False
 
 
@@ -87,7 +87,7 @@ FULL = 4 << 20
 AT_ONCE = 32 << 20
 """The same for bytes that were not offered to it yet: one tick may have pictures of several cameras."""
 
-MOST_WAITING = 256 << 20  # bytes that may wait for all clients together
+MAX_WAITING = 256 << 20  # bytes that may wait for all clients together
 LONGEST_HELLO = 1 << 16  # bytes of the longest frame that is accepted before HELLO
 _PIECE = 1 << 16
 
@@ -110,7 +110,7 @@ class ClientConnection:
         self.full = FULL  # waiting bytes from which on its messages are dropped
         self.is_heavy = False  # true if its last request took long
         self.heartbeat: Heartbeat | None = None  # measures its delay; None unless it asked for PINGs
-        self.untold: Counter[str] = Counter()  # reasons of messages that it could not get, since the last report
+        self.missed: Counter[str] = Counter()  # reasons of messages that it could not get, since the last report
         self.is_gone = False  # nothing more can be sent or received
         self.is_leaving = False
         """Nothing more is read from it; it is gone as soon as it has taken what waits for it."""
@@ -133,9 +133,9 @@ class ClientConnection:
         return bool(self._out)
 
     @property
-    def begun(self) -> int:
+    def incomplete_bytes(self) -> int:
         """Bytes of its incomplete frame."""
-        return self._decoder.begun
+        return self._decoder.incomplete_bytes
 
     @property
     def is_behind(self) -> bool:
@@ -155,7 +155,7 @@ class ClientConnection:
     def greet(self, node: str, encoding: str) -> None:
         """Set its name and encoding, and accept longer frames from now on."""
         self.node, self.encoding = node, encoding
-        self._decoder.longest = LONGEST_SAID
+        self._decoder.max_bytes = LONGEST_SAID
 
     def read(self) -> None:
         """Read what has arrived. A client that has hung up is gone."""
@@ -208,7 +208,7 @@ class ClientConnection:
         if self.is_leaving and not self._out:
             self.is_gone = True
 
-    def stop_hearing(self) -> None:
+    def stop_reading(self) -> None:
         """Read nothing more from it; it leaves once it has taken what waits for it."""
         self.is_leaving = True
         self._frames = None
@@ -231,17 +231,17 @@ def refused_frame(number: int, error: BaseException) -> Frame:
     return Frame(Kind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
 
 
-MOST_GUESTS = 200
+MAX_CLIENTS = 200
 """Largest number of connections; those without a HELLO are rejected first. `select` can watch some 1000."""
 
 PATIENCE = 30.0
 """Time [s] after which the server disconnects a client that takes nothing of what waits for it, or sends no HELLO."""
 
-MOST_BEGUN = 64 << 20
+MAX_INCOMPLETE = 64 << 20
 """Largest number of bytes of incomplete frames of all clients; beyond it the client with most is disconnected."""
 
-_MOST_NAMED = 10  # disconnected clients, in one report
-_LOOK_AFTER = 1.0  # wall time [s] between two checks for clients that are behind, stuck or silent
+_MAX_NAMED = 10  # disconnected clients, in one report
+_CHECK_PERIOD = 1.0  # wall time [s] between two checks for clients that are behind, stuck or silent
 
 
 class ClientRegistry:
@@ -255,119 +255,121 @@ class ClientRegistry:
     def __init__(self, report: Callable[[str], None], forget: Callable[[ClientConnection], None]) -> None:
         self._report = report
         self._forget = forget
-        self._there: list[ClientConnection] = []
-        self._cut_off: dict[str, Counter[str]] = {}
-        self._waited_for: set[str] = set()
-        self._looked = time.monotonic()
-        self._standing_time = HoldBudget(self._looked)
+        self._clients: list[ClientConnection] = []
+        self._disconnected: dict[str, Counter[str]] = {}
+        self._reported_late: set[str] = set()
+        self._checked = time.monotonic()
+        self._hold_budget = HoldBudget(self._checked)
 
     def __iter__(self) -> Iterator[ClientConnection]:
-        return iter(self._there)
+        return iter(self._clients)
 
     def __len__(self) -> int:
-        return len(self._there)
+        return len(self._clients)
 
     def from_turn(self, turn: int) -> list[ClientConnection]:
         """Return all clients once, beginning with the one whose turn it is."""
-        first = turn % len(self._there) if self._there else 0
-        return [*self._there[first:], *self._there[:first]]
+        first = turn % len(self._clients) if self._clients else 0
+        return [*self._clients[first:], *self._clients[:first]]
 
-    def admit(self, guest: ClientConnection) -> None:
+    def admit(self, client: ClientConnection) -> None:
         """Add a client; if there are too many, another one may have to leave."""
-        self._there.append(guest)
+        self._clients.append(client)
         self._share_room()
-        if len(self._there) > MOST_GUESTS:
+        if len(self._clients) > MAX_CLIENTS:
             # a client without a HELLO makes room: silent connections must not keep programs out
-            silent = next((each for each in self._there if not each.node and not each.is_leaving), guest)
-            self.cut(silent, FrameError(f"there are {MOST_GUESTS} guests already"))
+            silent = next((each for each in self._clients if not each.node and not each.is_leaving), client)
+            self.cut(silent, FrameError(f"there are {MAX_CLIENTS} guests already"))
 
-    def cut(self, guest: ClientConnection, error: FrameError) -> None:
+    def cut(self, client: ClientConnection, error: FrameError) -> None:
         """Send a client the reason why nothing more is read from it; it leaves once it has taken it."""
-        guest.say(refused_frame(0, error))
-        guest.stop_hearing()
-        self._note_cut(guest, str(error))
+        client.say(refused_frame(0, error))
+        client.stop_reading()
+        self._note_cut(client, str(error))
 
-    def forget_those_gone(self) -> None:
+    def remove_gone(self) -> None:
         """Remove clients that are gone; the others share their room."""
-        for guest in [guest for guest in self._there if guest.is_gone]:
-            self._there.remove(guest)
-            self._forget(guest)
-            guest.close()
+        for client in [client for client in self._clients if client.is_gone]:
+            self._clients.remove(client)
+            self._forget(client)
+            client.close()
         self._share_room()
 
     def close(self) -> None:
         """Disconnect all clients."""
-        self._tell_who_was_cut_off()
-        for guest in self._there:
-            guest.close()
-        self._there.clear()
+        self._report_cut_off()
+        for client in self._clients:
+            client.close()
+        self._clients.clear()
 
     def _share_room(self) -> None:
         """Set each client's share of the bytes that may wait for all."""
-        for guest in self._there:
-            guest.full = min(FULL, MOST_WAITING // len(self._there))
+        for client in self._clients:
+            client.full = min(FULL, MAX_WAITING // len(self._clients))
 
     def ping(self) -> None:
         """Send the PINGs that are due."""
         now = time.monotonic()
-        for guest in self._there:
-            if guest.heartbeat is not None and not guest.is_leaving and (number := guest.heartbeat.ping(now)):
-                guest.say(Frame(Kind.PING, number))
+        for client in self._clients:
+            if client.heartbeat is not None and not client.is_leaving and (number := client.heartbeat.ping(now)):
+                client.say(Frame(Kind.PING, number))
 
     def hold_time(self) -> bool:
         """Return whether simulation time stands for clients that are behind; report the first time that it does."""
         now = time.monotonic()
-        late = [guest for guest in self._there if guest.heartbeat is not None and guest.heartbeat.is_late(now)]
-        late = [guest for guest in late if not guest.is_leaving and not guest.is_gone]
-        if not self._standing_time.may_stand(now, is_wanted=bool(late)):
+        late = [client for client in self._clients if client.heartbeat is not None and client.heartbeat.is_late(now)]
+        late = [client for client in late if not client.is_leaving and not client.is_gone]
+        if not self._hold_budget.hold(now, is_wanted=bool(late)):
             return False
-        for guest in late:
-            if guest.name not in self._waited_for and len(self._waited_for) < _MOST_NAMED:
-                self._waited_for.add(guest.name)
-                self._report(f"time stands while {guest.name} is more than {LATE:g} s behind; this is said once")
+        for client in late:
+            if client.name not in self._reported_late and len(self._reported_late) < _MAX_NAMED:
+                self._reported_late.add(client.name)
+                self._report(f"time stands while {client.name} is more than {LATE:g} s behind; this is said once")
         return True
 
-    def limit_what_is_begun(self) -> None:
-        """Disconnect clients with the largest incomplete frames until all together are within `MOST_BEGUN`."""
-        while sum(guest.begun for guest in self._there) > MOST_BEGUN:
-            greatest = max(self._there, key=lambda guest: guest.begun)
+    def limit_incomplete(self) -> None:
+        """Disconnect clients with the largest incomplete frames until all together are within `MAX_INCOMPLETE`."""
+        while sum(client.incomplete_bytes for client in self._clients) > MAX_INCOMPLETE:
+            greatest = max(self._clients, key=lambda client: client.incomplete_bytes)
             self.cut(greatest, FrameError("all guests together have begun too much and not ended it"))
 
     @property
-    def next_look(self) -> float:
+    def next_check(self) -> float:
         """Time [s] until the next check of the clients."""
-        return max(0.0, self._looked + _LOOK_AFTER - time.monotonic())
+        return max(0.0, self._checked + _CHECK_PERIOD - time.monotonic())
 
-    def look_after(self) -> None:
+    def check(self) -> None:
         """Once a second: report what happened to clients, and disconnect those that are stuck or silent."""
         now = time.monotonic()
-        if now - self._looked < _LOOK_AFTER:
+        if now - self._checked < _CHECK_PERIOD:
             return
-        self._looked = now
-        for guest in self._there:
-            if guest.dropped:
-                self._report(f"{guest.name} does not read as fast as it is told: {guest.dropped} messages were dropped")
-                guest.dropped = 0
-            if guest.untold:
-                self._report(f"{guest.name} cannot be told: {_first(guest.untold)}")
-                guest.untold.clear()
-            is_stuck = guest.stuck_since is not None and now - guest.stuck_since > PATIENCE
-            if is_stuck and (guest.is_behind or guest.is_leaving):
-                guest.is_gone = True
-                self._note_cut(guest, f"it has read nothing for {PATIENCE:g} s")
-            elif not guest.node and not guest.is_leaving and now - guest.came > PATIENCE:
-                self.cut(guest, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
-        self._tell_who_was_cut_off()
+        self._checked = now
+        for client in self._clients:
+            if client.dropped:
+                self._report(
+                    f"{client.name} does not read as fast as it is told: {client.dropped} messages were dropped"
+                )
+                client.dropped = 0
+            if client.missed:
+                self._report(f"{client.name} cannot be told: {_first(client.missed)}")
+                client.missed.clear()
+            is_stuck = client.stuck_since is not None and now - client.stuck_since > PATIENCE
+            if is_stuck and (client.is_behind or client.is_leaving):
+                client.is_gone = True
+                self._note_cut(client, f"it has read nothing for {PATIENCE:g} s")
+            elif not client.node and not client.is_leaving and now - client.came > PATIENCE:
+                self.cut(client, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
+        self._report_cut_off()
 
-    def _tell_who_was_cut_off(self) -> None:
-        for name, reasons in self._cut_off.items():
+    def _report_cut_off(self) -> None:
+        for name, reasons in self._disconnected.items():
             self._report(f"cut off {name}: {_first(reasons)}")
-        self._cut_off.clear()
+        self._disconnected.clear()
 
-    def _note_cut(self, guest: ClientConnection, reason: str) -> None:
+    def _note_cut(self, client: ClientConnection, reason: str) -> None:
         """Note a disconnected client for the next report; beyond some names, the others share a line."""
-        name = guest.name if guest.name in self._cut_off or len(self._cut_off) < _MOST_NAMED else "others"
-        self._cut_off.setdefault(name, Counter())[reason] += 1
+        name = client.name if client.name in self._disconnected or len(self._disconnected) < _MAX_NAMED else "others"
+        self._disconnected.setdefault(name, Counter())[reason] += 1
 
 
 def _first(reasons: Counter[str]) -> str:

@@ -106,12 +106,12 @@ def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
         return ""
 
 
-MOST_SUBSCRIPTIONS = 1024  # of one client
+MAX_SUBSCRIPTIONS = 1024  # of one client
 
 MAX_PENDING_ADVANCES = 16
 """Largest number of pending ADVANCE requests of one client; a program waits for each before the next one."""
 
-_LONGEST_NODE = 255
+_MAX_NODE_LENGTH = 255
 
 Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any] | tuple[dict[str, Any], bytes]]
 """Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA).
@@ -150,54 +150,54 @@ class Requests:
         self.key = ""  # empty: there is none
         welcome_frame(cell, lockstep=lockstep)  # computes all checksums now, while no client waits
 
-    def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
+    def carry_out(self, client: ClientConnection, frame: Frame) -> None:
         """Carry out a frame, and answer; a FrameError if a client must not send it."""
-        if not guest.node:
-            self._greet(guest, frame)
+        if not client.node:
+            self._greet(client, frame)
             return
         try:
-            self._act(guest, frame)
+            self._act(client, frame)
         except CellwrightError as error:
-            guest.say(refused_frame(frame.number, error))
+            client.say(refused_frame(frame.number, error))
         except FrameError:
             raise
         except Exception as error:  # a defect of Cellwright that one client found must not end the run of all others
-            log.exception("%s %s of %s", frame.kind.name, frame.name, guest.name)
+            log.exception("%s %s of %s", frame.kind.name, frame.name, client.name)
             failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
-            guest.say(refused_frame(frame.number, failed))
+            client.say(refused_frame(frame.number, failed))
 
-    def forget(self, guest: ClientConnection) -> None:
+    def forget(self, client: ClientConnection) -> None:
         """Forget the requests of a client that is gone."""
-        self.asked = deque(each for each in self.asked if each.guest is not guest)
+        self.asked = deque(each for each in self.asked if each.guest is not client)
 
     def answer(self, asked: AdvanceRequest) -> None:
         """Answer an ADVANCE request with the current time."""
         asked.guest.has_news = False
         asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
 
-    def _act(self, guest: ClientConnection, frame: Frame) -> None:
+    def _act(self, client: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
             raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
         match frame.kind:
             case Kind.SUBSCRIBE:
-                self._subscribe(guest, frame)
+                self._subscribe(client, frame)
             case Kind.UNSUBSCRIBE:
-                guest.subscriptions.pop(frame.number, _nothing)()
+                client.subscriptions.pop(frame.number, _nothing)()
             case Kind.PUBLISH:
-                self._publish(guest, frame)
+                self._publish(client, frame)
             case Kind.CALL:
-                self._call(guest, frame)
+                self._call(client, frame)
             case Kind.ADVANCE:
-                self._advance(guest, frame)
+                self._advance(client, frame)
             case Kind.PONG:
                 now = time.monotonic()
-                guest.heartbeat = guest.heartbeat or Heartbeat(now)
-                guest.heartbeat.pong(frame.number, now)
+                client.heartbeat = client.heartbeat or Heartbeat(now)
+                client.heartbeat.pong(frame.number, now)
             case _:
                 again = " again" if frame.kind is Kind.HELLO else ""
                 raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
 
-    def _greet(self, guest: ClientConnection, frame: Frame) -> None:
+    def _greet(self, client: ClientConnection, frame: Frame) -> None:
         if frame.kind is not Kind.HELLO:
             raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
         said = frame.json()
@@ -208,15 +208,15 @@ class Requests:
             raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
         if not isinstance(encoding, str) or encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
-        guest.greet(node, encoding)
-        guest.has_key = self._is_key(said.get("key"))
-        guest.say(welcome_frame(self._cell, lockstep=self._lockstep))
+        client.greet(node, encoding)
+        client.has_key = self._is_key(said.get("key"))
+        client.say(welcome_frame(self._cell, lockstep=self._lockstep))
 
-    def _subscribe(self, guest: ClientConnection, frame: Frame) -> None:
-        if frame.number in guest.subscriptions:
+    def _subscribe(self, client: ClientConnection, frame: Frame) -> None:
+        if frame.number in client.subscriptions:
             raise UsageError(f"the number {frame.number} is in use for another subscription")
-        if len(guest.subscriptions) >= MOST_SUBSCRIPTIONS:
-            raise UsageError(f"no more than {MOST_SUBSCRIPTIONS} subscriptions are taken of one guest")
+        if len(client.subscriptions) >= MAX_SUBSCRIPTIONS:
+            raise UsageError(f"no more than {MAX_SUBSCRIPTIONS} subscriptions are taken of one guest")
         if frame.type not in ("", QUIET):
             raise UsageError(f"a subscription is {QUIET} or says nothing, not {frame.type:.20}")
         bus = self._cell.bus
@@ -226,63 +226,63 @@ class Requests:
         except UnknownNameError:
             absolute(frame.name)  # it may come later, as in a process; but names from outside must not fill the bus
         else:
-            deliver = partial(self._deliver, guest, frame.number, frame.type == QUIET)
-            cancel = bus.subscribe(frame.name, deliver, node=guest.node, origin=frame.node or None).cancel
-        guest.subscriptions[frame.number] = cancel
-        guest.say(Frame(Kind.DONE, frame.number))
+            deliver = partial(self._deliver, client, frame.number, frame.type == QUIET)
+            cancel = bus.subscribe(frame.name, deliver, node=client.node, origin=frame.node or None).cancel
+        client.subscriptions[frame.number] = cancel
+        client.say(Frame(Kind.DONE, frame.number))
 
-    def _deliver(self, guest: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
+    def _deliver(self, client: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
-            data = self._translation.to_bytes(message, guest.encoding)
-            guest.tell(number, data, is_quiet=is_quiet)
+            data = self._translation.to_bytes(message, client.encoding)
+            client.tell(number, data, is_quiet=is_quiet)
         except (CellwrightError, FrameError) as error:  # it has no such encoding, or is too long; the step goes on
-            guest.untold[str(error)] += 1
+            client.missed[str(error)] += 1
 
-    def _publish(self, guest: ClientConnection, frame: Frame) -> None:
-        node = frame.node or guest.node
+    def _publish(self, client: ClientConnection, frame: Frame) -> None:
+        node = frame.node or client.node
         message_class = self._heard.get(frame.name)
         message: Any = None  # the bus refuses an unknown topic before it reads the message
         if message_class is not None:
-            message = self._read(guest, frame, message_class, type_of(message_class))
+            message = self._read(client, frame, message_class, type_of(message_class))
         self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
         if frame.number:
-            guest.say(Frame(Kind.DONE, frame.number))
+            client.say(Frame(Kind.DONE, frame.number))
 
-    def _call(self, guest: ClientConnection, frame: Frame) -> None:
+    def _call(self, client: ClientConnection, frame: Frame) -> None:
         if frame.name in self.extras:
             extra, acts = self.extras[frame.name]
-            if frame.name in self.guarded and not guest.has_key:
+            if frame.name in self.guarded and not client.has_key:
                 raise RejectedCommandError(self.guarded[frame.name])
             asked = frame.json()
             if acts:
-                self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
+                self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or client.node))
             answer = extra(asked)
             if isinstance(answer, dict):
                 said = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
             else:
                 said = data_frame(frame.number, *answer)
             try:
-                guest.say(said)
+                client.say(said)
             except FrameError as error:
                 raise UsageError(f"{frame.name}: {error}") from None
             return
         self._cell.simulation.settle_inbox()
         service: ServiceType | None = self._services.get(frame.name)
-        request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
-        response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
+        request: Any = None if service is None else self._read(client, frame, service.request, service.name)
+        response = self._cell.bus.call(frame.name, request, node=frame.node or client.node, is_decoded=True)
         if isinstance(response, Later):
             if (
                 self._lockstep and response.response is None
             ):  # a client that does not advance time meanwhile would wait forever
-                guest.say(Frame(Kind.DONE, frame.number))
-            response.then(partial(self._answer, guest, frame.number))
+                client.say(Frame(Kind.DONE, frame.number))
+            response.then(partial(self._answer, client, frame.number))
         else:
-            self._answer(guest, frame.number, response)
+            self._answer(client, frame.number, response)
 
-    def _answer(self, guest: ClientConnection, number: int, response: Message) -> None:
+    def _answer(self, client: ClientConnection, number: int, response: Message) -> None:
         """Send an answer, which may be a late one; the client may have left."""
-        if not guest.is_gone:
-            guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
+        if not client.is_gone:
+            client.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, client.encoding)))
 
     def _is_key(self, shown: Any) -> bool:
         """True if this is the key; the comparison takes the same time for every wrong key."""
@@ -290,28 +290,28 @@ class Requests:
             return False
         return hmac.compare_digest(shown.encode(errors="replace"), self.key.encode())
 
-    def _advance(self, guest: ClientConnection, frame: Frame) -> None:
+    def _advance(self, client: ClientConnection, frame: Frame) -> None:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
             raise UsageError("time passes by itself here; only in lockstep can it be asked for")
-        if sum(each.guest is guest for each in self.asked) >= MAX_PENDING_ADVANCES:
+        if sum(each.guest is client for each in self.asked) >= MAX_PENDING_ADVANCES:
             raise UsageError(f"{MAX_PENDING_ADVANCES} wishes of this guest that time pass wait already")
-        self.asked.append(AdvanceRequest(guest, frame.number, until, each_tick))
+        self.asked.append(AdvanceRequest(client, frame.number, until, each_tick))
 
-    def _read(self, guest: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
+    def _read(self, client: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
         """Return the message in a frame; invalid ones are counted and reported like refused input of the bus."""
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
-            return ENCODINGS[guest.encoding].read(frame.payload, message_class)
+            return ENCODINGS[client.encoding].read(frame.payload, message_class)
         except MessageError as error:
-            self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
+            self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or client.node}", str(error))
             raise
 
 
 def _is_name(node: str) -> bool:
     """True if a node may have this name: it appears in printed lines, and must not break them."""
-    return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
+    return node.startswith("/") and 1 < len(node) <= _MAX_NODE_LENGTH and node.isprintable()
 
 
 def _nothing() -> None:

@@ -37,9 +37,9 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
     """
     if not 0 <= port <= 65535:
         raise UsageError(f"a port is from 0 to 65535, not {port}")
-    for wished in range(port, min(port + (tries if port else 1), 65536)):
+    for candidate in range(port, min(port + (tries if port else 1), 65536)):
         try:
-            family, kind, protocol, _, address = socket.getaddrinfo(host, wished, type=socket.SOCK_STREAM)[0]
+            family, kind, protocol, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[0]
             listener = socket.socket(family, kind, protocol)
         except OSError as error:
             raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
@@ -67,35 +67,35 @@ class Listener:
         listener.setblocking(False)
         self.socket = listener
         self._spare: int | None = None
-        self._keep_one_back()
+        self._reserve()
 
     def accept(self) -> tuple[socket.socket, str] | None:
         """Return the next connection and its host; None if there is none, or it was rejected."""
         if self._spare is None:
-            self._keep_one_back()
+            self._reserve()
         try:
             connection, address = self.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
-                self._give_one_up()
+                self._release()
                 with suppress(OSError):  # the connection has gone, or another thread took the descriptor
                     self.socket.accept()[0].close()
-                self._keep_one_back()
+                self._reserve()
             return None
         return connection, str(address[0])
 
     def close(self) -> None:
         """Close the socket."""
         self.socket.close()
-        self._give_one_up()
+        self._release()
 
-    def _keep_one_back(self) -> None:
+    def _reserve(self) -> None:
         try:
             self._spare = os.open(os.devnull, os.O_RDONLY)
         except OSError:
             self._spare = None
 
-    def _give_one_up(self) -> None:
+    def _release(self) -> None:
         if self._spare is not None:
             os.close(self._spare)
             self._spare = None
@@ -105,12 +105,12 @@ DEFAULT_PORT = 11399
 TRIES = 20  # number of ports to try from the default one on, if it is in use
 LOOPBACK = "127.0.0.1"
 
-_TIME_TO_TAKE = 0.5  # [s] for clients to read that the server ends
-_LONG = 0.02  # [s]: a request that takes longer is heavy, and time does not pass meanwhile
-_REST = 3  # pause before the next heavy request, as a multiple of the time that the last one took
+_END_TIMEOUT = 0.5  # [s] for clients to read that the server ends
+_HEAVY_TIME = 0.02  # [s]: a request that takes longer is heavy, and time does not pass meanwhile
+_HEAVY_PAUSE = 3  # pause before the next heavy request, as a multiple of the time that the last one took
 _FRAMES_A_TURN = 16
-_MUCH = 1 << 16  # bytes of an incomplete frame
-_MOST_DESCRIPTORS = 1024  # `select` can watch no more
+_LARGE_INCOMPLETE = 1 << 16  # bytes of an incomplete frame
+_MAX_DESCRIPTORS = 1024  # `select` can watch no more
 
 
 class Server:
@@ -142,7 +142,7 @@ class Server:
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
         self.key = ""  # opens guarded services to a client that shows it; empty while there are none
         self._requests = Requests(cell, lockstep=lockstep)
-        self._guests = ClientRegistry(report, self._requests.forget)
+        self._clients = ClientRegistry(report, self._requests.forget)
         self._turn = 0
         self._rests_until = 0.0
         self.lockstep = lockstep
@@ -161,7 +161,7 @@ class Server:
     @property
     def guests(self) -> tuple[str, ...]:
         """Names of the connected nodes."""
-        return tuple(guest.node for guest in self._guests if guest.node)
+        return tuple(client.node for client in self._clients if client.node)
 
     @property
     def asked(self) -> AdvanceRequest | None:
@@ -207,130 +207,130 @@ class Server:
             until_asked: in lockstep, return as soon as an ADVANCE request is pending.
         """
         deadline = time.perf_counter() + seconds
-        self._guests.ping()
+        self._clients.ping()
         self._flush()
         while True:
             until = deadline
-            if any(guest.has_frames for guest in self._guests):
-                ready = any(map(self._is_ready, self._guests))
+            if any(client.has_frames for client in self._clients):
+                ready = any(map(self._is_ready, self._clients))
                 until = 0.0 if ready else min(deadline, self._rests_until)
             left = max(0.0, until - time.perf_counter())
-            self._look_at_sockets(min(left, self._guests.next_look))
+            self._look_at_sockets(min(left, self._clients.next_check))
             in_time = self._take_turns(deadline)
-            self._guests.look_after()
+            self._clients.check()
             if (
                 not in_time
                 or time.perf_counter() >= deadline
                 or (until_asked and self.lockstep and self.asked is not None)
             ):
                 break
-        self._guests.forget_those_gone()
+        self._clients.remove_gone()
 
     @property
     def is_anybody_behind(self) -> bool:
         """True if a client has to read before it can get more without loss."""
-        return any(guest.is_behind and not guest.is_gone for guest in self._guests)
+        return any(client.is_behind and not client.is_gone for client in self._clients)
 
     def hold_time(self) -> bool:
         """Return whether simulation time stands, out of lockstep, for a client that is behind, such as a bridge."""
-        return self._guests.hold_time()
+        return self._clients.hold_time()
 
     def dismiss(self, reason: str, *, keep: Callable[[str], bool]) -> None:
         """Send clients the reason of the end, and read no more from them, except those whose names `keep` accepts."""
-        for guest in self._guests:
-            if guest.node and not keep(guest.node) and not guest.is_gone:
-                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
-                guest.stop_hearing()
-        deadline = time.monotonic() + _TIME_TO_TAKE
-        while any(guest.is_leaving and not guest.is_gone for guest in self._guests) and time.monotonic() < deadline:
-            self.wait(_TIME_TO_TAKE / 10, until_asked=False)
-        self._guests.forget_those_gone()
+        for client in self._clients:
+            if client.node and not keep(client.node) and not client.is_gone:
+                client.say(Frame(Kind.ENDED, payload=reason.encode()))
+                client.stop_reading()
+        deadline = time.monotonic() + _END_TIMEOUT
+        while any(client.is_leaving and not client.is_gone for client in self._clients) and time.monotonic() < deadline:
+            self.wait(_END_TIMEOUT / 10, until_asked=False)
+        self._clients.remove_gone()
 
     def close(self, reason: str) -> None:
         """Send every client the reason of the end, and disconnect all."""
         self._listener.close()
-        for guest in self._guests:
-            if guest.node and not guest.is_gone:
-                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
-        deadline = time.monotonic() + _TIME_TO_TAKE
+        for client in self._clients:
+            if client.node and not client.is_gone:
+                client.say(Frame(Kind.ENDED, payload=reason.encode()))
+        deadline = time.monotonic() + _END_TIMEOUT
         while time.monotonic() < deadline:
             self._flush()
-            behind = [guest.connection for guest in self._guests if guest.has_waiting and not guest.is_gone]
+            behind = [client.connection for client in self._clients if client.has_waiting and not client.is_gone]
             if not behind:
                 break
             select.select((), behind, (), 0.05)
-        self._guests.close()
+        self._clients.close()
 
     def _look_at_sockets(self, timeout: float) -> None:
         """Wait until a socket is ready; read what arrived, and send what waits."""
         listener = self._listener.socket
-        read = {guest.connection: guest for guest in self._guests if guest.may_be_read}
-        write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
+        read = {client.connection: client for client in self._clients if client.may_be_read}
+        write = {client.connection: client for client in self._clients if client.has_waiting and not client.is_gone}
         readable, writable, _ = select.select([listener, *read], list(write), (), timeout)
         for connection in writable:
             write[connection].flush()
         for connection in readable:
             if connection is listener:
-                self._take_in()
+                self._accept()
             else:
                 read[connection].read()
-                if read[connection].begun > _MUCH:
-                    self._guests.limit_what_is_begun()
+                if read[connection].incomplete_bytes > _LARGE_INCOMPLETE:
+                    self._clients.limit_incomplete()
         if readable or writable:
-            self._guests.forget_those_gone()
+            self._clients.remove_gone()
 
-    def _take_in(self) -> None:
+    def _accept(self) -> None:
         """Accept a connection, if there is room."""
         come = self._listener.accept()
         if come is None:
             return
         connection, host = come
-        if os.name == "posix" and connection.fileno() >= _MOST_DESCRIPTORS:
+        if os.name == "posix" and connection.fileno() >= _MAX_DESCRIPTORS:
             connection.close()
             return
         try:
-            self._guests.admit(ClientConnection(connection, host))
+            self._clients.admit(ClientConnection(connection, host))
         except OSError:  # already closed
             connection.close()
 
     def _take_turns(self, deadline: float) -> bool:
         """Carry out received frames, client by client; False if time ran out before all had a turn."""
-        in_turn = self._guests.from_turn(self._turn)
-        for done, guest in enumerate(in_turn, 1):
-            if self._is_ready(guest):
-                self._serve(guest, deadline)
-                guest.flush()
+        in_turn = self._clients.from_turn(self._turn)
+        for done, client in enumerate(in_turn, 1):
+            if self._is_ready(client):
+                self._serve(client, deadline)
+                client.flush()
                 if time.perf_counter() >= deadline and done < len(in_turn):
                     self._turn = (self._turn + done) % len(in_turn)
                     return False
         return True
 
-    def _serve(self, guest: ClientConnection, deadline: float) -> None:
+    def _serve(self, client: ClientConnection, deadline: float) -> None:
         try:
             for _ in range(_FRAMES_A_TURN):
-                frame = guest.next_frame()
+                frame = client.next_frame()
                 if frame is None:
                     return
                 begun = time.perf_counter()
-                self._requests.carry_out(guest, frame)
+                self._requests.carry_out(client, frame)
                 now = time.perf_counter()
-                guest.is_heavy = now - begun > _LONG
-                if guest.is_heavy:
-                    self._rests_until = now + _REST * (now - begun)
-                if now >= deadline or guest.is_heavy:
+                client.is_heavy = now - begun > _HEAVY_TIME
+                if client.is_heavy:
+                    self._rests_until = now + _HEAVY_PAUSE * (now - begun)
+                if now >= deadline or client.is_heavy:
                     return
         except FrameError as error:
-            self._guests.cut(guest, error)
+            self._clients.cut(client, error)
 
-    def _is_ready(self, guest: ClientConnection) -> bool:
+    def _is_ready(self, client: ClientConnection) -> bool:
         """True if frames of a client may be carried out now.
 
         Clients with heavy requests wait between them, so that all such clients together get a part of the time. In
         lockstep time stands anyway.
         """
-        rests = guest.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
-        return guest.has_frames and not rests
+        rests = client.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
+        return client.has_frames and not rests
 
     def _flush(self) -> None:
-        for guest in self._guests:
-            guest.flush()
+        for client in self._clients:
+            client.flush()

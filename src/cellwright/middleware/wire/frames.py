@@ -92,7 +92,7 @@ class Frame:
     node: str = ""
     payload: bytes = b""
 
-    def encode(self, longest: int = LONGEST_FRAME) -> bytes:
+    def encode(self, max_bytes: int = LONGEST_FRAME) -> bytes:
         """Return the frame as bytes, with its length in front.
 
         Raises:
@@ -104,8 +104,8 @@ class Frame:
         except struct.error as error:
             raise FrameError(f"this {self.kind.name} cannot be written: {error}") from None
         rest = b"".join((head, name, type_name, node, self.payload))
-        if len(rest) > longest:
-            raise FrameError(f"a frame of {len(rest)} bytes is too long: {longest} at most")
+        if len(rest) > max_bytes:
+            raise FrameError(f"a frame of {len(rest)} bytes is too long: {max_bytes} at most")
         return _LENGTH.pack(len(rest)) + rest
 
     def json(self) -> Dict[str, Any]:  # noqa: UP006
@@ -146,12 +146,12 @@ class Frame:
 class Decoder:
     """Decoder of frames from pieces of a byte stream."""
 
-    def __init__(self, longest: int = LONGEST_FRAME) -> None:
-        self.longest = longest  # may change at any time; it applies to the frames that begin from then on
+    def __init__(self, max_bytes: int = LONGEST_FRAME) -> None:
+        self.max_bytes = max_bytes  # may change at any time; it applies to the frames that begin from then on
         self._waiting = bytearray()
 
     @property
-    def begun(self) -> int:
+    def incomplete_bytes(self) -> int:
         """Bytes of an incomplete frame."""
         return len(self._waiting)
 
@@ -167,7 +167,7 @@ class Decoder:
         try:
             while len(waiting) - position >= _LENGTH.size:
                 (length,) = _LENGTH.unpack_from(waiting, position)
-                if not _HEAD.size <= length <= self.longest:
+                if not _HEAD.size <= length <= self.max_bytes:
                     raise FrameError(f"a frame cannot be {length} bytes long")
                 begin = position + _LENGTH.size
                 if len(waiting) < begin + length:
@@ -202,15 +202,15 @@ def hello(node: str, encoding: str, key: str = "") -> Frame:
         encoding: of messages, `cdr` or `ros1`.
         key: opens services that are guarded; the cell's own page has it.
     """
-    said = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
+    request = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
     if key:
-        said["key"] = key
-    return Frame(Kind.HELLO, payload=json.dumps(said).encode())
+        request["key"] = key
+    return Frame(Kind.HELLO, payload=json.dumps(request).encode())
 
 
-def data_frame(number: int, said: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
+def data_frame(number: int, request: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
     """Return a server service's answer with bytes: `u32` length of the JSON, little endian, JSON object, bytes."""
-    text = json.dumps(said).encode()
+    text = json.dumps(request).encode()
     return Frame(Kind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
 
 

@@ -54,8 +54,8 @@ def main() -> None:
     left = _kill_all()
     if left:
         names = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
-        what = "a process" if len(left) == 1 else f"{len(left)} processes"
-        sys.stdout.write(f"the agent left {what} running, now ended: {names}\n")
+        processes = "a process" if len(left) == 1 else f"{len(left)} processes"
+        sys.stdout.write(f"the agent left {processes} running, now ended: {names}\n")
         sys.stdout.flush()
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)

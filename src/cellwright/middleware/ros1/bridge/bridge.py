@@ -27,8 +27,8 @@ from cellwright.middleware.ros1.bridge.connection import LinkClient, address_of
 from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
-    HEARD_BY_ITSELF,
-    HEARD_FOR_FRAMES,
+    FRAME_SOURCE,
+    OWN_TOPICS,
     Master,
     MasterWatch,
     OwnSubscription,
@@ -162,9 +162,9 @@ class Bridge:
             for topic in topics
             if topic["direction"] == "in"
         }
-        by_itself = {*HEARD_BY_ITSELF, *([] if self._frames is not None else [HEARD_FOR_FRAMES])}
+        own = {*OWN_TOPICS, *([] if self._frames is not None else [FRAME_SOURCE])}
         for topic in topics:
-            if topic["name"] in by_itself and topic["direction"] == "out":
+            if topic["name"] in own and topic["direction"] == "out":
                 OwnSubscription(topic["name"], topic["type"]).register()
 
     def _services(self, services: list[dict[str, Any]]) -> list[Service]:
@@ -177,7 +177,7 @@ class Bridge:
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
         """Wait until robot_state_publisher is up, so that programs that find the cell find its frames."""
         end = time.monotonic() + _PUBLISHER_PATIENCE
-        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=HEARD_FOR_FRAMES):
+        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=FRAME_SOURCE):
             if time.monotonic() > end or not frames.is_alive:
                 report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
                 return

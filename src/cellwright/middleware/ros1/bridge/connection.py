@@ -21,10 +21,10 @@ def address_of(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def receive_nowait(connection: socket.socket, most: int) -> bytes | None:
-    """Return received data, up to `most` bytes: None if there is none yet, empty at the end of the stream."""
+def receive_nowait(connection: socket.socket, max_bytes: int) -> bytes | None:
+    """Return received data, up to `max_bytes` bytes: None if there is none yet, empty at the end of the stream."""
     try:
-        return connection.recv(most)
+        return connection.recv(max_bytes)
     except (BlockingIOError, InterruptedError):
         return None
     except OSError:
@@ -32,7 +32,7 @@ def receive_nowait(connection: socket.socket, most: int) -> bytes | None:
 
 
 LATE = 0.1  # data that waits longer [s] is late
-HOPELESS = 5.0  # if data waits longer [s], the peer no longer counts as behind
+GIVE_UP_TIME = 5.0  # if data waits longer [s], the peer no longer counts as behind
 
 
 _PIECE = 1 << 18
@@ -41,7 +41,7 @@ _PIECE = 1 << 18
 class BufferedConnection:
     """Connection whose data waits until the peer takes it. `send` is for any thread, all else for the loop's.
 
-    A piece is sent whole or not at all, so that only whole messages are dropped. At most `limit` pieces and `most`
+    A piece is sent whole or not at all, so that only whole messages are dropped. At most `limit` pieces and `max_bytes`
     bytes wait, but always at least one piece. The oldest pieces make room, with a call of `on_drop` for each. `on_end`
     is called when the peer has hung up and the connection is closed.
     """
@@ -54,7 +54,7 @@ class BufferedConnection:
         on_end: Callback = nothing,
         *,
         limit: int | None = None,
-        most: int | None = None,
+        max_bytes: int | None = None,
         on_drop: Callback = nothing,
     ) -> None:
         self._loop = loop
@@ -62,7 +62,7 @@ class BufferedConnection:
         self._on_data = on_data
         self._on_end = on_end
         self._limit = limit
-        self._most = most
+        self._max_bytes = max_bytes
         self._bytes = 0  # of waiting pieces
         self._on_drop = on_drop
         self._lock = threading.Lock()
@@ -82,7 +82,7 @@ class BufferedConnection:
     def is_behind(self) -> bool:
         """True if data has waited longer than LATE, but not longer than HOPELESS: then the peer does not read."""
         since = self._waits_since
-        return since is not None and LATE < time.monotonic() - since < HOPELESS
+        return since is not None and LATE < time.monotonic() - since < GIVE_UP_TIME
 
     def send(self, data: bytes) -> None:
         """Send a piece, now or when the peer takes it. Only reading detects that the peer is gone."""
@@ -127,7 +127,7 @@ class BufferedConnection:
     def _is_full(self, more: int) -> bool:
         """True if there is no room for one more piece of so many bytes."""
         is_crowded = self._limit is not None and len(self._waiting) >= self._limit
-        return is_crowded or (self._most is not None and self._bytes + more > self._most)
+        return is_crowded or (self._max_bytes is not None and self._bytes + more > self._max_bytes)
 
     def _receive(self) -> None:
         data = receive_nowait(self._connection, _PIECE)

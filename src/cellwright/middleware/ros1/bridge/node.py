@@ -51,29 +51,29 @@ def limit_requests() -> None:
 _LENGTH = struct.Struct("<I")
 
 
-def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> None:
-    """Reset connections that announce a message of more bytes than `longest`.
+def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = LONGEST_SAID) -> None:
+    """Reset connections that announce a message of more bytes than `max_bytes`.
 
-    Threads of rospy call `tell` with the name of the topic.
+    Threads of rospy call `on_oversize` with the name of the topic.
     """
     read = TCPROSSub.read_messages
 
     def read_messages(self: Any, buffer: Any, messages: Any, connection: Any) -> None:
         with buffer.getbuffer() as view:
             (length,) = _LENGTH.unpack_from(view)
-        if length > longest:
+        if length > max_bytes:
             buffer.seek(0)
             buffer.truncate()  # else its bytes would be read as the next handshake
-            tell(self.resolved_name)
+            on_oversize(self.resolved_name)
             raise TransportException(f"a message of {length} bytes is too long")
         read(self, buffer, messages, connection)
 
     TCPROSSub.read_messages = read_messages
 
 
-HEARD_BY_ITSELF = ("/ariac/gripper/state", "/ariac/trays")
+OWN_TOPICS = ("/ariac/gripper/state", "/ariac/trays")
 """Topics that the original's own task manager, a part of /gazebo, subscribes to."""
-HEARD_FOR_FRAMES = "/ariac/joint_states"  # subscribed to by the node that publishes the arm's frames
+FRAME_SOURCE = "/ariac/joint_states"  # subscribed to by the node that publishes the arm's frames
 
 
 class ManagedTopic:

@@ -42,10 +42,10 @@ from cellwright.middleware.ros1.bridge.node import (
 )
 from cellwright.middleware.ros1.bridge.ros_client import (
     CLOCK,
-    HeardTopic,
+    PublishedTopic,
     ServiceClient,
     ServiceGoneError,
-    SpokenTopic,
+    SubscribedTopic,
     discover_interface,
 )
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
@@ -92,8 +92,8 @@ class Relay:
             for service in welcome["services"]
         }
         self._definitions: dict[str, dict[str, str]] = {}
-        self._heard: dict[str, HeardTopic] = {}
-        self._spoken: dict[str, SpokenTopic] = {}
+        self._heard: dict[str, SubscribedTopic] = {}
+        self._spoken: dict[str, PublishedTopic] = {}
         self._lockstep = bool(welcome["lockstep"])
         self._lock = threading.Lock()
         self._mail: dict[str, deque[tuple[tuple[int, ...], bytes]]] = {}
@@ -182,7 +182,7 @@ class Relay:
         if topic is None:
             name = frame.name
             self._mail[name] = deque()
-            topic = HeardTopic(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
+            topic = SubscribedTopic(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
             self._heard[name] = topic
         topic.add(frame.number)
         if self._types.get(frame.name):  # an unknown topic is awaited without limit
@@ -218,7 +218,7 @@ class Relay:
                 return _refusal(frame.number, "MessageError", f"{frame.name} takes {theirs}, not {frame.type}")
             if known_type is None:
                 return _refusal(frame.number, "UsageError", f"the type {frame.type} has not been declared")
-            topic = SpokenTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
+            topic = PublishedTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
             self._spoken[frame.name] = topic
         elif topic.type != frame.type:
             return _refusal(frame.number, "MessageError", f"{frame.name} takes {topic.type}, not {frame.type}")

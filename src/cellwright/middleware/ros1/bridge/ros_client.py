@@ -180,7 +180,7 @@ def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str
     }
 
 
-class HeardTopic:
+class SubscribedTopic:
     """Topic with any number of the client's subscriptions.
 
     Threads of rospy call `deliver` with their numbers and a message.
@@ -241,7 +241,7 @@ class HeardTopic:
             self._changed.notify_all()
 
 
-class SpokenTopic:
+class PublishedTopic:
     """Topic that the client publishes."""
 
     def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:

@@ -46,7 +46,7 @@ def _hold(self: Any, data: bytes = b"") -> None:
     self._buff = data
 
 
-LONGEST_HANDSHAKE = 1 << 20
+MAX_HANDSHAKE_BYTES = 1 << 20
 HANDSHAKE_TIMEOUT = 10.0  # time for a connection to complete its handshake [s]
 _PIECE = 1 << 16
 _LENGTH = struct.Struct("<I")
@@ -142,7 +142,7 @@ class Handshake:
         if len(self._data) < _LENGTH.size:
             return
         (length,) = _LENGTH.unpack_from(self._data)
-        if length > LONGEST_HANDSHAKE:
+        if length > MAX_HANDSHAKE_BYTES:
             self._give_up()
         elif len(self._data) >= _LENGTH.size + length:
             try:

@@ -69,7 +69,7 @@ class Publication(ManagedTopic):
         self._waiting: list[Peer] = []  # without an answer to their handshakes yet
         self._subscription: int | None = None
         self._is_answered = False  # true if the cell has answered the subscription
-        self._tally = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
+        self._drops = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
         self.md5sum = topic["md5"]
         self.definition = topic["definition"]
         if self._always:
@@ -115,7 +115,7 @@ class Publication(ManagedTopic):
 
     def dropped(self, peer: Peer) -> None:
         """Count a message that was dropped because a subscriber is too slow."""
-        self._tally.count(f"{peer.caller} on {self.name}")
+        self._drops.count(f"{peer.caller} on {self.name}")
 
     def _listen(self) -> None:
         self._is_answered = False
@@ -193,7 +193,7 @@ class Peer:
             connection,
             on_end=lambda: publication.lost(self),
             limit=queue,
-            most=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
+            max_bytes=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
             on_drop=lambda: publication.dropped(self),
         )
 
@@ -235,7 +235,7 @@ class CommandTopic:
         self._bytes = 0
         self._is_busy = False
         self._counts: dict[str, tuple[Header, int]] = {}
-        self._tally = ThrottledLog(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
+        self._drops = ThrottledLog(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
         self._unfit = ThrottledLog(loop, "{count} messages on {subject} are too long to be carried, and not taken")
         self.name = topic["name"]
         self._type = topic["type"]
@@ -261,7 +261,7 @@ class CommandTopic:
             if not self._is_busy:
                 self._hand_over()
         for _ in range(dropped):
-            self._tally.count(self.name)
+            self._drops.count(self.name)
 
     def _is_full(self, more: int) -> bool:
         """True if there is no room for a message of so many bytes."""

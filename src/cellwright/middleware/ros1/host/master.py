@@ -178,7 +178,7 @@ class OwnMaster:
         self._patience = RestartDelay()
         self._again = 0.0
         self._is_left_to_others = False
-        self._said = ""
+        self._last_line = ""
         self._rosout: Child | None = None
         self._rosout_patience = RestartDelay()
         self._rosout_again: float | None = None
@@ -197,7 +197,7 @@ class OwnMaster:
             status = None if self._child is None else self._child.poll()
             if status is not None or time.monotonic() > end:
                 how = "does not answer" if status is None else how_it_ended(status)
-                raise UsageError(f"the ROS master that was started at {self._master.uri} {how}: {self._said}")
+                raise UsageError(f"the ROS master that was started at {self._master.uri} {how}: {self._last_line}")
             time.sleep(_NAP)
         self._start_rosout()
 
@@ -251,7 +251,7 @@ class OwnMaster:
         return Child(command, self._installation.environment, python=self._installation.python, on_error=self._hear)
 
     def _hear(self, line: str) -> None:
-        self._said = line
+        self._last_line = line
 
     def _stop_children(self) -> None:
         for child in (self._rosout, self._child):

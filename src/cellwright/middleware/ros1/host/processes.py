@@ -124,7 +124,7 @@ def how_it_ended(status: int) -> str:
         return f"was ended by signal {-status}"
 
 
-_FIRST_WAIT, _LONGEST_WAIT = 0.25, 8.0  # [s]
+_FIRST_WAIT, _MAX_WAIT = 0.25, 8.0  # [s]
 _FORGIVEN = 10.0  # [s]: after a run this long, the next failure counts as the first
 
 
@@ -137,5 +137,5 @@ class RestartDelay:
     def after(self, lasted: float) -> float:
         """Return the delay [s] after a failure of something that `lasted` this long [s]."""
         wait = 0.0 if lasted >= _FORGIVEN else self._next
-        self._next = min(_LONGEST_WAIT, max(_FIRST_WAIT, 2 * wait))
+        self._next = min(_MAX_WAIT, max(_FIRST_WAIT, 2 * wait))
         return wait

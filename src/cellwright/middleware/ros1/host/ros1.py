@@ -33,11 +33,11 @@ class Identity:
     """Identity of a node at the master."""
 
     node: str
-    what: str  # its kind, in a word
+    kind: str  # its kind, in a word
     tells_time: bool = True  # true if it publishes /clock, with /use_sim_time set
     makes_frames: bool = True  # true if robot_state_publisher, or else the node, computes frames from joint states
     shared: tuple[str, ...] = ()  # own parameters that it also sets globally, unless another program has
-    alone_on: str = ""  # a topic on which no other node should publish; empty for none
+    exclusive_topic: str = ""  # a topic on which no other node should publish; empty for none
 
 
 SIMULATOR = Identity("/gazebo", "cell")  # the node of the 2017 simulator
@@ -55,7 +55,7 @@ def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
         tells_time=sim_time,
         makes_frames=False,
         shared=("robot_description",),
-        alone_on="/io_teleop/joint_states",
+        exclusive_topic="/io_teleop/joint_states",
     )
 
 
@@ -170,7 +170,7 @@ class Ros1:
         try:
             if self.master.answers():
                 self._refuse_another()
-                topic = self.identity.alone_on
+                topic = self.identity.exclusive_topic
                 for rival in self.master.living_publishers(topic) if topic else ():
                     where = f"{topic} at {self.master.uri}"
                     self.report(f"{rival} publishes {where} as well: programs will hear both, and command both")
@@ -267,16 +267,16 @@ class Ros1:
 
     def _prepare_again(self) -> None:
         """Prepare the start of a bridge: a master with the parameters, and no other node as the simulator."""
-        has_said = False
+        has_reported = False
         while not self._closed.is_set():
             try:
                 if self.master.living_node(self.identity.node) is not None:
-                    if not has_said:
+                    if not has_reported:
                         self.report(
                             f"another node has taken the place of {self.identity.node}; "
-                            f"the {self.identity.what}'s comes back when it ends"
+                            f"the {self.identity.kind}'s comes back when it ends"
                         )
-                    has_said = True
+                    has_reported = True
                     self._closed.wait(_AGAIN)
                     continue
                 if self._own_master is not None:
