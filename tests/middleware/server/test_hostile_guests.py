@@ -1,4 +1,4 @@
-"""Guests that misbehave: they cost themselves the connection, and nobody else anything."""
+"""Clients that misbehave: they lose their connection, and others lose nothing."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from tests.waiting import TIMEOUT, wait_until
 
 
 def is_answered(client: Talker) -> bool:
-    """True if a guest still gets answers."""
+    """True if a client still gets answers."""
     return client.call("/ariac/material_locations", TriggerRequest()).kind is Kind.REFUSED
 
 
-def rude(hall: Hall, said: bytes) -> Talker:
-    """A guest that sends bytes before its HELLO, once the server has cut it off."""
+def rude(hall: Hall, data: bytes) -> Talker:
+    """Return a client that sent bytes before its HELLO, once the server has disconnected it."""
     client = hall.guest(node="")
-    client.connection.sendall(said)
+    client.connection.sendall(data)
     client.wait_until(lambda: client.is_over)
     return client
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("said", "reason"),
+    ("data", "reason"),
     [
         (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "bytes long"),
         (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(100), "bytes long"),  # TLS
@@ -65,10 +65,10 @@ def rude(hall: Hall, said: bytes) -> Talker:
         (hello("/a", "cdr").encode() + Frame(Kind.ADVANCE, 1, payload=b"x").encode(), "ADVANCE is wrong"),
     ],
 )
-def test_who_makes_no_sense_is_told_and_cut_off(said: bytes, reason: str) -> None:
+def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> None:
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
-        client = rude(hall, said)
+        client = rude(hall, data)
         last = client.heard[-1]
         assert (last.kind, last.number) == (Kind.REFUSED, 0)
         assert reason in last.text()
@@ -77,7 +77,7 @@ def test_who_makes_no_sense_is_told_and_cut_off(said: bytes, reason: str) -> Non
 
 
 class Watch:
-    """A clock for the reports about guests: it moves where a test says so."""
+    """Clock for the reports about clients, which the test moves."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -132,9 +132,9 @@ pieces = st.one_of(
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.booleans(), st.lists(pieces, max_size=6))
-def test_no_bytes_break_it(hall: Hall, is_greeted: bool, said: list[bytes]) -> None:
+def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> None:
     with socket.create_connection(hall.server.address) as connection:
-        connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(said))
+        connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(data))
         for _ in range(3):
             hall.server.wait(0.001)
     assert is_answered(hall.clients[0])
@@ -160,7 +160,7 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
         for sent in range(0, count, burst):
             client.say(*frames[sent : sent + burst])
             assert loop.tick()
-            # the guest is a part of this thread: were it far ahead of a slow server, it would wait for itself
+            # the client runs in this thread: far ahead of a slow server, it would wait for itself
             client.wait_until(lambda sent=sent: len(client.heard) > sent - 1000)  # type: ignore[misc]
         assert cell.simulation.clock.tick == count // burst
         client.wait_until(lambda: len(client.heard) == count)
@@ -187,7 +187,7 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
             carry_out(speaker, frame)
 
         monkeypatch.setattr(hall.server._requests, "carry_out", take_a_millisecond)
-        # a clock of which each command takes a millisecond, however fast the machine is
+        # a clock on which each command takes a millisecond on any machine
         now, monotonic = time.perf_counter, time.monotonic  # noqa: TID251 - the clock that is put forward
         late = SimpleNamespace(perf_counter=lambda: now() + done * 0.001, monotonic=monotonic)
         monkeypatch.setattr(server_module, "time", late)
@@ -199,7 +199,7 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
-    """Subscribe to the joint states 800 times for a guest that does not read the answers."""
+    """Subscribe to the joint states 800 times for a client that does not read the answers."""
     deaf.say(*[Frame(Kind.SUBSCRIBE, 1000 + number, "/ariac/joint_states") for number in range(800)])
     other.wait_until(
         lambda: [len(client.subscriptions) for client in hall.server._clients if client.node == "/deaf"] == [800]
@@ -207,7 +207,7 @@ def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
 
 
 @pytest.mark.slow
-def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
@@ -228,7 +228,7 @@ def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeyp
         other.wait_until(lambda: len(other.messages(5)) == ticks)
 
 
-def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     monkeypatch.setattr(clients_module, "PATIENCE", 0.05)
     cell = Cell(ARM_ONLY)
@@ -241,7 +241,7 @@ def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.Monk
             cell.step()
             hall.server.wait(0.0)
 
-        wait_until(lambda: hall.server.guests == ("/other",), "end of the deaf guest", between=step)
+        wait_until(lambda: hall.server.guests == ("/other",), "end of the deaf client", between=step)
         assert any(line.startswith("cut off /deaf: it has read nothing for") for line in hall.lines)
         assert is_answered(other)
 
@@ -263,7 +263,7 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
                 rest = rest[deaf.connection.send(rest) :]
             hall.server.wait(0.001)
 
-        wait_until(lambda: client.is_behind, "guest that is behind", between=ask_more)
+        wait_until(lambda: client.is_behind, "client that is behind", between=ask_more)
         for _ in range(50):
             ask_more()
         assert BEHIND <= len(client._out) < FULL
@@ -278,7 +278,7 @@ def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> 
         assert "has not said who it is" in client.heard[-1].text()
 
 
-def test_a_guest_that_dies_in_mid_call_leaves_what_it_asked_for() -> None:
+def test_call_of_a_client_that_dies_has_its_effect() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
@@ -295,7 +295,7 @@ def test_a_guest_that_dies_in_mid_call_leaves_what_it_asked_for() -> None:
         assert cell.bus.topic("/clock").subscribers == ()
 
 
-def test_a_guest_in_lockstep_that_dies_leaves_no_wish() -> None:
+def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         client = hall.guest()
         client.say(Frame(Kind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
@@ -306,7 +306,7 @@ def test_a_guest_in_lockstep_that_dies_leaves_no_wish() -> None:
         wait_until(lambda: hall.server.asked is None, "end of the question", between=lambda: hall.server.wait(0.01))
 
 
-def test_there_is_a_limit_to_guests_and_subscriptions() -> None:
+def test_clients_and_subscriptions_are_limited() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
         for number in range(1, MAX_SUBSCRIPTIONS + 1):
@@ -318,7 +318,7 @@ def test_there_is_a_limit_to_guests_and_subscriptions() -> None:
             hall.server.wait(0.0)
         client.wait_until(lambda: len(hall.server._clients) == MAX_CLIENTS)
         crowd[0].settimeout(TIMEOUT)
-        (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has said nothing for longest makes room
+        (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has been silent for longest makes room
         assert f"{MAX_CLIENTS} guests already" in answer.text()
         assert is_answered(hall.guest("/late"))
         client.heard.clear()
@@ -348,13 +348,13 @@ def test_watching_leaves_the_state_as_it_is() -> None:
     assert len(hashes) == 1
 
 
-def test_wishes_that_time_pass_are_bounded_and_go_with_their_guest() -> None:
+def test_advance_requests_are_limited_and_end_with_their_client() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         client, other = hall.guest(), hall.guest("/other")
         other.say(advance(1, 10**9, each_tick=False))
         other.wait_until(lambda: hall.server.asked is not None)
-        wishes = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
-        client.say(*wishes)
+        requests = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
+        client.say(*requests)
         client.wait_until(lambda: len(client.heard) == 1000 - MAX_PENDING_ADVANCES)
         assert {frame.name for frame in client.heard} == {"UsageError"}
         assert f"{MAX_PENDING_ADVANCES} wishes" in client.heard[0].text()
@@ -383,7 +383,7 @@ def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) 
         assert is_answered(other)
 
 
-def test_the_more_guests_the_less_may_wait_for_each(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_WAITING", 2 * FULL)
     with served(Cell(KITTING)) as hall:
         clients = [hall.guest(f"/guest_{number}") for number in range(4)]
@@ -394,7 +394,7 @@ def test_the_more_guests_the_less_may_wait_for_each(monkeypatch: pytest.MonkeyPa
         assert [client.full for client in hall.server._clients] == [FULL]
 
 
-def test_a_message_that_cannot_be_told_ends_no_step_and_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(KITTING)
     huge = cell.bus.advertise("/huge", "std_msgs/String")
@@ -423,7 +423,7 @@ def test_of_many_that_are_cut_off_some_are_named(watch: Watch) -> None:
         assert hall.lines[-1].endswith("(and 19 more since the last report)")
 
 
-def test_who_asks_for_what_is_heavy_gets_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heavy_requests_get_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two such commands others have their turn, also those who come later."""
     monkeypatch.setattr(server_module, "_HEAVY_TIME", 0.0)
     monkeypatch.setattr(server_module, "_HEAVY_PAUSE", 1e9)
@@ -452,6 +452,6 @@ def test_who_asks_for_what_is_heavy_gets_a_part_of_the_time(monkeypatch: pytest.
         with monkeypatch.context() as counted:
             counted.setattr(hall.server, "_look_at_sockets", count)
             hall.server.wait(0.2)
-        assert looks < 10  # it waits, and does not look at them again and again
+        assert looks < 10  # it waits, and does not check them again and again
         hall.server._rests_until = 0.0
         greedy.wait_until(lambda: len(greedy.heard) == 49)

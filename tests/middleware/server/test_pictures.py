@@ -1,4 +1,4 @@
-"""Pictures over the socket: several large ones in one tick, and a guest that does not keep up with them."""
+"""Pictures over the socket: several large ones in one tick, and a client that does not keep up with them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_large_messages_of_one_tick_all_arrive() -> None:
         assert not hall.lines
 
 
-def test_a_guest_that_does_not_read_loses_pictures_and_the_memory_stays_bounded() -> None:
+def test_client_that_does_not_read_loses_pictures_and_memory_is_bounded() -> None:
     cell = new_cell()
     with served(cell) as hall:
         client = hall.guest("/slow")

@@ -1,4 +1,4 @@
-"""Frames in, frames out: what a guest can rely on."""
+"""Protocol of the server: frames of a client, and the answers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 from tests.middleware.server.talk import served
 
 
-def test_a_guest_is_welcomed_with_all_names_and_types() -> None:
+def test_welcome_has_all_names_and_types() -> None:
     cell = Cell(WHOLE, competition=False)
     with served(cell) as hall:
         welcome = hall.guest(encoding="ros1").welcome
@@ -146,7 +146,7 @@ def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
         assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
 
 
-def test_guests_are_told_the_end() -> None:
+def test_clients_get_the_reason_of_the_end() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
         assert hall.server.guests == ("/me",)
@@ -179,7 +179,7 @@ def test_an_address_that_is_none_is_refused(host: str, port: int) -> None:
         Server(Cell(KITTING), host=host, port=port)
 
 
-def test_it_listens_on_loopback_unless_told_otherwise() -> None:
+def test_server_listens_on_loopback_by_default() -> None:
     with served(Cell(KITTING)) as hall:
         assert hall.server.is_local
         assert hall.server.address[0] == "127.0.0.1"
@@ -187,7 +187,7 @@ def test_it_listens_on_loopback_unless_told_otherwise() -> None:
             pass
 
 
-def test_those_who_work_are_dismissed_and_those_who_look_on_stay() -> None:
+def test_dismiss_ends_agents_and_keeps_viewers() -> None:
     with served(Cell(KITTING)) as hall:
         agent, page = hall.guest("/agent"), hall.guest("/page_1")
         hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))

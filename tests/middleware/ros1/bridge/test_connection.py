@@ -1,4 +1,4 @@
-"""A connection without waiting: pieces in order and whole, the oldest dropped, closed when all is out."""
+"""Buffered connection: pieces in order and whole, the oldest dropped, closed when everything is sent."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.waiting import TIMEOUT
 
 
 class Line:
-    """A connection and its other end, with buffers so small that it is soon full."""
+    """Connection and its other end, with buffers so small that it is soon full."""
 
     def __init__(self, limit: int | None = None, max_bytes: int | None = None) -> None:
         self.loop = Loop()
@@ -39,7 +39,7 @@ class Line:
         self.loop.stop(0)
 
     def drain(self) -> bytes:
-        """Let the loop send until nothing waits; all that has come out."""
+        """Let the loop send until nothing waits; return all received bytes."""
 
         def look() -> None:
             try:
@@ -51,7 +51,7 @@ class Line:
             self.loop.stop(0)
 
         self.loop.watch(self.there, look)
-        self.loop.later(0.0, look)  # where nothing waits, nothing will come
+        self.loop.later(0.0, look)  # if nothing waits, nothing will come
         self.loop.later(TIMEOUT, lambda: self.loop.stop(1))
         assert self.loop.run() == 0
         return self.got
@@ -85,7 +85,7 @@ def test_the_oldest_piece_makes_room_and_none_is_torn() -> None:
     for piece in pieces:
         line.connection.send(piece)
     assert line.dropped == 6
-    assert line.drain() == b"".join([pieces[0], *pieces[-3:]])  # the first was on its way
+    assert line.drain() == b"".join([pieces[0], *pieces[-3:]])  # the first was in transit
     line.close()
 
 
