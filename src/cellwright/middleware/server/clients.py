@@ -177,16 +177,16 @@ class ClientConnection:
             self._frames = None
         return frame
 
-    def say(self, frame: Frame) -> None:
+    def send(self, frame: Frame) -> None:
         """Send a frame, behind what waits already."""
         self._out += frame.encode()
 
-    def tell(self, number: int, message: bytes, *, is_quiet: bool) -> None:
+    def send_message(self, number: int, message: bytes, *, is_quiet: bool) -> None:
         """Send a message of a subscription; drop and count it if the client does not keep up."""
         if self._left >= self.full or len(self._out) - self._left >= AT_ONCE:
             self.dropped += 1
             return
-        self.say(Frame(Kind.MESSAGE, number, payload=message))
+        self.send(Frame(Kind.MESSAGE, number, payload=message))
         self.has_news = self.has_news or not is_quiet
 
     def flush(self) -> None:
@@ -283,7 +283,7 @@ class ClientRegistry:
 
     def cut(self, client: ClientConnection, error: FrameError) -> None:
         """Send a client the reason why nothing more is read from it; it leaves once it has taken it."""
-        client.say(refused_frame(0, error))
+        client.send(refused_frame(0, error))
         client.stop_reading()
         self._note_cut(client, str(error))
 
@@ -312,7 +312,7 @@ class ClientRegistry:
         now = time.monotonic()
         for client in self._clients:
             if client.heartbeat is not None and not client.is_leaving and (number := client.heartbeat.ping(now)):
-                client.say(Frame(Kind.PING, number))
+                client.send(Frame(Kind.PING, number))
 
     def hold_time(self) -> bool:
         """Return whether simulation time stands for clients that are behind; report the first time that it does."""

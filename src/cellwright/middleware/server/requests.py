@@ -158,22 +158,22 @@ class Requests:
         try:
             self._act(client, frame)
         except CellwrightError as error:
-            client.say(refused_frame(frame.number, error))
+            client.send(refused_frame(frame.number, error))
         except FrameError:
             raise
         except Exception as error:  # a defect of Cellwright that one client found must not end the run of all others
             log.exception("%s %s of %s", frame.kind.name, frame.name, client.name)
             failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
-            client.say(refused_frame(frame.number, failed))
+            client.send(refused_frame(frame.number, failed))
 
     def forget(self, client: ClientConnection) -> None:
         """Forget the requests of a client that is gone."""
         self.asked = deque(each for each in self.asked if each.guest is not client)
 
-    def answer(self, asked: AdvanceRequest) -> None:
+    def answer(self, request: AdvanceRequest) -> None:
         """Answer an ADVANCE request with the current time."""
-        asked.guest.has_news = False
-        asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
+        request.guest.has_news = False
+        request.guest.send(time_frame(request.number, self._cell.simulation.now))
 
     def _act(self, client: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
@@ -200,8 +200,8 @@ class Requests:
     def _greet(self, client: ClientConnection, frame: Frame) -> None:
         if frame.kind is not Kind.HELLO:
             raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
-        said = frame.json()
-        protocol, node, encoding = (said.get(key) for key in ("protocol", "node", "encoding"))
+        greeting = frame.json()
+        protocol, node, encoding = (greeting.get(key) for key in ("protocol", "node", "encoding"))
         if protocol != PROTOCOL:
             raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
         if not isinstance(node, str) or not _is_name(node):
@@ -209,8 +209,8 @@ class Requests:
         if not isinstance(encoding, str) or encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
         client.greet(node, encoding)
-        client.has_key = self._is_key(said.get("key"))
-        client.say(welcome_frame(self._cell, lockstep=self._lockstep))
+        client.has_key = self._is_key(greeting.get("key"))
+        client.send(welcome_frame(self._cell, lockstep=self._lockstep))
 
     def _subscribe(self, client: ClientConnection, frame: Frame) -> None:
         if frame.number in client.subscriptions:
@@ -229,12 +229,12 @@ class Requests:
             deliver = partial(self._deliver, client, frame.number, frame.type == QUIET)
             cancel = bus.subscribe(frame.name, deliver, node=client.node, origin=frame.node or None).cancel
         client.subscriptions[frame.number] = cancel
-        client.say(Frame(Kind.DONE, frame.number))
+        client.send(Frame(Kind.DONE, frame.number))
 
     def _deliver(self, client: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
             data = self._translation.to_bytes(message, client.encoding)
-            client.tell(number, data, is_quiet=is_quiet)
+            client.send_message(number, data, is_quiet=is_quiet)
         except (CellwrightError, FrameError) as error:  # it has no such encoding, or is too long; the step goes on
             client.missed[str(error)] += 1
 
@@ -246,23 +246,23 @@ class Requests:
             message = self._read(client, frame, message_class, type_of(message_class))
         self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
         if frame.number:
-            client.say(Frame(Kind.DONE, frame.number))
+            client.send(Frame(Kind.DONE, frame.number))
 
     def _call(self, client: ClientConnection, frame: Frame) -> None:
         if frame.name in self.extras:
             extra, acts = self.extras[frame.name]
             if frame.name in self.guarded and not client.has_key:
                 raise RejectedCommandError(self.guarded[frame.name])
-            asked = frame.json()
+            arguments = frame.json()
             if acts:
-                self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or client.node))
-            answer = extra(asked)
+                self._cell.bus.note(Given(How.EXTRA, frame.name, arguments, frame.node or client.node))
+            answer = extra(arguments)
             if isinstance(answer, dict):
-                said = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
+                reply = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
             else:
-                said = data_frame(frame.number, *answer)
+                reply = data_frame(frame.number, *answer)
             try:
-                client.say(said)
+                client.send(reply)
             except FrameError as error:
                 raise UsageError(f"{frame.name}: {error}") from None
             return
@@ -274,7 +274,7 @@ class Requests:
             if (
                 self._lockstep and response.response is None
             ):  # a client that does not advance time meanwhile would wait forever
-                client.say(Frame(Kind.DONE, frame.number))
+                client.send(Frame(Kind.DONE, frame.number))
             response.then(partial(self._answer, client, frame.number))
         else:
             self._answer(client, frame.number, response)
@@ -282,7 +282,7 @@ class Requests:
     def _answer(self, client: ClientConnection, number: int, response: Message) -> None:
         """Send an answer, which may be a late one; the client may have left."""
         if not client.is_gone:
-            client.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, client.encoding)))
+            client.send(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, client.encoding)))
 
     def _is_key(self, shown: Any) -> bool:
         """True if this is the key; the comparison takes the same time for every wrong key."""

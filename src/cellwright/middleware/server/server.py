@@ -178,7 +178,7 @@ class Server:
         if refused is None:
             self._requests.answer(asked)
         else:
-            asked.guest.say(refused_frame(asked.number, refused))
+            asked.guest.send(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
         """Offer a service of the server itself, which is not on the bus.
@@ -239,7 +239,7 @@ class Server:
         """Send clients the reason of the end, and read no more from them, except those whose names `keep` accepts."""
         for client in self._clients:
             if client.node and not keep(client.node) and not client.is_gone:
-                client.say(Frame(Kind.ENDED, payload=reason.encode()))
+                client.send(Frame(Kind.ENDED, payload=reason.encode()))
                 client.stop_reading()
         deadline = time.monotonic() + _END_TIMEOUT
         while any(client.is_leaving and not client.is_gone for client in self._clients) and time.monotonic() < deadline:
@@ -251,7 +251,7 @@ class Server:
         self._listener.close()
         for client in self._clients:
             if client.node and not client.is_gone:
-                client.say(Frame(Kind.ENDED, payload=reason.encode()))
+                client.send(Frame(Kind.ENDED, payload=reason.encode()))
         deadline = time.monotonic() + _END_TIMEOUT
         while time.monotonic() < deadline:
             self._flush()

@@ -177,7 +177,7 @@ Answered = Callable[[Frame], None]  # takes the frame that answers a request; ca
 class LinkClient:
     """Connection of a node to a cell; a MissingError if there is no answer, or it is not a cell's.
 
-    Any thread may send requests; the loop's thread delivers answers and messages. `on_end` is called once, with the
+    Any thread may send requests; the loop's thread delivers answers and messages. It calls `on_end` once, with the
     reason if the cell has ended, and with None if the connection broke.
     """
 

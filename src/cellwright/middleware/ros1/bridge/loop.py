@@ -163,9 +163,9 @@ class ThrottledLog:
         is_known = subject in self._counts
         self._counts[subject] = self._counts.get(subject, 0) + 1
         if not is_known:
-            self._say(subject)
+            self._report(subject)
 
-    def _say(self, subject: str) -> None:
+    def _report(self, subject: str) -> None:
         """Report the count, and check again in a second; forget a subject without new events."""
         count = self._counts[subject]
         if count == 0:
@@ -173,4 +173,4 @@ class ThrottledLog:
             return
         self._counts[subject] = 0
         report(self._text.format(subject=subject, count=count))
-        self._loop.later(LOG_PERIOD, lambda: self._say(subject))
+        self._loop.later(LOG_PERIOD, lambda: self._report(subject))

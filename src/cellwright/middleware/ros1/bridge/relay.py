@@ -106,7 +106,7 @@ class Relay:
 
     def end(self, reason: str) -> None:
         """Send the client the reason of the end, and end the relay."""
-        self._say(Frame(Kind.ENDED, payload=reason.encode()))
+        self._send(Frame(Kind.ENDED, payload=reason.encode()))
         self._connection.close_when_empty()
         self._loop.stop(0)
 
@@ -128,7 +128,7 @@ class Relay:
                 self._act(frame)
         except FrameError as error:
             report(f"what the client says makes no sense: {error}")
-            self._say(_refusal(0, "UsageError", str(error)))
+            self._send(_refusal(0, "UsageError", str(error)))
             self._connection.close_when_empty()
             self._loop.stop(1)
 
@@ -154,7 +154,7 @@ class Relay:
         except MasterGoneError as error:
             answer = _refusal(frame.number, "ServiceFailedError", str(error))
         if answer is not None:
-            self._say(answer)
+            self._send(answer)
 
     def _answer_later(self, number: int, reason: str, end: float) -> None:
         """Answer a call whose service hung up: the cell may be ending, and sign off a moment later."""
@@ -165,11 +165,11 @@ class Relay:
         if is_over:
             self.end("the cell has ended")
         elif time.monotonic() > end:
-            self._say(_refusal(number, "ServiceFailedError", reason))
+            self._send(_refusal(number, "ServiceFailedError", reason))
         else:
             self._loop.later(_LOOK_AFTER / 5, lambda: self._answer_later(number, reason, end))
 
-    def _say(self, frame: Frame) -> None:
+    def _send(self, frame: Frame) -> None:
         self._connection.send(frame.encode())
 
     def _greet(self, frame: Frame) -> Frame:
@@ -205,7 +205,7 @@ class Relay:
 
     def _pass_on(self, numbers: tuple[int, ...], data: bytes) -> None:
         for number in numbers:
-            self._say(Frame(Kind.MESSAGE, number, payload=data))
+            self._send(Frame(Kind.MESSAGE, number, payload=data))
 
     def _publish(self, frame: Frame) -> Frame | None:
         if frame.name not in self._hearers:

@@ -77,14 +77,14 @@ _READY_LINE = "ready"
 
 
 class Bridge(Child):
-    """One run of the bridge to the server at an address; `say` takes its output, line by line."""
+    """One run of the bridge to the server at an address; `on_line` takes its output, line by line."""
 
     def __init__(
-        self, installation: Installation, identity: Identity, address: tuple[str, int], say: Callable[[str], None]
+        self, installation: Installation, identity: Identity, address: tuple[str, int], on_line: Callable[[str], None]
     ) -> None:
         self.is_ready = False  # true if everything is registered
         self.last_line = ""
-        self._say = say
+        self._on_line = on_line
         host, port = address
         if ip_address(host).is_unspecified:
             host = "127.0.0.1"
@@ -109,7 +109,7 @@ class Bridge(Child):
 
     def _hear(self, line: str) -> None:
         self.last_line = line
-        self._say(line)
+        self._on_line(line)
 
 
 READY_LIMIT = 20.0  # time [s] for the bridge to register everything
@@ -297,10 +297,10 @@ class Ros1:
             own.stop()
 
     def _start_bridge(self) -> Bridge:
-        self._bridge = Bridge(self._installation, self.identity, self._address, self._say)
+        self._bridge = Bridge(self._installation, self.identity, self._address, self._on_line)
         return self._bridge
 
-    def _say(self, line: str) -> None:
+    def _on_line(self, line: str) -> None:
         """Forward the bridge's output, except complaints about its disconnection at the end."""
         if not self._is_stopped():
             self.report(f"ROS 1: {line}")
