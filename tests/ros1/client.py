@@ -1,4 +1,4 @@
-"""A client of its own process under the system's Python: a function, or the text of a program.
+"""Client in its own process under the system's Python: a function, or the text of a program.
 
 It is forked from an interpreter that has loaded rospy, as are the Python programs of ROS 1.
 """
@@ -40,7 +40,7 @@ from rospy import names
 names.reload_mappings(sys.argv)
 names._caller_namespace = names.get_ros_namespace()
 """
-"""For rospy, which reads arguments and environment when it is imported."""
+"""For rospy, which reads arguments and environment at its import."""
 
 _RESULT = "result of the client: "
 _CALL = """
@@ -51,7 +51,7 @@ if __name__ == "__main__":
 
 
 def warm_ros() -> WarmStart:
-    """An interpreter of the system that has loaded what clients and tools of ROS 1 load."""
+    """Return an interpreter of the system that has loaded the modules of ROS 1 clients and tools."""
 
     def make() -> WarmStart:
         python = ros_python()
@@ -63,7 +63,7 @@ def warm_ros() -> WarmStart:
 
 
 class Client(Process):
-    """A running client."""
+    """Running client."""
 
     def __init__(
         self,
@@ -75,16 +75,16 @@ class Client(Process):
         """Start it.
 
         Args:
-            program: the text of a program; or a function, which has to import what it needs in its own body.
-            arguments: of the function, as JSON can say them; or of the program, as text.
-            environment: all of its environment.
+            program: the text of a program; or a function that imports everything in its own body.
+            arguments: of the function, as JSON values; or of the program, as text.
+            environment: its whole environment.
             folder: where it runs; the program is written there.
         """
         python = ros_python()
         assert python is not None
         if callable(program):
             text = (
-                # a client gives up first: its traceback says more than "still there"
+                # a client gives up first: its traceback has more information than "still there"
                 f"from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = {TIMEOUT / 2}\n"
                 + inspect.getsource(wait_until)
                 + inspect.getsource(has_publisher)
@@ -100,7 +100,7 @@ class Client(Process):
         super().__init__([python, str(path), *said], environment, folder, warm=warm_ros())
 
     def value(self) -> Any:
-        """What the function returned, through JSON; a traceback of the client fails the test."""
+        """Return the function's result, through JSON; a traceback of the client fails the test."""
         status = self.finish()
         lines = [line for line in self.out.splitlines() if line.startswith(_RESULT)]
         assert (status, len(lines)) == (0, 1), self._tell(f"status {status}")

@@ -1,4 +1,4 @@
-"""A ROS 1 that has nothing but message generators, and these make empty classes: for what needs no real one."""
+"""Fake ROS 1 with only message generators, which write empty classes: for tests that need no real one."""
 
 import sys
 from pathlib import Path

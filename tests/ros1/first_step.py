@@ -1,4 +1,4 @@
-"""The catkin workspace that tests share: what the lesson's first command makes of an empty home folder."""
+"""Shared catkin workspace of tests: the result of the lesson's first command in an empty home folder."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +11,11 @@ BUILD = 3 * TIMEOUT
 
 @dataclass(frozen=True)
 class FirstStep:
-    """The result of the lesson's first command, `cellwright ros1-workspace ~/simulation_ws`.
+    """Result of the lesson's first command, `cellwright ros1-workspace ~/simulation_ws`.
 
     Attributes:
         home: the home folder, which was empty before.
-        printed: by the command.
+        printed: output of the command.
     """
 
     home: Path

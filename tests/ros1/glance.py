@@ -1,4 +1,4 @@
-"""A look at a cell over ROS 1 without a client's process: the newest message of a topic, the answer of a service."""
+"""Access to a cell over ROS 1 without a client's process: the newest message of a topic, the response of a service."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from tests.ros1.ground import Ground
 
 
 def glance(ground: Ground, topic: str, kind: type[M], count: int = 1, *, node: str = "/gazebo") -> list[M]:
-    """The next messages of a topic.
+    """Return the next messages of a topic.
 
     Args:
-        ground: where the cell lives.
+        ground: environment of the cell.
         topic: its full name.
         kind: type of the messages.
         count: number of messages.
@@ -25,10 +25,10 @@ def glance(ground: Ground, topic: str, kind: type[M], count: int = 1, *, node: s
 
 
 def answer(ground: Ground, service: str, request: bytes) -> bytes:
-    """The response of a service that succeeds.
+    """Return the response of a service that succeeds.
 
     Args:
-        ground: where the cell lives.
+        ground: environment of the cell.
         service: its full name.
         request: its bytes.
     """

@@ -1,4 +1,4 @@
-"""A ROS 1 of one's own: a master on a free port, clients, tools and cells around it, all on the loopback."""
+"""Separate ROS 1 environment: a master on a free port, with clients, tools and cells, all on loopback."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARI
 
 
 class Ground:
-    """One master's surroundings. Everything that was started here is ended with it."""
+    """Environment of one master. `close` ends everything that was started here."""
 
     def __init__(self, folder: Path, messages: Path, *, roscore: bool = False) -> None:
         """Choose a port; nothing runs yet.
@@ -50,24 +50,24 @@ class Ground:
 
     @property
     def ros(self) -> dict[str, str]:
-        """The variables that lead a program to this master."""
+        """Environment variables that lead a program to this master."""
         home = self.folder / "ros"
         return {
             "ROS_MASTER_URI": self.uri,
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(home),
             "ROS_LOG_DIR": str(home / "log"),
-            "ROS_PARALLEL_JOBS": f"-j{os.cpu_count()}",  # without, `catkin_make` waits for the machine's load to fall
+            "ROS_PARALLEL_JOBS": f"-j{os.cpu_count()}",  # else `catkin_make` waits for the machine's load to fall
         }
 
     @property
     def environment(self) -> dict[str, str]:
-        """The whole environment of a client: nothing of this Python's, and the generated messages."""
+        """Whole environment of a client: the generated messages, and nothing of this Python."""
         kept = {name: value for name, value in os.environ.items() if not name.startswith(_OURS)}
         return {**kept, **self.ros, "PATH": system_path(), "PYTHONPATH": str(self._messages), "HOME": str(self.folder)}
 
     def ask(self, call: str, *arguments: Any) -> Any:
-        """The value that the master answers to one call of its API, as in `ask("getSystemState")`.
+        """Return the master's value of an API call, as in `ask("getSystemState")`.
 
         Args:
             call: name of the call, such as "getPublishedTopics".
@@ -79,7 +79,7 @@ class Ground:
         return value
 
     def start_master(self) -> None:
-        """Start the master, and wait until it answers. It keeps its port when it was stopped before."""
+        """Start the master, and wait until it answers. A restarted one keeps its port."""
         options = ["roscore", "-p"] if self._roscore else ["rosmaster", "--core", "-p"]
         self.process = self.start([*options, str(self.port)])
         wait_until(self._answers, f"answer of the master at {self.uri}")
@@ -87,18 +87,18 @@ class Ground:
             wait_until(lambda: self.has_node("/rosout"), "rosout")
 
     def stop_master(self, number: int = signal.SIGINT) -> None:
-        """End the master by a signal, and wait until it is gone."""
+        """End the master by a signal, and wait for its end."""
         assert self.process is not None
         self.process.signal(number)
         self.process.finish()
         self.process = None
 
     def start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
-        """Start a system program, such as `rostopic hz /clock`. What the Python of ROS 1 runs is forked, see `Client`.
+        """Start a system program, such as `rostopic hz /clock`. Python programs of ROS 1 are forked, see `Client`.
 
         Args:
             command: program and arguments.
-            folder: where it runs, a folder for tests if left out.
+            folder: working folder, by default a folder for tests.
             more: further variables of its environment.
         """
         python, whole = ros_python(), self._whole(command)
@@ -111,7 +111,7 @@ class Ground:
 
     @staticmethod
     def _whole(command: list[str]) -> list[str]:
-        """A command with the path of its program, behind that of its interpreter where this is the Python of ROS 1."""
+        """Return a command with the path of its program, behind its interpreter if that is the Python of ROS 1."""
         python, path = ros_python(), _found(command[0])
         return [*([python] if python is not None and _is_text_for(python, path) else []), path, *command[1:]]
 
@@ -125,11 +125,11 @@ class Ground:
         return process
 
     def tool(self, *command: str, status: int = 0, **more: str) -> str:
-        """Run a system program to its end; what it printed.
+        """Run a system program to its end; return its output.
 
         Args:
             command: program and arguments.
-            status: the exit status that is expected.
+            status: the expected exit status.
             more: further variables of its environment.
         """
         process = self.start(list(command), folder=None, **more)
@@ -166,7 +166,7 @@ class Ground:
     def _cellwright(self, arguments: Sequence[str], more: Mapping[str, str], warm: WarmStart | None) -> Process:
         where = self.folder / "cell"
         where.mkdir(parents=True, exist_ok=True)
-        source = str(Path(cellwright.__file__).parents[1])  # what is tested, even if it is not what is installed
+        source = str(Path(cellwright.__file__).parents[1])  # the tested package, even if another one is installed
         environment = {
             **os.environ,
             **self.ros,
@@ -181,7 +181,7 @@ class Ground:
         return process
 
     def serve(self, trial: str, *options: str, **more: str) -> Process:
-        """Start `cellwright serve … --ros1`, and wait until it says that it is ready.
+        """Start `cellwright serve … --ros1`, and wait until it reports that it is ready.
 
         Args:
             trial: name or file.
@@ -193,7 +193,7 @@ class Ground:
         return cell
 
     def teleop(self, robot: str, *options: str, **more: str) -> Process:
-        """Start `cellwright teleop … --ros1`, and wait until it says that it is ready.
+        """Start `cellwright teleop … --ros1`, and wait until it reports that it is ready.
 
         Args:
             robot: name or file.
@@ -205,11 +205,11 @@ class Ground:
         return node
 
     def log(self) -> str:
-        """What the cells have printed so far, on both streams, in the order in which it came."""
+        """Output of the cells so far, on both streams, in the order of arrival."""
         return "".join(cell.said for cell in self._served)
 
     def close(self) -> None:
-        """End everything. A cell has to end in time and in order, and to leave nothing behind."""
+        """End everything. A cell must end in time and cleanly, and leave nothing behind."""
         try:
             for cell in self._served:
                 check_end(cell)
@@ -224,7 +224,7 @@ class Ground:
         except OSError:
             assert self.process.running, f"the master has ended:\n{self.process.out}\n{self.process.err}"
             return False
-        # On a port that somebody else took first, another master would answer.
+        # If another program took the port first, another master would answer.
         assert self._roscore or pid == self.process.pid
         return True
 
@@ -234,12 +234,12 @@ class Ground:
 
 
 def check_end(cell: Process, timeout: float = TIMEOUT, *, children: float = TIMEOUT) -> None:
-    """End a cell as Ctrl-C does, and check how: status 0, no traceback, nothing left behind.
+    """End a cell as Ctrl-C does, and check its end: status 0, no traceback, nothing left behind.
 
     Args:
         cell: may have ended before.
-        timeout: bound of its end [s].
-        children: bound of the end of its own processes [s].
+        timeout: limit of its end [s].
+        children: limit of the end of its own processes [s].
     """
     was_running = cell.running
     status = cell.interrupt(timeout)
@@ -255,13 +255,13 @@ def check_end(cell: Process, timeout: float = TIMEOUT, *, children: float = TIME
 
 @contextmanager
 def ground(folder: Path, messages: Path, *, roscore: bool = False, master: bool = True) -> Iterator[Ground]:
-    """A ground for as long as a block lasts; for fixtures that several tests share.
+    """Provide a ground within a block; for fixtures that several tests share.
 
     Args:
         folder: for its files.
         messages: folder of generated message modules.
         roscore: a whole roscore, not a bare rosmaster.
-        master: start it; without, a port is reserved and nobody answers there.
+        master: start it; else only reserve a port, without a master.
     """
     made = Ground(folder, messages, roscore=roscore)
     try:
@@ -273,7 +273,7 @@ def ground(folder: Path, messages: Path, *, roscore: bool = False, master: bool 
 
 
 def _found(program: str) -> str:
-    """Where a program of the system lies; the search path of this process may begin with another Python's."""
+    """Return the path of a system program; this process's search path may begin with another Python's."""
     for folder in system_path().split(":"):
         if os.access(path := Path(folder, program), os.X_OK):
             return str(path)

@@ -1,6 +1,6 @@
-"""What two nodes tell each other before the first message: the connection headers of topics and services.
+"""Connection headers of topics and services, which nodes exchange before the first message.
 
-Asked for without registering anything at the master, so that the node graph stays as it is.
+They are requested without a registration at the master, so that the node graph does not change.
 """
 
 import socket
@@ -14,10 +14,10 @@ from tests.waiting import TIMEOUT
 
 
 def publisher_header(ground: Ground, topic: str, node: str) -> dict[str, str]:
-    """What a publisher says to a subscriber that takes any type.
+    """Return the header of a publisher for a subscriber that accepts any type.
 
     Args:
-        ground: where both live.
+        ground: environment of both.
         topic: its full name.
         node: the publishing node.
     """
@@ -30,10 +30,10 @@ def publisher_header(ground: Ground, topic: str, node: str) -> dict[str, str]:
 
 
 def service_header(ground: Ground, service: str) -> dict[str, str]:
-    """What the server of a service says to a client that only probes.
+    """Return the header of a service for a client that only probes.
 
     Args:
-        ground: where it lives.
+        ground: environment of the service.
         service: its full name.
     """
     place = urlparse(ground.ask("lookupService", service))

@@ -1,4 +1,4 @@
-"""Where processes listen, as the kernel says (Linux): a bare machine has no `ss`."""
+"""Listening addresses of processes, from the kernel (Linux): a bare machine has no `ss`."""
 
 import ipaddress
 import os
@@ -9,10 +9,10 @@ _LISTENS = "0A"  # TCP's state LISTEN in the kernel's tables
 
 
 def addresses(*pids: int) -> set[str]:
-    """The hosts of the addresses at which processes listen for TCP connections.
+    """Return the hosts of the addresses at which processes listen for TCP connections.
 
     Args:
-        pids: the processes; what has ended listens nowhere.
+        pids: the processes; ended ones have none.
     """
     ours = {socket for pid in pids for socket in _sockets(pid)}
     found = set()
@@ -26,19 +26,19 @@ def addresses(*pids: int) -> set[str]:
 
 
 def _sockets(pid: int) -> set[str]:
-    """The inodes of the sockets that a process has open."""
+    """Return the inodes of a process's open sockets."""
     found = set()
     try:
         for descriptor in Path("/proc", str(pid), "fd").iterdir():
             target = os.readlink(descriptor)
             if target.startswith("socket:["):
                 found.add(target[len("socket:[") : -1])
-    except FileNotFoundError:  # it closed one, or ended, meanwhile
+    except FileNotFoundError:  # it has closed one, or ended
         pass
     return found
 
 
 def _host(digits: str) -> str:
-    """An address as people write it; the kernel writes words of 32 bits in the machine's byte order."""
+    """Return an address in its usual form; the kernel writes words of 32 bits in the machine's byte order."""
     words = [bytes.fromhex(digits[start : start + 8]) for start in range(0, len(digits), 8)]
     return str(ipaddress.ip_address(b"".join(word[::-1] if sys.byteorder == "little" else word for word in words)))

@@ -11,10 +11,10 @@ _KINDS = (("msg", "genmsg_py.py"), ("srv", "gensrv_py.py"))
 
 
 def generate(folder: Path) -> None:
-    """Generate the packages into a folder that is put on PYTHONPATH then.
+    """Generate the packages into a folder for PYTHONPATH.
 
     Args:
-        folder: where; one folder a package is made there.
+        folder: parent of the packages' folders.
     """
     roots = [Path("/usr"), *Path("/opt/ros").glob("*")]
     generators = next(path for root in roots if (path := root / "lib/genpy").is_dir())

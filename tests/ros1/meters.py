@@ -1,4 +1,4 @@
-"""Clients that measure: they run under the system's Python, each a function that brings all that it needs."""
+"""Clients that measure: self-contained functions that run under the system's Python."""
 
 from typing import Any
 
@@ -6,15 +6,15 @@ from tests.waiting import TIMEOUT, has_publisher, wait_until
 
 
 def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]:
-    """Let time pass in a cell in lockstep, and count what is published meanwhile.
+    """Advance time in a cell in lockstep, and count messages meanwhile.
 
     Args:
         topics: full names.
         seconds: simulation time.
 
     Returns:
-        For each topic its speakers ("node", or "node what") with their messages. Trays and frames are counted each
-        for itself.
+        For each topic its publishers ("node", or "node subject") with their numbers of messages. Trays and frames are
+        counted separately.
     """
     import threading
 
@@ -39,11 +39,11 @@ def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]
                 counts[topic][who] = counts[topic].get(who, 0) + 1
             come[topic] += 1
 
-    # No node on simulation time: it would wait for time that only it lets pass.
+    # No node on simulation time: it would wait for time that only it advances.
     rospy.init_node("meter", anonymous=True)
     subscribers = {}
     for topic in topics:
-        # The raw bytes are enough, but where they have to be told apart.
+        # The raw bytes are enough, except where messages are counted separately.
         kind = TFMessage if topic == "/tf" else rospy.AnyMsg
         if topic == "/ariac/trays":
             kind = rostopic.get_topic_class(topic)[0]
@@ -65,8 +65,8 @@ def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]
             "messages",
             seen=lambda: (sent, come),  # noqa: B023
         )
-        counts["/clock"] = {"/gazebo": sent["/clock"]}  # of which rospy, that reads it too, takes the newest alone
-        if number == 0:  # what is latched does not count
+        counts["/clock"] = {"/gazebo": sent["/clock"]}  # rospy reads it too, and delivers only the newest
+        if number == 0:  # latched messages do not count
             begin = {topic: dict(speakers) for topic, speakers in counts.items()}
     return {
         topic: {who: count - begin[topic].get(who, 0) for who, count in speakers.items()}
@@ -75,7 +75,7 @@ def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]
 
 
 def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]:
-    """What those who subscribe to topics say when a publisher comes.
+    """Return the headers of topics' subscribers for a new publisher.
 
     Args:
         types: the type of each topic, by full name.

@@ -1,6 +1,6 @@
-"""What the marker `ros1` asks for: a Python with rospy, the master, and the tools of Debian.
+"""Requirements of the marker `ros1`: a Python with rospy, the master, and the tools of Debian.
 
-Where that lacks a test is skipped, with the reason; in CI it fails, so that a green build has seen real ROS 1.
+If one is missing, a test is skipped with the reason; in CI it fails, so that a green build includes real ROS 1.
 """
 
 import os
@@ -16,7 +16,7 @@ HOW = "scripts/install-ros1 installs it"
 
 @cache
 def ros_python() -> str | None:
-    """The interpreter that has rospy; None where there is none."""
+    """Return the interpreter that has rospy; None if there is none."""
     for path in (os.environ.get("CELLWRIGHT_ROS1_PYTHON"), "/usr/bin/python3"):
         if path and Path(path).exists() and not _lacking(path):
             return path
@@ -25,7 +25,7 @@ def ros_python() -> str | None:
 
 @cache
 def lacking() -> str | None:
-    """Why tests against ROS 1 cannot run here; None where they can."""
+    """Return the reason why tests with ROS 1 cannot run here; None if they can."""
     if ros_python() is None:
         return f"no system Python with rospy: {HOW}"
     tools = ("rosmaster", "roscore", "rostopic", "rosservice", "rosrun", "catkin_make")
@@ -34,7 +34,7 @@ def lacking() -> str | None:
 
 
 def system_path() -> str:
-    """The search path for what belongs to the system: its own folders before those of any other Python."""
+    """Return the search path for system programs: its own folders before those of any other Python."""
     own = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
     rosses = sorted(str(path) for path in Path("/opt/ros").glob("*/bin"))
     return ":".join([*rosses, "/usr/bin", os.environ.get("PATH", own)])

@@ -30,10 +30,14 @@ INVALID_GOAL, INVALID_JOINTS, PATH_TOLERANCE_VIOLATED = -1, -2, -4
 
 
 def act(runs: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
-    """Send goals one after the other to the action server; what became of each.
+    """Send goals one after the other to the action server; return the outcome of each.
 
-    A goal: `points` as pairs of time [s] and positions, in the order of `names`; `cancel` after so many seconds;
-    `leave` it so long after it was sent, and send the next; path tolerance for the first joint.
+    A goal has:
+
+    - `points`: pairs of time [s] and positions, in the order of `names`
+    - `cancel`: time until it is cancelled [s]
+    - `leave`: time until the next goal is sent [s]
+    - `tolerance`: path tolerance of the first joint
 
     Args:
         runs: goals by the name of their run.
@@ -44,28 +48,28 @@ def act(runs: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]
     from trajectory_msgs.msg import JointTrajectoryPoint
 
     rospy.init_node("actor", anonymous=True)
-    # else the first /clock, some time into the run, would end a wait that began at 0
+    # else the first /clock, some time into the run, would end a wait from 0
     wait_until(rospy.get_time, "simulation time")
     name = "/ariac/arm/follow_joint_trajectory"
 
-    def send(wanted: dict[str, Any]) -> tuple[Any, list[Any]]:
+    def send(request: dict[str, Any]) -> tuple[Any, list[Any]]:
         client = actionlib.SimpleActionClient(name, FollowJointTrajectoryAction)
         assert client.wait_for_server()
         goal = FollowJointTrajectoryGoal()
-        goal.trajectory.joint_names = wanted["names"]
-        for seconds, positions in wanted["points"]:
+        goal.trajectory.joint_names = request["names"]
+        for seconds, positions in request["points"]:
             goal.trajectory.points.append(
                 JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration(seconds))
             )
-        if "tolerance" in wanted:
-            goal.path_tolerance.append(JointTolerance(name=wanted["names"][0], position=wanted["tolerance"]))
+        if "tolerance" in request:
+            goal.path_tolerance.append(JointTolerance(name=request["names"][0], position=request["tolerance"]))
         feedback: list[Any] = []
         client.send_goal(goal, feedback_cb=feedback.append)
-        if "cancel" in wanted:
-            rospy.sleep(wanted["cancel"])
+        if "cancel" in request:
+            rospy.sleep(request["cancel"])
             client.cancel_goal()
-        if "leave" in wanted:
-            rospy.sleep(wanted["leave"])
+        if "leave" in request:
+            rospy.sleep(request["leave"])
         else:
             assert client.wait_for_result(), "no result"
         return client, feedback
@@ -80,7 +84,7 @@ def act(runs: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]
             "desired": feedback and list(feedback[-1].desired.positions),
         }
 
-    return {run: [outcome(*sent) for sent in [send(wanted) for wanted in goals]] for run, goals in runs.items()}
+    return {run: [outcome(*sent) for sent in [send(request) for request in goals]] for run, goals in runs.items()}
 
 
 def goal(*points: tuple[float, list[float]], names: list[str] = NAMES, **more: float) -> dict[str, Any]:
@@ -102,7 +106,7 @@ RUNS = {
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> dict[str, list[dict[str, Any]]]:
-    """What became of the goals, by run."""
+    """Outcomes of the goals, by run."""
     with ground(tmp_path_factory.mktemp("action"), ros1_messages) as made:
         made.serve("lesson", "-d", "--speed", "2")
         found: dict[str, list[dict[str, Any]]] = made.client(act, RUNS).value()
@@ -148,6 +152,6 @@ def test_a_goal_that_is_refused(results: Results, run: str, code: int) -> None:
 
 
 def test_a_goal_whose_path_is_left(results: Results) -> None:
-    """Five metres in a tenth of a second are too much for the rail, and the tolerance says so at once."""
+    """Five metres in a tenth of a second are too much for the rail, and violate the tolerance at once."""
     (result,) = results["path left"]
     assert (result["state"], result["code"]) == (ABORTED, PATH_TOLERANCE_VIOLATED)

@@ -1,6 +1,6 @@
-"""What finals teams asked of the arm: it arrives where it is sent, and picks from each bin and from the belt.
+"""Arm motions of the finals' teams: it arrives at its goals, and picks from each bin and from the belt.
 
-One rospy program, as they wrote them: it waits until every joint is within 9 mm or 9 mrad of its goal.
+One rospy program in their style waits until every joint is within 9 mm or 9 mrad of its goal.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ arm: {type: ur10}
 sensors: {break_beam: {type: break_beam, pose: {xyz: [1.6, 2.25, 0.91], rpy: [0, 0, pi]}}}
 """
 BINS = {name: centre for name, centre in BIN_CENTRES.items() if centre[0] > -0.5}
-"""Those that the arm reaches with its tool upright: the farther row is 1.3 m from its shoulder, and it 1.18 m long."""
+"""Bins that the arm reaches with its tool upright: the farther row is 1.3 m from its shoulder, the arm 1.18 m long."""
 
 ONE_GEAR = "xyz_start: [0.3, 0.3, 0], xyz_end: [0.3, 0.3, 0], rpy: [0, 0, 0], num_models_x: 1, num_models_y: 1"
 
@@ -46,13 +46,13 @@ INITIAL = [INITIAL_POSITIONS[name] for name in ARM_JOINTS]
 
 
 def in_the_lessons_order(number: int) -> list[float]:
-    """A waypoint of the lesson, in the controller's order."""
+    """Return a waypoint of the lesson, in the controller's order."""
     elbow, rail, lift, pan, *wrists = WAYPOINTS[number][:7]
     return [rail, pan, lift, elbow, *wrists]
 
 
 def goals_all_over_the_rail(count: int) -> list[list[float]]:
-    """Postures drawn in, so that the arm touches nothing on its way."""
+    """Return goals with the arm folded, so that it touches nothing on its way."""
     chance = random.Random(2017)
     found = []
     for _ in range(count):
@@ -64,7 +64,7 @@ def goals_all_over_the_rail(count: int) -> list[list[float]]:
 
 
 def pick(x: float, y: float) -> dict[str, Any]:
-    """The way to a gear in a bin: to come over it, down onto it, and up again."""
+    """Return the path to a gear in a bin: above it, down onto it, and up again."""
     x, y, grip = grip_pose(Catalogue().figures("gear_part"), Pose((x, y, BIN_SURFACE)), 0, 0.0).position
     rail = bin_rail(y)
     above = station_posture(tool_down(x, y, 0.95), rail, INITIAL)
@@ -102,7 +102,7 @@ def program(goals: list[list[float]], picks: dict[str, Any], belt: dict[str, Any
     wait_until(lambda: states and publisher.get_num_connections(), "joint states, and a listener to commands")
 
     def until(condition: Callable[[], object], seconds: float) -> bool:
-        """Wait for so long by the cell's clock; whether the condition came true."""
+        """Wait for some simulation time [s]; return whether the condition became true."""
         end = rospy.Time.now() + rospy.Duration(seconds)
         while not condition():
             if rospy.Time.now() > end:
@@ -111,7 +111,7 @@ def program(goals: list[list[float]], picks: dict[str, Any], belt: dict[str, Any
         return True
 
     def send(waypoints: Sequence[Any], times: list[float]) -> tuple[float, dict[str, float]]:
-        """Send the arm along; the time at which it should have arrived, and its last goal."""
+        """Send the arm along waypoints; return the expected time of arrival, and the last goal."""
         message = JointTrajectory(joint_names=names)
         for positions, seconds in zip(waypoints, times):  # noqa: B905 - as of Python 3.8
             message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration(seconds)))
@@ -123,7 +123,7 @@ def program(goals: list[list[float]], picks: dict[str, Any], belt: dict[str, Any
         return float(max(abs(state.position[state.name.index(name)] - value) for name, value in goal.items()))
 
     def arrive(end: float, goal: dict[str, float], within: float = 3.0) -> float | None:
-        """How late all joints were within 9 mm or 9 mrad [s]; None if they never were."""
+        """Return the delay until all joints were within 9 mm or 9 mrad [s]; None if they never were."""
 
         def late() -> float | None:
             for state in tuple(states):

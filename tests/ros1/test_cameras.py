@@ -1,4 +1,4 @@
-"""Pictures as programs of ROS 1 get them."""
+"""Pictures for programs of ROS 1."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ cellwright:
 
 
 def look() -> dict[str, Any]:
-    """A message of each topic of two cameras, as rospy has them, in numbers."""
+    """Return a message of each topic of two cameras, as rospy gets them, in numbers."""
     import struct
 
     import rospy

@@ -1,6 +1,6 @@
-"""A catkin workspace from nothing to programs that work the cell, by the steps that lessons of the time teach.
+"""A catkin workspace from nothing to programs that work the cell, by the steps of lessons of 2017.
 
-A Python without ROS stands first on the search path throughout, as on many machines of today.
+A Python without ROS is first on the search path throughout, as on many machines of today.
 """
 
 import shlex
@@ -23,7 +23,7 @@ pytest_plugins = ["tests.ros1.fixtures"]
 pytestmark = pytest.mark.ros1
 
 LANGUAGES = {"ROS_LANG_DISABLE": "geneus:genlisp:gennodejs"}
-"""For the generators of messages: languages that no program here is in would take half of the build."""
+"""For the message generators: unused languages would take half of the build."""
 
 LESSON_CMAKE = """\
 cmake_minimum_required(VERSION 2.8.3)
@@ -153,10 +153,10 @@ int main(int argc, char ** argv)
 
 
 class Workspace:
-    """A workspace, and a shell whose working folder it is."""
+    """Workspace, and a shell in it."""
 
     def __init__(self, folder: Path, ros: Ground) -> None:
-        """Take the folder, and the ground to run on."""
+        """Set the folder, and the ground to run on."""
         self.folder = folder
         self._ros = ros
 
@@ -176,7 +176,7 @@ class Workspace:
         )
 
     def bash(self, script: str, within: float = TIMEOUT) -> str:
-        """What a script printed that ended well.
+        """Return the output of a script that succeeds.
 
         Args:
             script: its text.
@@ -188,7 +188,7 @@ class Workspace:
 
     @contextmanager
     def launched(self, setup: str, arguments: str, trial: str) -> Iterator[None]:
-        """The lesson's launch file for as long as a block lasts.
+        """Run the lesson's launch file within a block.
 
         Args:
             setup: the file that a shell sources.
@@ -211,7 +211,7 @@ def workspace(
 ) -> Iterator[Workspace]:
     """A workspace in which everything is built: the cell's packages, the lesson's, and one in C++.
 
-    The cell's have been built before. CMake has forgotten with what, and is configured from nothing by `catkin_make`.
+    The cell's are built already. CMake's cache is gone, so that `catkin_make` configures from nothing.
     """
     sources, own = first_step.workspace / "src", ("industrial_control", "cpp_client")
     with ground(tmp_path_factory.mktemp("catkin"), ros1_messages, roscore=True) as ros:
@@ -229,7 +229,7 @@ def workspace(
 
 
 def fill(sources: Path) -> None:
-    """Write what the lesson has one write, and the client in C++."""
+    """Write the lesson's sources, and the client in C++."""
     lesson, client = sources / "industrial_control", sources / "cpp_client"
     needs = "".join(f"<build_depend>{name}</build_depend>" for name in ("osrf_gear", "sensor_msgs", "std_srvs"))
     rospy = "<build_depend>rospy</build_depend>"

@@ -1,4 +1,4 @@
-"""Competition mode as ROS 1 clients find it: what counts as cheating is refused by the caller's node name."""
+"""Competition mode for ROS 1 clients: the cell refuses cheats by the caller's node name."""
 
 import re
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Itera
 
 
 def take_part(cheats: dict[str, str]) -> dict[str, Any]:
-    """Start the competition with ears open, as a program does, then cheat; times are simulation time."""
+    """Start the competition with subscriptions, as a program does, then cheat; times are simulation time."""
     import genpy
     import rospy
     import rosservice
@@ -45,7 +45,7 @@ def take_part(cheats: dict[str, str]) -> dict[str, Any]:
     from std_msgs.msg import String
     from std_srvs.srv import Trigger
 
-    # No node on simulation time: it would wait for time that only it lets pass.
+    # No node on simulation time: it would wait for time that only it advances.
     rospy.init_node("team")
     heard: dict[str, list[str]] = {"orders": [], "late": [], "states": [], "trays": []}
     step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
@@ -60,7 +60,7 @@ def take_part(cheats: dict[str, str]) -> dict[str, Any]:
     wait_until(lambda: all(has_publisher(each) for each in subscribers), "connections")
 
     def let_pass(periods: int) -> None:
-        """Tenths of a second, which the competition state is told in each."""
+        """Advance time by tenths of a second, the period of the competition state."""
         for _ in range(periods):
             before = len(heard["states"])
             assert step(rospy.Duration(0, 100_000_000), [], []).success
@@ -90,7 +90,7 @@ def take_part(cheats: dict[str, str]) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def found(cell: Ground) -> dict[str, Any]:
-    """What a team found that started the competition, and cheated."""
+    """Results of a team that started the competition, and cheated."""
     seen: dict[str, Any] = cell.client(take_part, CHEATS).value()
     return seen
 
@@ -135,6 +135,6 @@ def test_every_cheat_is_among_them() -> None:
 
 
 def test_the_trays_say_nothing(found: dict[str, Any]) -> None:
-    """Once a second where they do."""
+    """Without competition mode they publish once a second."""
     assert len(found["states"]) > 25
     assert found["trays"] == []

@@ -1,6 +1,6 @@
-"""The contract as ROS 1 clients find it: names, types, checksums, latches, rates, and who speaks to whom.
+"""Interface for ROS 1 clients: names, types, checksums, latches, rates, and the node graph.
 
-What is expected is written out in tests/data/gear_ros1_cases.json, for the trial `lesson`.
+The expected values are in tests/data/gear_ros1_cases.json, for the trial `lesson`.
 """
 
 from collections.abc import Iterator
@@ -36,9 +36,9 @@ SLOWER = [case for case in SAID if case["rate"] not in (None, "step")]
 STEPS = 500
 """Steps of the cell in a second of simulation time."""
 SECONDS = 2
-"""How long messages are counted [s of simulation time]."""
+"""Simulation time in which messages are counted [s]."""
 OURS = "/cellwright/"
-"""What a name begins with that the original has not."""
+"""Prefix of names that the original lacks."""
 
 
 def name(case: dict[str, Any]) -> str:
@@ -55,7 +55,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Itera
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> dict[str, dict[str, int]]:
-    """Messages of each topic, by speaker, in `SECONDS` of simulation; in lockstep none is lost or late."""
+    """Numbers of messages of each topic, by publisher, in `SECONDS` of simulation; in lockstep none is lost or late."""
     topics = [case["name"] for case in SAID if case["rate"] is not None]
     with ground(tmp_path_factory.mktemp("rates"), ros1_messages) as made:
         made.serve("lesson", "-d", "--lockstep")
@@ -64,7 +64,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> d
 
 
 def graph(cell: Ground) -> tuple[dict[str, list[str]], dict[str, list[str]], dict[str, list[str]]]:
-    """Publishers, subscribers and service nodes by name, what every node has of itself left out."""
+    """Return publishers, subscribers and service nodes by name, without what every node has."""
     loggers = ("/get_loggers", "/set_logger_level")
     publishers, subscribers, services = (dict(role) for role in cell.ask("getSystemState"))
     for role in (publishers, subscribers):
@@ -120,7 +120,7 @@ def test_what_a_publisher_says_of_its_topic(cell: Ground, case: dict[str, Any]) 
 
 
 def md5_of(definition: str, kind: str) -> str:
-    """The checksum of a definition, by a library that is not ours."""
+    """Return the checksum of a definition, by another library."""
     store = get_typestore(Stores.EMPTY)
     full = kind.replace("/", "/msg/")
     store.register(get_types_from_msg(definition, full))
@@ -148,14 +148,14 @@ def test_rates(measured: dict[str, dict[str, int]], case: dict[str, Any]) -> Non
     rate = STEPS if case["rate"] == "step" else case["rate"]
     speakers = {who: found / SECONDS for who, found in measured[case["name"]].items()}
     assert speakers
-    if isinstance(rate, dict):  # in lockstep the cell makes the frames of robot_state_publisher too
+    if isinstance(rate, dict):  # in lockstep the cell also publishes the frames of robot_state_publisher
         assert set(speakers.values()) == set(rate.values())
     else:
         assert set(speakers.values()) == {rate}, speakers
 
 
 def test_rates_of_each_tray_and_frame(measured: dict[str, dict[str, int]]) -> None:
-    """In real time robot_state_publisher makes the frames of the arm: `ros1_host/test_tf.py` looks at their stamps."""
+    """In real time robot_state_publisher publishes the arm's frames: `ros1/host/test_tf.py` checks their stamps."""
     assert len(measured["/ariac/trays"]) == 2
     assert measured["/tf"]["/gazebo logical_camera_frame"] == 10 * SECONDS
     assert measured["/tf"]["/gazebo base_link"] == 50 * SECONDS

@@ -1,4 +1,4 @@
-"""A program as teams wrote them in 2017 works a trial whole: it sees a part, presses the cup onto it, delivers it."""
+"""A program in the style of 2017 works a whole trial: it sees a part, presses the cup onto it, delivers it."""
 
 import json
 import shlex
@@ -163,7 +163,7 @@ if __name__ == "__main__":
 
 
 def test_a_trial_from_start_to_score(full_master: Ground, tmp_path: Path) -> None:
-    """In the words of the time: a trial and the team's sensors in two files, competition mode."""
+    """In the format of 2017: a trial and the team's sensors in two files, competition mode."""
     for name, text in (("trial.yaml", TRIAL), ("team.yaml", TEAM), ("kitting.py", PROGRAM)):
         (tmp_path / name).write_text(text)
     (tmp_path / "kitting.py").chmod(0o755)

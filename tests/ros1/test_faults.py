@@ -1,4 +1,4 @@
-"""What clients do wrong: the cell says so in a line, keeps its pace, and serves the next one."""
+"""Errors of clients: the cell reports each in a line, keeps its pace, and serves the next client."""
 
 import signal
 from collections.abc import Iterator
@@ -20,14 +20,14 @@ pytestmark = pytest.mark.ros1
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
-    """A cell that all the bad clients come to, one after the other; it has to be well to the end."""
+    """A cell for all bad clients, one after the other; it must work to the end."""
     with ground(tmp_path_factory.mktemp("faults"), ros1_messages) as made:
         made.serve("lesson", "-d")
         yield made
 
 
 def assert_well(cell: Ground) -> None:
-    """It answers, and time passes: joint states come every 20 ms of simulation, and none is missing."""
+    """Check that it answers, and that time passes: joint states every 20 ms of simulation, none missing."""
     assert answer(cell, "/ariac/gripper/control", b"\0") == b"\1"
     states = glance(cell, "/ariac/joint_states", JointState, 51)
     stamps = [state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in states]
@@ -35,7 +35,7 @@ def assert_well(cell: Ground) -> None:
 
 
 def call_and_die(service: str, count: int) -> None:
-    """Ask for something, and be gone before the answer."""
+    """Call a service, and disconnect before the answer."""
     import os
     import signal
     import threading
@@ -64,7 +64,7 @@ def test_a_client_killed_in_mid_service(cell: Ground) -> None:
 
 
 def flood(count: int, calls: int) -> dict[str, float]:
-    """Send commands as fast as it goes, until there were enough, and services have answered meanwhile."""
+    """Send commands at full speed, until there were enough, and services have answered meanwhile."""
     import threading
 
     import rospy
@@ -117,7 +117,7 @@ BAD_COMMANDS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 def send_bad(cases: list[dict[str, Any]]) -> None:
-    """Send one bad command after the other, each from a node of its own: a line a second is said of each node."""
+    """Send bad commands one after the other, each from its own node: the cell reports a line a second for each node."""
     import os
     import sys
 
@@ -148,7 +148,7 @@ def send_bad(cases: list[dict[str, Any]]) -> None:
 
 @pytest.fixture(scope="module")
 def reproofs(cell: Ground) -> dict[str, str]:
-    """What the cell says of each bad command; checked that none has moved the arm."""
+    """Reports of the cell for each bad command; none may move the arm."""
 
     def posture() -> list[float]:
         return list(glance(cell, "/ariac/joint_states", JointState, 26)[-1].position)
@@ -166,13 +166,13 @@ def reproofs(cell: Ground) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", BAD_COMMANDS)
-def test_a_malformed_command_is_told_and_moves_nothing(reproofs: dict[str, str], name: str) -> None:
+def test_malformed_command_is_reported_and_moves_nothing(reproofs: dict[str, str], name: str) -> None:
     _, word = BAD_COMMANDS[name]
     assert word in reproofs[name]
 
 
 def bytes_that_are_no_message() -> None:
-    """A publisher that says the right type and sends something else."""
+    """Publish with the right type in the header, and send something else."""
     import rospy
     from trajectory_msgs.msg import JointTrajectory
 
@@ -195,7 +195,7 @@ def test_bytes_that_are_no_message(cell: Ground) -> None:
 
 
 def wrong_type() -> int:
-    """Connections of a publisher of the wrong type, when one of the right type that came after it has some."""
+    """Return the connections of a publisher of the wrong type, once a later one of the right type has some."""
     import rospy
     from actionlib_msgs.msg import GoalID
     from std_msgs.msg import String

@@ -1,4 +1,4 @@
-"""The launcher, the messages and the example package as ROS's own tools meet them."""
+"""Launcher, messages and example package with ROS's own tools."""
 
 import stat
 from pathlib import Path
@@ -71,10 +71,10 @@ print("all went well")
 
 
 class Shell:
-    """A shell that has evaluated `cellwright ros1-env`."""
+    """Shell that has evaluated `cellwright ros1-env`."""
 
     def __init__(self, ros: Ground, paths: dict[str, str]) -> None:
-        """Take the ground it stands on, and the variables."""
+        """Set the ground to run on, and the variables."""
         self._ros = ros
         self._paths = paths
 
@@ -92,7 +92,7 @@ class Shell:
         )
 
     def tool(self, *command: str) -> str:
-        """What a program printed that ended well.
+        """Return the output of a program that succeeds.
 
         Args:
             command: program and arguments.
@@ -102,10 +102,10 @@ class Shell:
         return program.out
 
     def launched(self, folder: Path, more: str = "", *, exits: bool = False) -> Process:
-        """A launch file with the cell in it, that is ready.
+        """Start a launch file with the cell in it, and wait until it is ready.
 
         Args:
-            folder: for the file, and what the launcher writes.
+            folder: for the file, and the launcher's output.
             more: attributes of the node.
             exits: the simulator ends with its trial.
         """
@@ -125,13 +125,13 @@ def paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @pytest.fixture
 def alone(no_master: Ground, paths: dict[str, str]) -> Shell:
-    """A shell where no master runs."""
+    """A shell without a master."""
     return Shell(no_master, paths)
 
 
 @pytest.fixture
 def shell(full_master: Ground, paths: dict[str, str]) -> Shell:
-    """A shell where a roscore runs."""
+    """A shell with a roscore."""
     return Shell(full_master, paths)
 
 
@@ -196,7 +196,7 @@ def test_the_launch_file_that_is_written_starts_the_same_cell(shell: Shell, tmp_
 
 
 def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
-    """It lies in the package as the launcher does, and moves the arm to zero."""
+    """It is in the package beside the launcher, and moves the arm to zero."""
     launch = shell.launched(tmp_path)
     node = shell.start("rosrun", "ariac_example", "ariac_example_node.py")
     wait_until(lambda: "competition state: go" in node.out + node.err, "start of the competition")
@@ -211,7 +211,7 @@ def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
 
 
 def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None:
-    """The vendor's script and options, under the name that the launch file gives."""
+    """The vendor's script and options, under the launch file's name."""
     assert alone.tool("rosmsg", "md5", "cellwright_msgs/TeleopStatus").strip() == md5("cellwright_msgs/TeleopStatus")
     file = tmp_path / "robot.launch"
     file.write_text(ROBOT_LAUNCH)

@@ -1,4 +1,4 @@
-"""Modules of messages come from ROS's generators; what they complain of is passed on."""
+"""Message modules from ROS's generators, and their errors."""
 
 import subprocess
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The ground that the other tests stand on: real master, real clients, and no way around a failure."""
+"""Ground of the other tests: real master, real clients, and every failure is reported."""
 
 import os
 import signal

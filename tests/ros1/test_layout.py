@@ -1,4 +1,4 @@
-"""Files are written when they have to be, and nobody's work is lost."""
+"""Package files: written only when necessary, and no user's changes are lost."""
 
 import os
 from pathlib import Path
@@ -24,7 +24,7 @@ def test_what_is_as_it_should_be_is_left_alone(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*~"))
 
 
-def test_what_somebody_changed_is_kept_beside(tmp_path: Path) -> None:
+def test_changed_file_is_kept_beside(tmp_path: Path) -> None:
     write_package("cellwright_msgs", tmp_path, tmp_path)
     (tmp_path / "package.xml").write_text("mine")
     (tmp_path / "notes.txt").write_text("mine too")

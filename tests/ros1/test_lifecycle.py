@@ -1,4 +1,4 @@
-"""Processes that are killed, stopped, started again: the cell goes on, registers again, leaves nothing behind."""
+"""Processes that are killed, stopped and restarted: the cell goes on, registers again, and leaves nothing behind."""
 
 import os
 import random
@@ -22,7 +22,7 @@ NODES = {"/gazebo", "/robot_state_publisher"}
 
 @pytest.fixture(autouse=True)
 def slow(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Simulated time passes slowly in the cells that a test starts: none is about what happens in it."""
+    """Let time pass slowly in the cells that a test starts: no test depends on it."""
     monkeypatch.setenv(SPEED, "0.4")
 
 
@@ -33,7 +33,7 @@ def bridge_of(process: Process) -> int:
 
 
 def simulated(process: Ground) -> float:
-    """Simulation time, asked from ROS 1."""
+    """Return simulation time, from ROS 1."""
     said = process.tool("rostopic", "echo", "-n", "1", "/clock")
     found = re.search(r"secs: (\d+)\s+nsecs:\s*(\d+)", said)
     assert found is not None
@@ -41,7 +41,7 @@ def simulated(process: Ground) -> float:
 
 
 def is_whole(master: Ground) -> bool:
-    """Whether all is registered: both nodes, and what the lesson's cell says."""
+    """Return whether everything is registered: both nodes, and the topics of the lesson's cell."""
     try:
         publishers, subscribers, services = (dict(role) for role in master.ask("getSystemState"))
     except OSError:
@@ -80,7 +80,7 @@ def bridge_of_or_none(process: Process) -> int | None:
 
 
 def is_answering(master: Ground) -> bool:
-    """Whether the node /gazebo that the master knows is there."""
+    """Return whether the registered node /gazebo answers."""
     ping = master.start(["rosnode", "ping", "-c", "1", "/gazebo"])
     ping.finish()
     return "xmlrpc reply" in ping.out
@@ -105,7 +105,7 @@ def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None
 
 
 def test_sigint_at_any_moment(master: Ground) -> None:
-    """From the first import on until the competition runs; what the moments were is told when one is bad."""
+    """From the first import until the competition runs; a failure reports the moments."""
     chance = random.Random(0)
     moments = [0.15, 0.7, *(chance.uniform(0.5, 3.5) for _ in range(4))]
     for moment in moments:
@@ -127,7 +127,7 @@ def test_sigint_amid_registration_leaves_nothing_at_the_master(master: Ground, c
 
 
 def end(process: Process) -> None:
-    """Ctrl-C. Before the command has begun the program dies of the signal, or says no more than that."""
+    """Send Ctrl-C. Before the command has begun, the program dies of the signal, or only reports it."""
     status = process.interrupt()
     said = process.out + process.err
     if status == -signal.SIGINT or (status, said) == (1, "interrupted\n"):
@@ -137,5 +137,5 @@ def end(process: Process) -> None:
 
 
 def published(master: Ground) -> list[str]:
-    """What nodes of a cell have registered at the master."""
+    """Return the topics that the nodes of a cell have registered at the master."""
     return [name for role in master.ask("getSystemState") for name, nodes in role if NODES & set(nodes)]

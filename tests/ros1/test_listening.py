@@ -1,4 +1,4 @@
-"""What the kernel says of who listens where."""
+"""Listening addresses from the kernel."""
 
 import os
 import socket

@@ -1,4 +1,4 @@
-"""Time that passes only through a service: exact, and the same for every client."""
+"""Lockstep: only a service advances time, exactly, and in the same way for every client."""
 
 import re
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ def test_the_service_is_called_by_hand(cell: Ground) -> None:
 
 
 def count(seconds: int) -> dict[str, list[float]]:
-    """Let time pass in steps, and take all that was sent meanwhile: the stamps of joint states and laser profiles."""
+    """Advance time in steps, and receive everything meanwhile: return stamps of joint states and laser profiles."""
     import threading
     from functools import partial
 
@@ -42,7 +42,7 @@ def count(seconds: int) -> dict[str, list[float]]:
     from cellwright_msgs.srv import Step
     from sensor_msgs.msg import JointState, LaserScan
 
-    # No node on simulation time: it would wait for time that only it lets pass.
+    # No node on simulation time: it would wait for time that only it advances.
     rospy.init_node("stepper", anonymous=True)
     stamps, change = {"/ariac/joint_states": [], "/ariac/laser_profiler": []}, threading.Condition()  # type: ignore[var-annotated]
 
@@ -72,7 +72,7 @@ def count(seconds: int) -> dict[str, list[float]]:
 
 
 def test_nothing_is_lost_or_late(cell: Ground) -> None:
-    """As fast as it goes: each message of ten seconds is there, at its time."""
+    """At full speed: each message of ten seconds arrives, at its time."""
     stamps = cell.client(count, 10).value()
     for topic, period in (("/ariac/joint_states", 0.02), ("/ariac/laser_profiler", 0.01)):
         found = stamps[topic]

@@ -1,4 +1,4 @@
-"""On a busy machine the clock of the cell waits, and nothing is lost."""
+"""Overload: on a busy machine the cell's clock waits, and nothing is lost."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ pytestmark = [pytest.mark.ros1, pytest.mark.slow]
 
 
 NICE = 19
-"""How far the bridge stands back behind the busy processes. Without time that stands commands are then missed."""
+"""Niceness of the bridge beside the busy processes. If time did not stand, commands would be missed then."""
 
 
 @contextmanager
 def stopped(pid: int) -> Iterator[None]:
-    """A process that gets no time at all."""
+    """Stop a process within a block."""
     os.kill(pid, signal.SIGSTOP)
     try:
         yield
@@ -36,7 +36,7 @@ def stopped(pid: int) -> Iterator[None]:
 
 
 def bridge_of(cell: Process) -> int:
-    """The process of a cell's bridge."""
+    """Return the process of a cell's bridge."""
     (bridge,) = [pid for pid in cell.relatives() if "ros1/bridge" in name_of(pid)]
     return bridge
 
@@ -45,23 +45,23 @@ def test_time_stands_while_the_bridge_gets_no_time(master: Ground) -> None:
     cell = master.serve("lesson")
     host, port = cell.wait_for(r"^ready: lesson at (\S+):(\d+)").groups()
     bridge = bridge_of(cell)
-    onlooker = SocketTransport((host, int(port)), node="/onlooker")
+    observer = SocketTransport((host, int(port)), node="/onlooker")
     try:
         with stopped(bridge):
             cell.wait_for("time stands while /gazebo is more than 0.1 s behind; this is said once")
-            onlooker.ask_server(RESULT)
-            before = onlooker.now()
+            observer.ask_server(RESULT)
+            before = observer.now()
             for _ in range(5):  # each is answered between two ticks
-                onlooker.ask_server(RESULT)
-            assert onlooker.now() == before
-        wait_until(lambda: onlooker.now() > before, "time that passes")
+                observer.ask_server(RESULT)
+            assert observer.now() == before
+        wait_until(lambda: observer.now() > before, "time that passes")
     finally:
-        onlooker.close()
+        observer.close()
     assert "dropped" not in cell.said
 
 
 def program(count: int) -> dict[str, Any]:
-    """Send the rail to and fro, and take note of every joint state."""
+    """Send the rail back and forth, and record every joint state."""
     import rospy
     from sensor_msgs.msg import JointState
     from std_srvs.srv import Trigger

@@ -1,4 +1,4 @@
-"""The packages as they are laid out: one source for each file, and the paths of this installation where needed."""
+"""Files of the packages: one source for each, with the paths of this installation where needed."""
 
 import ast
 import re

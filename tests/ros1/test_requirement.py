@@ -1,4 +1,4 @@
-"""What is said where ROS 1 lacks, or is there in part."""
+"""Reasons of skipped tests if ROS 1 is missing, or incomplete."""
 
 from pathlib import Path
 

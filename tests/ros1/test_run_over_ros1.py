@@ -1,4 +1,4 @@
-"""The agent that comes along, over real ROS 1."""
+"""The bundled agent over real ROS 1."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.ros1
 
 
 def ran(folder: Path, *arguments: str, **more: str) -> dict[str, Any]:
-    """The result of a run, as JSON."""
+    """Return the result of a run, as JSON."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", *arguments]
     out, err = warm_start().popen(command, folder=folder, environment={**os.environ, **more}).communicate()
     assert "Traceback" not in err

@@ -1,4 +1,4 @@
-"""Definitions without a manifest get one."""
+"""Stubs: definitions without a manifest get one."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -28,7 +28,7 @@ def share(tmp_path: Path) -> Path:
     return share
 
 
-def test_packages_that_nobody_sees(share: Path) -> None:
+def test_packages_without_manifest_are_found(share: Path) -> None:
     assert packages_without_manifest(share) == ["a_msgs", "b_srvs"]
     assert packages_without_manifest(share / "none") == []
 

@@ -1,4 +1,4 @@
-"""Which ROS 1 is taken."""
+"""Choice of the ROS 1 installation."""
 
 import sys
 from pathlib import Path

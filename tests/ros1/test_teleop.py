@@ -1,4 +1,4 @@
-"""The seed's acceptance: a robot's node beside a real roscore, driven by unmodified programs of ROS 1."""
+"""Acceptance: a robot's node beside a real roscore, driven by unmodified programs of ROS 1."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_rviz_finds_the_robot(robot: Ground) -> None:
 
 
 def listen(count: int) -> dict[str, Any]:
-    """A number of joint states, and when [s] of wall time each came."""
+    """Return a number of joint states, and the wall time of each [s]."""
     import time
 
     import rospy
@@ -89,7 +89,7 @@ def listen(count: int) -> dict[str, Any]:
 
 
 def test_joint_states_come_one_after_the_other_with_the_wall_s_time(robot: Ground) -> None:
-    """`test_a_node_that_is_killed_in_mid_motion_leaves_nothing` looks at their rate, in simulation time."""
+    """`test_a_node_that_is_killed_in_mid_motion_leaves_nothing` checks their rate, in simulation time."""
     found = robot.client(listen, 100).value()
     assert found["stamps"] == sorted(set(found["stamps"]))
     assert found["stamps"][-1] > found["begin"]
@@ -101,7 +101,7 @@ def test_joint_states_come_one_after_the_other_with_the_wall_s_time(robot: Groun
 
 
 def drive(commands: list[Command], goals: list[dict[str, float]]) -> dict[str, list[float]]:
-    """From home, send each command; where the joints were before, and after each, when those of its goal are there."""
+    """From home, send each command; return the joints before, and after each, once those of its goal have arrived."""
     import rospy
     from sensor_msgs.msg import JointState
     from std_srvs.srv import Trigger
@@ -159,9 +159,10 @@ def test_grippers_close_in_the_order_right_left(robot: Ground) -> None:
 
 
 def reset_in_mid_motion(count: int) -> dict[str, Any]:
-    """Send the arm far away, and home again on its way, while commands keep coming.
+    """Send the arm far away, and home again during the motion, while commands keep coming.
 
-    Of each way home: the answer, and the joint states since it was asked for that are older than the answer.
+    Returns:
+        For each motion to home: the answer, and the joint states between the request and the answer.
     """
     import threading
     import time
@@ -182,7 +183,7 @@ def reset_in_mid_motion(count: int) -> dict[str, Any]:
     is_over = threading.Event()
 
     def insist() -> None:
-        while not is_over.wait(0.01):  # a program that commands a hundred times a second
+        while not is_over.wait(0.01):  # like a program that commands a hundred times a second
             commands.publish(away)
 
     pressing = threading.Thread(target=insist)
@@ -220,7 +221,7 @@ def test_reset_in_mid_motion_with_commands_meanwhile(robot: Ground) -> None:
 
 
 def sweep(joint: str, to: float) -> float:
-    """Have one joint follow targets, a new one with each joint state; where it is in the end."""
+    """Let one joint follow targets, a new one with each joint state; return its final position."""
     import rospy
     from sensor_msgs.msg import JointState
 
@@ -249,7 +250,7 @@ def test_two_programs_at_once_drive_what_each_names(robot: Ground) -> None:
 
 
 def raise_hand(height: float) -> list[list[float]]:
-    """From home, bring the right hand up by a height [m], and send nonsense; where both hands were, and are."""
+    """From home, raise the right hand by a height [m], and send nonsense; return both hands before and after."""
     import copy
 
     import rospy

@@ -1,4 +1,4 @@
-"""What programs do wrong before a robot's node: it says so in a line, keeps its pace, and the robot stays as it is."""
+"""Errors of programs with a robot's node: it reports each in a line, keeps its pace, and the robot does not move."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ pytestmark = pytest.mark.ros1
 
 NODE = "/sim_robot_controller_node"
 HOME = 1.7
-"""Of the joint that is looked at, J_arm_r_04 [rad]."""
+"""Home position of the observed joint, J_arm_r_04 [rad]."""
 
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
-    """A robot that all the bad programs come to, one after the other; it has to be well to the end."""
+    """A robot for all bad programs, one after the other; it must work to the end."""
     with ground(tmp_path_factory.mktemp("faults"), ros1_messages) as made:
         made.teleop("qinglong")
         yield made
 
 
 def look(to: float) -> dict[str, Any]:
-    """Where a joint is before it was told to go somewhere, and the joint states until it was there."""
+    """Command a joint; return its position before, and the joint states until it arrived."""
     import rospy
     from sensor_msgs.msg import JointState
 
@@ -50,7 +50,7 @@ def look(to: float) -> dict[str, Any]:
 
 
 def assert_well(robot: Ground, *, at: float) -> None:
-    """It stands where it stood, takes a command, misses no joint state, and has said no more than a few lines."""
+    """Check that it has not moved, takes a command, misses no joint state, and has printed only a few lines."""
     found = robot.client(look, at + 0.1).value()
     assert found["before"] == pytest.approx(at, abs=0.01)
     begin = found["numbers"][0]
@@ -60,7 +60,7 @@ def assert_well(robot: Ground, *, at: float) -> None:
 
 
 def misbehave(count: int) -> int:
-    """Send messages that mean nothing; how many."""
+    """Send invalid messages; return their number."""
     import struct
     import time
 
@@ -121,7 +121,7 @@ def test_a_thousand_malformed_messages_move_nothing(robot: Ground) -> None:
 
 
 def test_bytes_that_are_no_ros_at_its_doors(robot: Ground) -> None:
-    """At the port of its topics and services, and at that where the master calls."""
+    """At the port of its topics and services, and at that of its slave API."""
     chance = random.Random(0)
     uri = robot.ask("lookupNode", NODE)
     with xmlrpc.client.ServerProxy(uri) as slave:
@@ -143,7 +143,7 @@ def test_bytes_that_are_no_ros_at_its_doors(robot: Ground) -> None:
 
 
 def flood(count: int) -> dict[str, Any]:
-    """Command a joint as fast as it goes, each time to another place; where it is when it went where the last said."""
+    """Command a joint at full speed to changing targets; return its position once it has reached the last."""
     import rospy
     from sensor_msgs.msg import JointState
 
@@ -166,7 +166,7 @@ def flood(count: int) -> dict[str, Any]:
 
 
 def test_commands_as_fast_as_they_can_be_sent(robot: Ground) -> None:
-    """Joint states go on under the flood, and the last command counts."""
+    """Joint states go on during the flood, and the last command counts."""
     found = robot.client(flood, 20_000).value()
     assert found["sent"] >= 20_000
     begin = found["numbers"][0]

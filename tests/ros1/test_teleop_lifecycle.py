@@ -1,4 +1,4 @@
-"""A robot's node that is stopped, killed, or loses its master: it ends as a whole, and comes back as a whole."""
+"""A robot's node that is stopped, killed, or loses its master: it ends and recovers completely."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ pytestmark = pytest.mark.ros1
 
 NODE = "/sim_robot_controller_node"
 TIMESTEP = 1e9 / 240
-"""Of the simulation [ns]: a message comes with the step that is next to its time."""
+"""Time step of the simulation [ns]: a message comes with the step next to its time."""
 
 
 def send_off() -> None:
-    """Send an arm far away, and stay there; say so when it moves."""
+    """Send an arm far away, and keep running; report its motion."""
     import rospy
     from sensor_msgs.msg import JointState
 
@@ -39,14 +39,14 @@ def send_off() -> None:
 
 
 def moving(ground: Ground, *options: str) -> Process:
-    """A robot on its way, with a program that commands it."""
+    """Start a robot in motion, with a program that commands it."""
     robot = ground.teleop("qinglong", *options)
     ground.client(send_off).wait_for("it moves")
     return robot
 
 
 def registered(ground: Ground) -> set[str]:
-    """What the master knows of the node."""
+    """Return the registrations of the node at the master."""
     return {name for role in ground.ask("getSystemState") for name, nodes in role if NODE in nodes}
 
 
@@ -60,7 +60,7 @@ def test_ctrl_c_in_mid_motion_ends_all(master: Ground) -> None:
 
 
 def test_a_node_that_is_killed_in_mid_motion_leaves_nothing(no_master: Ground) -> None:
-    """Its roscore is gone too, for it was its own. Until then it has told the time, and its state each 10 ms of it."""
+    """Its own roscore ends too. Until then it has published the time, and its state every 10 ms of it."""
     robot = moving(no_master, "--sim-time")
     assert no_master.ask("getParam", "/use_sim_time") is True
     (now,) = glance(no_master, "/clock", Clock, node=NODE)

@@ -1,4 +1,4 @@
-"""The tools that everybody has at hand, unmodified, against a served cell."""
+"""ROS's standard tools, unmodified, with a served cell."""
 
 import itertools
 import json
@@ -22,17 +22,17 @@ COMMAND = """
   wrist_2_joint, wrist_3_joint],
  points: [{time_from_start: {secs: 1}, positions: [2.5, 0.3, -1.2, 3.2, 3.5, -1.51, 0.0, 0.0]}]}
 """
-"""As the lesson sends it: seven names, eight positions, in the order of the joint states."""
+"""Command of the lesson: seven names, eight positions, in the order of the joint states."""
 
 PACKAGE = """
-<package format="2"><name>onlooker</name><version>1.0.0</version><description>looks on</description>
-<maintainer email="nobody@localhost">nobody</maintainer><license>none</license></package>
+<package format="2"><name>listener</name><version>1.0.0</version><description>listens</description>
+<maintainer email="user@localhost">user</maintainer><license>none</license></package>
 """
 LAUNCH = """
 <launch>
   <arg name="topic" default="joint_states"/>
   <param name="answer" value="42" type="int"/>
-  <node pkg="onlooker" type="look" name="onlooker" output="screen" args="$(arg topic)" ns="ariac" required="true">
+  <node pkg="listener" type="look" name="listener" output="screen" args="$(arg topic)" ns="ariac" required="true">
     <remap from="state" to="competition_state"/>
   </node>
 </launch>
@@ -49,7 +49,7 @@ print(rospy.get_name(), rospy.get_param("/answer"), sys.argv[1], rospy.wait_for_
 def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
     """The lesson in development mode, beside a whole roscore.
 
-    Time passes slowly: the tools take seconds to start, and a cell at full speed would work in vain meanwhile.
+    Time passes slowly: the tools take seconds to start, and a cell at full speed would waste processor time.
     """
     with ground(tmp_path_factory.mktemp("tools"), ros1_messages, roscore=True) as made:
         made.serve("lesson", "-d", "--speed", "0.4")
@@ -90,7 +90,7 @@ def test_rostopic_echo(cell: Ground) -> None:
 
 
 def test_rostopic_echo_of_times(cell: Ground) -> None:
-    """The columns of -p are for plots: the time of arrival is simulation time, and so is that of the header."""
+    """The columns of -p are for plots: the times of arrival and of the header are simulation time."""
     lines = cell.tool("rostopic", "echo", "-p", "-n", "3", "/ariac/joint_states").splitlines()
     assert lines[0].startswith("%time,field.header.seq,field.header.stamp")
     rows = [line.split(",") for line in lines[1:]]
@@ -105,14 +105,14 @@ def test_rostopic_echo_of_times(cell: Ground) -> None:
 def test_rostopic_hz(cell: Ground) -> None:
     hz = cell.start(["rostopic", "hz", "/ariac/joint_states"])
     found = hz.wait_for(r"average rate: (\S+)")
-    assert float(found[1]) > 0.0  # how many come in time is the machine's matter; test_contract counts them
+    assert float(found[1]) > 0.0  # the number in time depends on the machine; test_contract counts them
     hz.interrupt()
 
 
 def test_rostopic_bw(cell: Ground) -> None:
     bw = cell.start(["rostopic", "bw", "/ariac/laser_profiler"])
     found = bw.wait_for(r"average: (\S+)KB/s\s+mean: (\S+)KB")
-    assert 1.6 < float(found[2]) < 3.6  # 400 floats, and as many again if there are intensities
+    assert 1.6 < float(found[2]) < 3.6  # 400 floats, and 400 more if there are intensities
     bw.interrupt()
 
 
@@ -180,7 +180,7 @@ def test_roswtf_finds_nothing_that_should_be_connected_and_is_not(cell: Ground) 
     said = cell.tool("roswtf")
     assert "Online checks summary:" in said
     assert "should be connected" not in said
-    assert "/ariac/arm/command" in said  # as in the original, nobody commands the arm yet
+    assert "/ariac/arm/command" in said  # as in the original, no node commands the arm yet
 
 
 def test_rosparam(cell: Ground) -> None:
@@ -192,11 +192,11 @@ def test_rosparam(cell: Ground) -> None:
 
 
 def test_rosbag(cell: Ground, tmp_path: Path) -> None:
-    """What is recorded can be read, bears simulation time, and comes again when it is played."""
+    """Recorded messages can be read, have simulation time, and come again on playback."""
     bag = tmp_path / "cell.bag"
     topics = ["/clock", "/tf_static", "/ariac/joint_states", "/ariac/logical_camera", "/ariac/orders"]
     assert "success: True" in cell.tool("rosservice", "call", "/ariac/start_competition")
-    # small chunks, so that what has come is in the file soon
+    # small chunks, so that messages are in the file soon
     record = cell.start(["rosbag", "record", "-O", str(bag), "--chunksize=1", *topics])
     active = bag.with_suffix(".bag.active")
 
@@ -259,9 +259,9 @@ def test_rosrun_tf_echo(cell: Ground) -> None:
 
 
 def package(folder: Path) -> str:
-    """A package of somebody's own, and the search path on which it is found."""
+    """Write a user's package; return the search path that contains it."""
     for name, text, mode in (("package.xml", PACKAGE, 0o644), ("look.launch", LAUNCH, 0o644), ("look", NODE, 0o755)):
-        path = folder / "onlooker" / name
+        path = folder / "listener" / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
         path.chmod(mode)
@@ -269,16 +269,16 @@ def package(folder: Path) -> str:
 
 
 def test_roslaunch(cell: Ground, tmp_path: Path) -> None:
-    """Parameters, namespaces, remapping and arguments, and an end as soon as the node ends."""
-    launched = cell.start(["roslaunch", "onlooker", "look.launch", "topic:=orders"], ROS_PACKAGE_PATH=package(tmp_path))
-    launched.wait_for(r"^/ariac/onlooker 42 orders (init|go)$")
+    """Parameters, namespaces, remapping and arguments; the launch ends with the node."""
+    launched = cell.start(["roslaunch", "listener", "look.launch", "topic:=orders"], ROS_PACKAGE_PATH=package(tmp_path))
+    launched.wait_for(r"^/ariac/listener 42 orders (init|go)$")
     assert launched.finish() == 0
-    assert "ariac/onlooker" not in cell.tool("rosnode", "list")
+    assert "ariac/listener" not in cell.tool("rosnode", "list")
 
 
 def test_rosrun(cell: Ground, tmp_path: Path) -> None:
     cell.tool("rosparam", "set", "/answer", "43")
     said = cell.tool(
-        "rosrun", "onlooker", "look", "here", "state:=/ariac/competition_state", ROS_PACKAGE_PATH=package(tmp_path)
+        "rosrun", "listener", "look", "here", "state:=/ariac/competition_state", ROS_PACKAGE_PATH=package(tmp_path)
     )
     assert said.split()[:3] == ["/look", "43", "here"]

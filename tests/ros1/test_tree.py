@@ -1,4 +1,4 @@
-"""The tree for a shell: whole or not there, never stale, and put on the paths once."""
+"""Tree for a shell: complete or missing, never stale, and on the paths once."""
 
 import os
 import shlex

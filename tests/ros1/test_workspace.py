@@ -1,4 +1,4 @@
-"""The catkin workspace: laid out, brought up to date, and built with what is there."""
+"""Catkin workspace: written, updated, and built with the installed tools."""
 
 import subprocess
 from pathlib import Path

@@ -1,9 +1,9 @@
 """Bus of a cell or robot: topics and services inside the process, and a throttled count of refused input.
 
-The cell advertises what it says (`advertise`), names what it hears (`listen`) and what it does on request (`serve`).
-Clients of every kind `subscribe`, `publish` and `call`; each is an equal guest, and none changes what the cell does by
-listening. Delivery is a plain loop in the order of subscription, within the publishing call; nothing here is for more
-than one thread (commands of other threads go through the simulation's inbox).
+The cell names the topics that it publishes (`advertise`) and receives (`listen`), and its services (`serve`). Clients
+of every kind `subscribe`, `publish` and `call`. All clients are equal, and a subscription never changes what the cell
+does. Delivery is a plain loop in the order of subscription, within the publishing call. The bus is for one thread:
+commands of other threads go through the simulation's inbox.
 """
 
 from __future__ import annotations
@@ -38,18 +38,22 @@ M = TypeVar("M", bound=Message)
 E = TypeVar("E", bound=CellwrightError)
 
 NANOSECONDS = 1_000_000_000
-MOST_SOURCES = 256  # are told apart: names come from outside, and must not eat the memory; the others share one
+MAX_SOURCES = 256  # counted separately; all others share one count, which bounds memory (names come from outside)
 OTHERS = "others"
-MOST_LINES = 20  # at most are said in a second, whatever the sources call themselves; the rest is counted
-LONGEST_LINE = 1000  # characters: names and values in it come from outside
-_LONGEST_SOURCE = 400
+MOST_LINES = 20  # reported in a second, over all sources; the rest is counted
+LONGEST_LINE = 1000  # characters; a line contains names and values from outside
+_MAX_SOURCE_LENGTH = 400
 
 
 class Refusals:
-    """Counts refused input by source, and reports it in lines; `now` tells simulation time [ns].
+    """Counter of refused input by source, with throttled reports.
 
-    The first refusal of a source is reported at once; those that follow within a second of simulation time are only
-    counted, and their number is told with the next report. Of many sources at once some are only counted as well.
+    It reports the first refusal of a source at once. It only counts those that follow within a second of simulation
+    time; the next report has their number. With many sources at once, some are only counted as well.
+
+    Args:
+        now: returns simulation time [ns].
+        report: takes a line.
     """
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
@@ -58,37 +62,37 @@ class Refusals:
         self._counts: Counter[str] = Counter()
         self._reported: dict[str, int] = {}
         self._untold: Counter[str] = Counter()
-        self._said: deque[int] = deque(maxlen=MOST_LINES)  # when the newest lines were said [ns]
+        self._report_times: deque[int] = deque(maxlen=MOST_LINES)  # times of the newest lines [ns]
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """How much was refused, by source."""
+        """Number of refusals by source."""
         return MappingProxyType(self._counts)
 
     @property
     def total(self) -> int:
-        """How much was refused in all."""
+        """Total number of refusals."""
         return self._counts.total()
 
     def refuse(self, source: str, reason: str) -> None:
         """Count a refusal, and report it unless one from the same source was reported less than a second ago."""
-        source = _one_line(source, _LONGEST_SOURCE)
-        if source not in self._counts and len(self._counts) >= MOST_SOURCES:
+        source = _one_line(source, _MAX_SOURCE_LENGTH)
+        if source not in self._counts and len(self._counts) >= MAX_SOURCES:
             source = OTHERS
         self._counts[source] += 1
         now = self._now()
         last = self._reported.get(source)
-        if _is_recent(now, last) or (len(self._said) == MOST_LINES and _is_recent(now, self._said[0])):
+        if _is_recent(now, last) or (len(self._report_times) == MOST_LINES and _is_recent(now, self._report_times[0])):
             self._untold[source] += 1
             return
-        self._said.append(now)
+        self._report_times.append(now)
         untold = self._untold.pop(source, 0)
         self._reported[source] = now
         more = f" (and {untold} more since the last report)" if untold else ""
         self._report(f"{_one_line(f'refused {source}: {reason}', LONGEST_LINE)}{more}")
 
     def flush(self) -> None:
-        """Report what was counted and not told yet, as at the end of a run; of many sources the first ones."""
+        """Report what was counted but not reported, as at the end of a run; of many sources only the first ones."""
         untold = list(self._untold.items())
         for source, count in untold[:MOST_LINES]:
             self._report(f"refused {source}: {count} more since the last report")
@@ -99,27 +103,27 @@ class Refusals:
 
 
 def _is_recent(now: int, then: int | None) -> bool:
-    """Whether less than a second has passed [ns]; not when time has begun anew since."""
+    """True if less than a second has passed [ns], and time has not restarted since."""
     return then is not None and 0 <= now - then < NANOSECONDS
 
 
-def _one_line(text: str, most: int) -> str:
-    """A text that breaks no line, however long its names are and whatever is in them."""
-    short = text if len(text) <= most else f"{text[: most - 3]}..."
+def _one_line(text: str, max_length: int) -> str:
+    """Return a text cut to `max_length` characters, without characters that break a line."""
+    short = text if len(text) <= max_length else f"{text[: max_length - 3]}..."
     return short if short.isprintable() else "".join(each if each.isprintable() else "?" for each in short)
 
 
 class How(StrEnum):
-    """How something came."""
+    """Kind of external input."""
 
     PUBLISH = "publish"
     CALL = "call"
-    EXTRA = "extra"  # a service of the server itself, past the bus
+    EXTRA = "extra"  # a service of the server itself, which bypasses the bus
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A message or request from outside, for a topic or service; JSON values where it came past the bus."""
+    """Message or request from outside for a topic or service; JSON values if it bypassed the bus."""
 
     how: How
     name: str
@@ -128,14 +132,14 @@ class Given:
 
 
 class Later:
-    """A service's response that is not there yet: the service answers once, whoever called hears of it."""
+    """Pending response of a service: the service answers once, and the caller is notified."""
 
     def __init__(self) -> None:
         self.response: Message | None = None
         self._listeners: list[Callable[[Message], None]] = []
 
     def answer(self, response: Message) -> None:
-        """Give the response. A second one counts for nothing."""
+        """Set the response; later ones are ignored."""
         if self.response is None:
             self.response = response
             for listener in self._listeners:
@@ -143,7 +147,7 @@ class Later:
             self._listeners.clear()
 
     def then(self, listener: Callable[[Message], None]) -> None:
-        """Have `listener(response)` called when it is there; at once if it is."""
+        """Call `listener(response)` once the response exists: at once if it does already."""
         if self.response is None:
             self._listeners.append(listener)
         else:
@@ -153,39 +157,42 @@ class Later:
 Callback: TypeAlias = Callable[[Any], None]  # takes a message of the topic's class
 
 Handler: TypeAlias = Callable[[Any, str], Any]
-"""Takes a message or request, and the name of the node that it came from."""
+"""Takes a message or request, and the name of the sending node."""
 
 
 class Direction(Enum):
-    """Which way the messages of a topic go, as seen from the cell."""
+    """Direction of a topic, as seen from the cell."""
 
     OUT = "out"
     IN = "in"
 
 
 class Subscription:
-    """A callback that gets every message of a topic until it is cancelled."""
+    """Subscription of a callback to every message of a topic, until it is cancelled."""
 
     def __init__(
         self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, along: bool
     ) -> None:
         self._topic = topic
-        self.since = since  # simulation time [ns] at which it began, or -1 after time has begun anew
-        self.along = along  # whether it only gets what is made for others, and is counted as nobody
+        self.since = since  # simulation time [ns] of its start, or -1 after time has restarted
+        self.along = along  # passive: it gets what is built for others, and does not count as a listener
         self.callback = callback
         self.node = node
         self.origin = origin
 
     def cancel(self) -> None:
-        """Stop listening; again is no error. A message that is just being delivered may still come."""
+        """End the subscription; a second call has no effect. A message in delivery may still arrive."""
         self._topic.remove(self)
 
 
 class Publisher:
-    """What publishes on a topic; `on_listeners` is called with the number of listeners whenever it changes.
+    """Publisher of a topic; calls `on_listeners` with the number of listeners whenever it changes.
 
-    With `latch` a late listener gets the newest message. Such a topic is published whoever listens, since the newest
-    message must not depend on that: a UsageError if both are given.
+    With `latch` a late listener gets the newest message. Such a topic is published even without listeners, since the
+    newest message must not depend on them.
+
+    Raises:
+        UsageError: latch and on_listeners are both given.
     """
 
     def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
@@ -202,7 +209,7 @@ class Publisher:
 
     @property
     def newest(self) -> Message | None:
-        """The newest message of a latched topic; built now if nobody has needed it yet."""
+        """Newest message of a latched topic, built now if it was not needed before."""
         if callable(self._newest):
             self._newest = self._newest()
         return self._newest
@@ -213,15 +220,19 @@ class Publisher:
 
     @property
     def listeners(self) -> int:
-        """How many listen to this publisher, without those who only listen along."""
+        """Number of listeners to this publisher, without passive ones (`along`)."""
         return self._count
 
     def publish(self, message: Message, *, measured: int | None = None) -> None:
-        """Give a message to every listener, in the order in which they came. Nobody changes it from here on.
+        """Deliver a message to every listener, in the order of subscription.
 
-        What a listener raises comes out here: listeners are transports, which keep their clients' errors to themselves.
-        Where it was sampled earlier, at the simulation time `measured` [ns], listeners that began later do not get it,
-        as if nobody had listened before them.
+        The message must not change from here on. Errors of listeners propagate: listeners are transports, which handle
+        their clients' errors.
+
+        Args:
+            message: message of the topic's class.
+            measured: simulation time [ns] of a message that was sampled earlier. Listeners that began later do not get
+                it, as if the topic had had no listener before them.
 
         Raises:
             UsageError: the message is not of the topic's class.
@@ -239,17 +250,17 @@ class Publisher:
             callback(message)
 
     def offer(self, build: Callable[[], Message | None]) -> None:
-        """Publish what `build` makes, on a latched topic; without a listener it is called when it is needed.
+        """Publish the result of `build` on a latched topic; without a listener, build it when it is needed.
 
-        It gives the same message whenever it is called, or None when there is nothing to say.
+        `build` must return the same message at any time, or None for no message.
         """
         if not self._callbacks:
             self._newest = build
         elif (message := build()) is not None:
             self.publish(message)
 
-    def take_listeners(self) -> None:
-        """Take note of who listens, and tell their number to whoever wants to know it."""
+    def update_listeners(self) -> None:
+        """Update the listeners, and report their number to `on_listeners` if they changed."""
         before = self._callbacks
         subscriptions = self._topic.subscriptions_to(self.node)
         self._callbacks = tuple(each.callback for each in subscriptions)
@@ -259,7 +270,7 @@ class Publisher:
 
 
 class Topic:
-    """A name that messages of one type go by. Without a type it is only waited for."""
+    """Topic with messages of one type. Without a type it has only subscribers that wait for it."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -273,7 +284,7 @@ class Topic:
         self.subscriptions: list[Subscription] = []
 
     def declare(self, type_name: str, direction: Direction, rate: str) -> None:
-        """Settle the type and the direction; a UsageError if they were settled otherwise before."""
+        """Set type and direction; a UsageError if they were set to something else before."""
         message_class = message_type(type_name)
         if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
             raise UsageError(
@@ -285,31 +296,31 @@ class Topic:
         self.rate = self.rate or rate
 
     def add(self, subscription: Subscription) -> None:
-        """Let somebody listen: what is latched comes first."""
+        """Add a subscription; latched messages come first."""
         self.subscriptions.append(subscription)
         for publisher in self.publishers:
             if subscription.origin in (None, publisher.node) and (newest := publisher.newest) is not None:
                 subscription.callback(newest)
-        self._tell_publishers()
+        self._notify_publishers()
 
     def remove(self, subscription: Subscription) -> None:
-        """Let somebody go."""
+        """Remove a subscription."""
         if subscription in self.subscriptions:
             self.subscriptions.remove(subscription)
-            self._tell_publishers()
+            self._notify_publishers()
 
     def subscriptions_to(self, node: str) -> list[Subscription]:
-        """Who wants what a node says here."""
+        """Return the subscriptions to what a node publishes here."""
         return [each for each in self.subscriptions if each.origin in (None, node)]
 
-    def _tell_publishers(self) -> None:
+    def _notify_publishers(self) -> None:
         for publisher in self.publishers:
-            publisher.take_listeners()
+            publisher.update_listeners()
 
 
 @dataclass(frozen=True, slots=True)
 class TopicInfo:
-    """A topic as it stands: `rate` in words, publishers and subscribers by node."""
+    """Current state of a topic: `rate` in words, publishers and subscribers by node."""
 
     name: str
     type: str
@@ -322,7 +333,7 @@ class TopicInfo:
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """A service, and the node that serves it."""
+    """Service, and the node that serves it."""
 
     name: str
     type: ServiceType
@@ -331,7 +342,12 @@ class Service:
 
 
 class Bus:
-    """Topics and services inside the process; `now` tells simulation time [ns], for `report` see `Refusals`."""
+    """Topics and services inside the process.
+
+    Args:
+        now: returns simulation time [ns].
+        report: takes a line about refused input, see `Refusals`.
+    """
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
         self._topics: dict[str, Topic] = {}
@@ -339,7 +355,7 @@ class Bus:
         self._now = now
         self.refusals = Refusals(now, report)
         self.on_given: list[Callable[[Given], None]] = []
-        """Called with everything that comes from outside and could be handled, before it is, refused then or not."""
+        """Called with all external input that has a handler, before it is handled, even if it is refused then."""
 
     def advertise(
         self,
@@ -351,7 +367,7 @@ class Bus:
         node: str = "",
         on_listeners: Callable[[int], None] | None = None,
     ) -> Publisher:
-        """Make a publisher for a topic; a topic may have several. See `Publisher` for latch and on_listeners.
+        """Create a publisher for a topic; a topic may have several. See `Publisher` for latch and on_listeners.
 
         Raises:
             UnknownNameError: there is no message type of this name.
@@ -362,11 +378,11 @@ class Bus:
         entry.declare(type_name, Direction.OUT, rate)
         publisher = Publisher(entry, node, on_listeners, latch=latch)
         entry.publishers.append(publisher)
-        publisher.take_listeners()  # somebody may have been waiting
+        publisher.update_listeners()  # a subscription may exist already
         return publisher
 
     def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "") -> None:
-        """Hear what clients publish on a topic: `handler(message, node)`; it refuses with a RejectedCommandError.
+        """Call `handler(message, node)` for what clients publish on a topic; it refuses with a RejectedCommandError.
 
         Raises:
             UnknownNameError: there is no message type of this name.
@@ -381,8 +397,8 @@ class Bus:
     def serve(self, service: str, type_name: str, handler: Handler, *, node: str = "") -> None:
         """Answer calls of a service: `handler(request, node) -> response`.
 
-        It may raise a ServiceFailedError: then the call has no answer. Where some time has to pass first, the handler
-        returns a `Later` that it answers then.
+        It may raise a ServiceFailedError: then the call has no answer. For a response that takes simulation time, the
+        handler returns a `Later` and answers it afterwards.
 
         Raises:
             UnknownNameError: there is no service type of this name.
@@ -393,7 +409,7 @@ class Bus:
         self._services[service] = Service(service, service_type(type_name), handler, node)
 
     def forget_latched(self) -> None:
-        """Forget all latched messages, as when a run begins anew; who listens has listened all along."""
+        """Forget all latched messages, as when a run restarts; subscriptions stay, as if they had always existed."""
         for topic in self._topics.values():
             for publisher in topic.publishers:
                 publisher.newest = None
@@ -401,7 +417,7 @@ class Bus:
                 subscription.since = -1
 
     def latched(self) -> dict[str, list[str | None]]:
-        """The newest messages of all latched topics, as JSON values: CDR in base64, by topic and publisher."""
+        """Return the newest messages of all latched topics as JSON values: CDR in base64, by topic and publisher."""
         found = {}
         for name, topic in sorted(self._topics.items()):
             newest = [publisher.newest for publisher in topic.publishers if publisher.latch]
@@ -410,7 +426,7 @@ class Bus:
         return found
 
     def set_latched(self, state: Mapping[str, Sequence[str | None]]) -> None:
-        """Take over what `latched` returned, in place of all that was latched; listeners get nothing for it."""
+        """Replace all latched messages by what `latched` returned; nothing is delivered to listeners."""
         for name, topic in self._topics.items():
             publishers = [publisher for publisher in topic.publishers if publisher.latch]
             for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
@@ -420,11 +436,20 @@ class Bus:
     def subscribe(
         self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, along: bool = False
     ) -> Subscription:
-        """Have `callback(message)` called for each message of a topic, in either direction.
+        """Call `callback(message)` for each message of a topic, in either direction.
 
-        A topic that is not there yet is waited for; a UsageError unless its name is absolute. On a latched one the
-        newest message comes at once. With an `origin` only what publishers of that node say is delivered. Who listens
-        `along` gets what is made for others: what is made only while somebody listens is not made for it.
+        The topic need not exist yet. On a latched topic the newest message comes at once.
+
+        Args:
+            topic: absolute name.
+            callback: takes a message.
+            node: name of the subscribing node.
+            origin: deliver only what publishers of this node publish.
+            along: passive: get what is built for others. Messages that are built only for listeners are not built
+                for it.
+
+        Raises:
+            UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
         subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
@@ -432,20 +457,24 @@ class Bus:
         return subscription
 
     def publish(self, topic: str, message: Message, *, node: str = "", is_decoded: bool = False) -> None:
-        """Give the cell a message: first it is handled, then those who listen in get it, refused or not.
+        """Send the cell a message: the handler gets it first, then the subscribers, even if it was refused.
 
-        With `is_decoded` it was decoded from bytes just now, and its fields are not validated again.
+        Args:
+            topic: absolute name.
+            message: message of the topic's type.
+            node: name of the sending node.
+            is_decoded: the message was just decoded from bytes; do not validate its fields again.
 
         Raises:
             UnknownNameError: the cell does not listen to such a topic.
-            RejectedCommandError: the message is not what the topic carries, or was refused; nothing was done then.
+            RejectedCommandError: the message does not fit the topic, or was refused; it had no effect then.
         """
         entry = self._topics.get(topic)
         if entry is None or entry.handler is None or entry.message_class is None:
             listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
             raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
         try:
-            taken = _fitting(message, entry.message_class, topic, is_decoded)
+            taken = _validated(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
         if self.on_given:
@@ -461,11 +490,11 @@ class Bus:
             raise self._refused(topic, node, refusal)
 
     def call(self, service: str, request: Message, *, node: str = "", is_decoded: bool = False) -> Any:
-        """Call a service; its response, or a `Later` that will have it when some time has passed.
+        """Call a service; return its response, or a `Later` if the response takes simulation time.
 
         Raises:
             UnknownNameError: there is no such service.
-            RejectedCommandError: the request is not what the service takes, or was refused; nothing was done then.
+            RejectedCommandError: the request does not fit the service, or was refused; it had no effect then.
             ServiceFailedError: the service gave no answer.
         """
         try:
@@ -473,7 +502,7 @@ class Bus:
         except UnknownNameError as error:
             raise self._refused(service, node, error) from None
         try:
-            taken = _fitting(request, entry.type.request, service, is_decoded)
+            taken = _validated(request, entry.type.request, service, is_decoded)
             if self.on_given:
                 self.note(Given(How.CALL, service, taken, node))
             response = entry.handler(taken, node)
@@ -486,16 +515,16 @@ class Bus:
         return response
 
     def note(self, given: Given) -> None:
-        """Tell those who take notes of what comes from outside; for what comes past the bus, before it is done."""
+        """Report external input to `on_given`; for input that bypasses the bus, before it is carried out."""
         for take_note in self.on_given:
             take_note(given)
 
     def topics(self) -> tuple[TopicInfo, ...]:
-        """All topics that the cell speaks or hears, by name."""
+        """Return all topics that the cell publishes or receives, by name."""
         return tuple(self.topic(name) for name in sorted(self._declared()))
 
     def topic(self, name: str) -> TopicInfo:
-        """One topic as it stands; an UnknownNameError if there is none."""
+        """Return the current state of a topic; an UnknownNameError if there is none."""
         entry = self._topics.get(name)
         if entry is None or entry.direction is None:
             raise UnknownNameError("topic", name, sorted(self._declared()))
@@ -513,11 +542,11 @@ class Bus:
         )
 
     def services(self) -> tuple[Service, ...]:
-        """All services, by name."""
+        """Return all services, by name."""
         return tuple(self._services[name] for name in sorted(self._services))
 
     def service(self, name: str) -> Service:
-        """One service; an UnknownNameError if there is none."""
+        """Return a service; an UnknownNameError if there is none."""
         if name not in self._services:
             raise UnknownNameError("service", name, sorted(self._services))
         return self._services[name]
@@ -532,43 +561,43 @@ class Bus:
         return entry
 
     def _refused(self, name: str, node: str, error: E) -> E:
-        """Count and report what was refused; the error, to be raised."""
+        """Count and report a refusal; return the error, for the caller to raise."""
         self.refusals.refuse(f"{name} from {node}" if node else name, str(error))
         return error
 
 
 class Served(Protocol):
-    """Whatever has topics and services, and time that passes: a cell, or a robot's controller node."""
+    """Node with topics, services and simulation time: a cell, or a robot's controller node."""
 
     @property
     def name(self) -> str:
-        """What it is called where one is told of it: the trial, the robot."""
+        """Displayed name: of the trial or the robot."""
 
     @property
     def bus(self) -> Bus:
-        """Its topics and services."""
+        """Topics and services."""
 
     @property
     def simulation(self) -> Simulation:
-        """Its time."""
+        """Simulation that advances time."""
 
     @property
     def in_competition(self) -> bool:
-        """Whether what a competition refuses is refused."""
+        """True in competition mode."""
 
     def out_of_sight(self) -> Collection[int]:
-        """The engine's ids of bodies that are not there to be seen at the moment, such as parts out of play."""
+        """Return the engine's ids of bodies that are hidden at the moment, such as parts out of play."""
 
 
-def _fitting(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
-    """The message as the cell may take it; a MessageError if it is of another class, or a field does not fit."""
+def _validated(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
+    """Return a valid message; a MessageError if it is of another class, or a field does not fit."""
     if type(message) is not message_class:
         raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")
     return message if is_decoded and not has_bounds(message_class.__msgtype__) else checked(message)
 
 
 def absolute(name: str) -> str:
-    """The name itself; a UsageError unless it is absolute."""
+    """Return the name itself; a UsageError unless it is absolute."""
     if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
         raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
     return name

@@ -1,4 +1,4 @@
-"""What clients do: publish to the cell, and call services."""
+"""Publishing to the cell, and calling services."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ COMMAND = "/ariac/arm/command"
 
 
 class Cell:
-    """A cell that hears one topic and serves two services."""
+    """A cell that receives one topic and serves two services."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -116,7 +116,7 @@ def test_a_command_that_the_cell_refuses_is_seen_by_those_who_listen_in(cell: Ce
     assert cell.lines == ["refused /ariac/arm/command: no joints"]
 
 
-def test_publishing_where_nobody_in_the_cell_listens(cell: Cell) -> None:
+def test_publish_without_handler_is_refused(cell: Cell) -> None:
     cell.bus.advertise("/ariac/orders", "osrf_gear/Order")
     for topic in ("/ariac/arm/comand", "/ariac/orders"):
         with pytest.raises(UnknownNameError, match=r"unknown topic to publish on .*known: /ariac/arm/command\)"):

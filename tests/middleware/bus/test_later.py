@@ -1,4 +1,4 @@
-"""Answers that take their time: whoever called hears of it, in this process and behind a socket."""
+"""Pending responses: the caller gets them, in this process and over a socket."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.robot.talk import RESET, Talk
 YES, NO = TriggerResponse(success=True), TriggerResponse(success=False)
 
 
-def test_it_is_answered_once_and_everybody_hears_of_it() -> None:
+def test_answer_once_notifies_all_listeners() -> None:
     later, heard = Later(), list[object]()
     later.then(heard.append)
     later.then(heard.append)
@@ -26,7 +26,7 @@ def test_it_is_answered_once_and_everybody_hears_of_it() -> None:
     assert later.response is YES
 
 
-def test_who_asks_while_it_is_answered_is_told_at_once() -> None:
+def test_listener_added_during_the_answer_is_notified_at_once() -> None:
     later, heard = Later(), list[object]()
     later.then(lambda _response: later.then(heard.append))
     later.answer(YES)
@@ -49,7 +49,7 @@ def test_a_client_in_this_process_lets_time_pass_until_it_is_there() -> None:
     assert 0.3 < talk.node.simulation.time - begun < 2.0
 
 
-def test_a_client_whose_time_is_over_is_told_so() -> None:
+def test_client_whose_time_is_over_gets_the_error() -> None:
     talk = Talk()
     transport = InProcess(talk.node)
     talk.joints({"waist": 0.9})

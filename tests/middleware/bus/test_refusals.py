@@ -3,13 +3,13 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS, Refusals
+from cellwright.middleware.bus import LONGEST_LINE, MAX_SOURCES, MOST_LINES, OTHERS, Refusals
 
 SECOND = 10**9
 
 
 class Desk:
-    """Refusals with a clock that one turns by hand."""
+    """Refusals with a clock that the test sets."""
 
     def __init__(self) -> None:
         self.now = 0
@@ -36,7 +36,7 @@ def test_the_first_is_said_at_once_and_a_flood_once_a_second() -> None:
     assert desk.lines[3:] == ["refused /arm: 499 more since the last report"]
 
 
-def test_sources_are_told_apart() -> None:
+def test_sources_are_counted_separately() -> None:
     desk = Desk()
     desk.refuse("/arm", "one")
     desk.refuse("/agv", "two")
@@ -50,7 +50,7 @@ def test_sources_are_told_apart() -> None:
     assert desk.refusals.counts == {"/arm": 3, "/agv": 1}
 
 
-def test_a_run_that_begins_anew_is_told_again() -> None:
+def test_restarted_run_is_reported_again() -> None:
     desk = Desk()
     desk.refuse(at=100 * SECOND)
     desk.refuse(at=0)
@@ -59,28 +59,28 @@ def test_a_run_that_begins_anew_is_told_again() -> None:
 
 def test_countless_names_share_one_place() -> None:
     desk = Desk()
-    for number in range(3 * MOST_SOURCES):
+    for number in range(3 * MAX_SOURCES):
         desk.refuse(f"/node_{number}")
-    assert len(desk.refusals.counts) == MOST_SOURCES + 1
-    assert desk.refusals.counts[OTHERS] == 2 * MOST_SOURCES
+    assert len(desk.refusals.counts) == MAX_SOURCES + 1
+    assert desk.refusals.counts[OTHERS] == 2 * MAX_SOURCES
     assert len(desk.lines) == MOST_LINES
     desk.refusals.flush()
     assert len(desk.lines) == 2 * MOST_LINES + 1
-    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MOST_SOURCES - MOST_LINES
+    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MAX_SOURCES - MOST_LINES
 
 
 def numbers_in(line: str) -> int:
-    """How many refusals a line of the end stands for."""
+    """Return the number of refusals in a line of the end."""
     return int(line.split(" more")[0].split()[-1])
 
 
-def test_a_crowd_is_told_of_again_after_a_second() -> None:
+def test_many_sources_are_reported_again_after_a_second() -> None:
     desk = Desk()
     for second in range(3):
         for number in range(100):
             desk.refuse(f"/node_{number}", at=second * SECOND)
     assert len(desk.lines) == 3 * MOST_LINES
-    desk.refuse("/node_0", at=0)  # a run that begins anew
+    desk.refuse("/node_0", at=0)  # a restarted run
     assert len(desk.lines) == 3 * MOST_LINES + 1
 
 
@@ -99,18 +99,18 @@ def test_a_line_stays_one_line_and_short() -> None:
 def test_nothing_goes_uncounted(events: list[tuple[str, int]]) -> None:
     desk = Desk()
     now = 0
-    told: dict[str, list[int]] = {"/a": [], "/b": []}
+    reported: dict[str, list[int]] = {"/a": [], "/b": []}
     for source, pause in events:
         now += pause
         before = len(desk.lines)
         desk.refuse(source, at=now)
         if len(desk.lines) > before:
-            told[source].append(now)
+            reported[source].append(now)
     desk.refusals.flush()
     assert desk.refusals.total == len(events)
     lines = [line for line in desk.lines if "more" in line]
     more = sum(int(line.split(" more")[0].split()[-1]) for line in lines)
     said = sum(line.startswith("refused") and ": no" in line for line in desk.lines)
     assert said + more == len(events)
-    for times in told.values():
+    for times in reported.values():
         assert all(b - a >= SECOND for a, b in pairwise(times))

@@ -15,7 +15,7 @@ from cellwright.util.errors import UnknownNameError, UsageError
 
 @pytest.fixture
 def now() -> list[int]:
-    """Simulation time [ns], as a list of one."""
+    """Simulation time [ns], as a list with one entry."""
     return [0]
 
 
@@ -138,7 +138,7 @@ def test_publishers_hear_of_every_change(bus: Bus) -> None:
     assert counts == [1, 2, 1, 0]
 
 
-def test_a_latched_topic_is_published_whoever_listens(bus: Bus) -> None:
+def test_latched_topic_is_published_without_listeners(bus: Bus) -> None:
     with pytest.raises(UsageError, match="/camera: a latched topic is published whoever listens"):
         bus.advertise("/camera", "std_msgs/String", latch=True, on_listeners=lambda _count: None)
 
@@ -154,7 +154,7 @@ def test_an_offered_message_is_built_once_and_only_when_it_is_needed(bus: Bus) -
 
         publisher.offer(build)
 
-    offer("for nobody")
+    offer("not needed")
     offer("newest")
     assert built == []
     heard: list[Any] = []
@@ -179,7 +179,7 @@ def test_who_began_to_listen_after_a_measurement_does_not_get_it(bus: Bus, now: 
     publisher.publish(String("b"), measured=10)
     publisher.publish(String("c"), measured=11)
     assert heard == [("early", "a"), ("early", "b"), ("early", "c"), ("late", "c")]
-    bus.forget_latched()  # time begins anew: nobody is late
+    bus.forget_latched()  # time restarts: no listener is late
     publisher.publish(String("d"), measured=1)
     assert heard[4:] == [("early", "d"), ("late", "d")]
 
@@ -273,7 +273,7 @@ def test_listing(bus: Bus) -> None:
 
 @given(st.lists(st.one_of(st.just("subscribe"), st.integers(0, 9)), max_size=30))
 def test_the_number_of_listeners_is_right_whatever_happens(actions: list[Any]) -> None:
-    """Against a model: subscriptions come and go, some cancelled twice; counts, order and delivery stay right."""
+    """Compare with a model: subscriptions come and go, some cancelled twice; counts, order and delivery stay right."""
     bus = Bus(lambda: 0)
     counts: list[int] = []
     publisher = bus.advertise("/state", "std_msgs/String", on_listeners=counts.append)
@@ -304,13 +304,13 @@ def test_the_number_of_listeners_is_right_whatever_happens(actions: list[Any]) -
 
 
 def test_one_publisher_of_several_can_be_chosen(bus: Bus) -> None:
-    told: list[tuple[str, int]] = []
+    changes: list[tuple[str, int]] = []
     arm, camera = (
         bus.advertise(
             "/frames",
             "std_msgs/String",
             node=node,
-            on_listeners=lambda count, node=node: told.append((node, count)),  # type: ignore[misc]
+            on_listeners=lambda count, node=node: changes.append((node, count)),  # type: ignore[misc]
         )
         for node in ("/arm", "/camera")
     )
@@ -323,7 +323,7 @@ def test_one_publisher_of_several_can_be_chosen(bus: Bus) -> None:
     bus.subscribe("/frames", recorder(heard, "late"), origin="/arm")
     chosen.cancel()
     assert heard == [("both", "a"), ("both", "c"), ("chosen", "c")]
-    assert told == [("/arm", 1), ("/camera", 1), ("/camera", 2), ("/arm", 2), ("/camera", 1)]
+    assert changes == [("/arm", 1), ("/camera", 1), ("/camera", 2), ("/arm", 2), ("/camera", 1)]
 
 
 def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
@@ -335,7 +335,7 @@ def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
     assert heard == [("chosen", "/me")]
 
 
-def test_who_listens_along_gets_what_is_made_for_others_and_counts_as_nobody(bus: Bus) -> None:
+def test_passive_subscription_gets_messages_and_does_not_count(bus: Bus) -> None:
     counts: list[int] = []
     along: list[Any] = []
     publisher = bus.advertise("/picture", "std_msgs/String", on_listeners=counts.append)

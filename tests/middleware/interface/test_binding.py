@@ -1,4 +1,4 @@
-"""Tables of rows on a bus, each with the handler that it names."""
+"""Binding of tables: rows on a bus, each with its handler."""
 
 import subprocess
 import sys
@@ -43,7 +43,7 @@ ACTION = takes(Kind.ACTION, "/act", "control_msgs/FollowJointTrajectory", Where.
 
 
 class Handlers:
-    """What was asked of it."""
+    """Handlers that record their calls."""
 
     def __init__(self) -> None:
         self.heard: list[tuple[str, float, str]] = []

@@ -14,7 +14,7 @@ from tests.cells import BARE
 
 
 class Bench:
-    """A bus and a simulation, and the messages that were built."""
+    """Bus, simulation, and the messages that were built."""
 
     def __init__(self, rate: int | Pace, *, latch: bool = False) -> None:
         self.simulation: Simulation = Cell(BARE).simulation
@@ -39,7 +39,7 @@ class Bench:
             self.simulation.step()
 
 
-def test_nothing_is_built_for_nobody() -> None:
+def test_nothing_is_built_without_listeners() -> None:
     bench = Bench(100)
     bench.output.sample(bench.build)
     bench.steps(10)
@@ -90,7 +90,7 @@ def test_a_message_out_of_turn_and_none_at_all() -> None:
 
 
 @pytest.mark.parametrize("others", [0, 1])
-def test_a_late_listener_gets_the_newest_sample_whoever_has_listened(others: int) -> None:
+def test_late_listener_gets_the_newest_sample(others: int) -> None:
     bench = Bench(100, latch=True)
     bench.output.sample(bench.build)
     for _ in range(others):
@@ -102,7 +102,7 @@ def test_a_late_listener_gets_the_newest_sample_whoever_has_listened(others: int
     assert bench.heard == [0.01, 0.05]
 
 
-def test_a_stream_is_listened_to_once_and_only_while_somebody_is_there() -> None:
+def test_stream_has_one_listener_and_only_while_needed() -> None:
     bench = Bench(10)
     events: list[str] = []
     taps: list[Callable[[Reading], None]] = []

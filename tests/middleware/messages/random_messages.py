@@ -1,4 +1,4 @@
-"""Hypothesis strategies for messages of any type, made from the definitions, and a comparison that knows arrays."""
+"""Hypothesis strategies for messages of any type, from the definitions, and a comparison that supports arrays."""
 
 import dataclasses
 from functools import cache
@@ -16,7 +16,7 @@ from cellwright.middleware.messages.validation import INTEGERS
 
 @cache
 def messages(name: str) -> SearchStrategy[Any]:
-    """Messages of one type, by full name."""
+    """Generate messages of one type, by full name."""
     store = ros2_store()
     fields = [_values(desc) for field, desc in store.fielddefs[name][1] if not field.startswith("structure_needs")]
     return st.builds(store.types[name], *fields)
@@ -47,7 +47,7 @@ def _scalars(name: str) -> SearchStrategy[Any]:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two messages are the same, bit for bit where it matters: classes, arrays, and NaN equal to itself."""
+    """Return whether two messages are the same: classes, arrays bit for bit, and NaN equal to itself."""
     if dataclasses.is_dataclass(a):
         return type(a) is type(b) and all(
             same(getattr(a, field.name), getattr(b, field.name)) for field in dataclasses.fields(a)
@@ -87,12 +87,12 @@ JUNK = st.sampled_from(
         np.float16(1.0),
     ]
 )
-"""What no field is to be given, or hardly any."""
+"""Values that are invalid for all fields, or nearly all."""
 
 
 @st.composite
 def spoiled(draw: st.DrawFn, name: str) -> Any:
-    """Messages of one type, by full name, with junk in one place, however deep; or junk altogether."""
+    """Generate messages of one type, by full name, with junk in one place at any depth; or only junk."""
     return _spoil(draw, draw(messages(name)))
 
 

@@ -71,7 +71,7 @@ def test_quaternions_are_turned() -> None:
 
 @given(poses, poses)
 def test_turning_keeps_products(a: Pose, b: Pose) -> None:
-    """What messages say of a then b is what the poses say."""
+    """The product of two poses is the same through messages."""
     product = a @ b
     through = pose_from_message(pose_message(a)) @ pose_from_message(pose_message(b))
     assert product == through

@@ -1,4 +1,4 @@
-"""Writers of CDR: byte for byte what the library writes, for every type that there is."""
+"""CDR writers: the same bytes as the library's, for every type."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def test_any_message_is_written_as_the_library_writes_it(message: Any) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "osrf_gear/msg/LogicalCameraImage",  # numbers of eight bytes behind texts, in a loop
+        "osrf_gear/msg/LogicalCameraImage",  # numbers of eight bytes behind strings, in a loop
         "trajectory_msgs/msg/JointTrajectory",  # arrays in a loop
         "sensor_msgs/msg/CameraInfo",  # arrays of a fixed length
         "visualization_msgs/msg/InteractiveMarker",  # loops in loops
-        "sensor_msgs/msg/PointCloud2",  # single bytes, and what follows them
+        "sensor_msgs/msg/PointCloud2",  # fields behind single bytes
         "statistics_msgs/msg/MetricsMessage",
     ],
 )

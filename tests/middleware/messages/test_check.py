@@ -24,7 +24,7 @@ from cellwright.util.pose import Pose
 from tests.middleware.messages.random_messages import same
 
 wrong: Any = SimpleNamespace(**vars(osrf_gear), Time=Time)
-"""The classes, for calls that a type checker would not let pass."""
+"""The classes, for calls that a type checker rejects."""
 
 
 def point(positions: Any) -> JointTrajectoryPoint:
@@ -131,7 +131,7 @@ def test_every_number_survives(values: list[float]) -> None:
 @given(
     st.lists(st.text(st.characters(min_codepoint=0x60, max_codepoint=0xDFFF), max_size=3) | st.none() | st.integers())
 )
-def test_of_many_names_the_first_wrong_one_is_told(names: list[Any]) -> None:
+def test_error_names_the_first_wrong_entry_of_many(names: list[Any]) -> None:
     message = JointTrajectory(header(), names, [])
     wrong_ones = [
         place
@@ -156,8 +156,8 @@ def test_what_is_no_message_at_all(thing: Any) -> None:
 
 @pytest.mark.parametrize("named", [None, 3, "std_msgs/msg/String", "", np.array(["a"]), ["x"]])
 def test_what_says_that_it_is_something_else_is_refused(named: Any) -> None:
-    told = {"__msgtype__": named}
+    wrong_type = {"__msgtype__": named}
     with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, and says"):
-        checked(replace(header("base", 3), **told))
+        checked(replace(header("base", 3), **wrong_type))
     with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, and says"):
-        checked(replace(header("base", 3), stamp=replace(Time(1, 2), **told)))
+        checked(replace(header("base", 3), stamp=replace(Time(1, 2), **wrong_type)))

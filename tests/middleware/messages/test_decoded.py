@@ -1,4 +1,4 @@
-"""What decodes holds what its type says, so that nobody has to validate it once more."""
+"""Decoded messages fit their type, so that they need no validation."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ def encoded(message: Any, form: str) -> bytes:
     if form == "ros1":
         try:
             return to_ros1(message)
-        except UsageError:  # it has no such form
+        except UsageError:  # it has no such encoding
             return b""
     return bytes(ros2_store().serialize_cdr(message, message.__msgtype__, little_endian=form == "cdr"))
 

@@ -1,4 +1,4 @@
-"""Texts that are written once and looked up from then on."""
+"""Cache of encoded strings."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ BASES = {"uint64": int, "string": str, "bool": bool, "float32": float, "float64"
 
 
 def annotation_of(desc: typing.Any) -> object:
-    """What a field of this description should be annotated with."""
+    """Return the expected annotation of a field with this description."""
     kind, content = desc
     if kind == Nodetype.BASE:
         return BASES[content[0]]

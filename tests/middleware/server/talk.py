@@ -1,4 +1,4 @@
-"""A guest for tests, in the thread of the server that it talks to."""
+"""A client for tests, in the thread of its server."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.waiting import wait_until
 
 
 class Talker:
-    """Says frames, and has the server serve until the answer is there."""
+    """Client that sends frames, and lets the server serve until the answer arrives."""
 
     def __init__(self, server: Server, node: str = "/me", encoding: str = "cdr") -> None:
         self.server = server
@@ -37,7 +37,7 @@ class Talker:
         self.connection.sendall(b"".join(frame.encode() for frame in frames))
 
     def listen(self) -> None:
-        """Take in what has come by now."""
+        """Read what has arrived by now."""
         self.connection.setblocking(False)
         try:
             while data := self.connection.recv(1 << 16):
@@ -57,10 +57,10 @@ class Talker:
             self.server.wait(0.001)
             self.listen()
 
-        wait_until(condition, "such state of the server and its guest", seen=lambda: self.heard[-3:], between=serve)
+        wait_until(condition, "expected state of server and client", seen=lambda: self.heard[-3:], between=serve)
 
     def wait_for(self, kind: Kind, number: int = 0) -> Frame:
-        """The next frame of a kind with a number, taken out of what was heard."""
+        """Wait for the next frame of a kind with a number, and remove it from `heard`."""
 
         def fits(frame: Frame) -> bool:
             return (frame.kind, frame.number) == (kind, number)
@@ -71,7 +71,7 @@ class Talker:
         return found
 
     def ask(self, frame: Frame) -> Frame:
-        """Say a frame and wait for the answer, whatever it is."""
+        """Send a frame and wait for any answer."""
         self.say(frame)
 
         def answers(each: Frame) -> bool:
@@ -83,7 +83,7 @@ class Talker:
         return found
 
     def bytes_of(self, message: Message) -> bytes:
-        """A message in this guest's form."""
+        """Return a message in this client's encoding."""
         return to_ros1(message) if self.encoding == "ros1" else to_cdr(message)
 
     def publish(self, topic: str, message: Message, *, number: int = 1, node: str = "") -> Frame:
@@ -96,7 +96,7 @@ class Talker:
         return self.ask(Frame(Kind.CALL, 1, service, type_name, node, self.bytes_of(request)))
 
     def messages(self, number: int) -> list[bytes]:
-        """What was heard of a subscription so far."""
+        """Return the messages of a subscription so far."""
         self.server.wait(0.0)
         self.listen()
         return [frame.payload for frame in self.heard if (frame.kind, frame.number) == (Kind.MESSAGE, number)]
@@ -104,32 +104,32 @@ class Talker:
 
 @dataclass
 class Hall:
-    """A server on a free port, the lines that it reports, and the guests that were made here."""
+    """A server on a free port, the lines that it reports, and the clients that were created here."""
 
     server: Server
     lines: list[str]
-    guests: list[Talker] = field(default_factory=list)
+    clients: list[Talker] = field(default_factory=list)
 
     def guest(self, node: str = "/me", encoding: str = "cdr") -> Talker:
-        """A guest that has been welcomed; with no name it has said nothing yet."""
-        guest = Talker(self.server, node, encoding)
-        self.guests.append(guest)
-        return guest
+        """Return a client after WELCOME; without a name it has not sent HELLO."""
+        client = Talker(self.server, node, encoding)
+        self.clients.append(client)
+        return client
 
 
 @contextmanager
 def served(cell: Served, *, lockstep: bool = False) -> Iterator[Hall]:
-    """A server and its guests, closed in the end."""
+    """A server and its clients, closed in the end."""
     lines: list[str] = []
     hall = Hall(Server(cell, port=0, lockstep=lockstep, report=lines.append), lines)
     try:
         yield hall
     finally:
         hall.server.close("the test is over")
-        for guest in hall.guests:
-            guest.connection.close()
+        for client in hall.clients:
+            client.connection.close()
 
 
 def as_json(**fields: Any) -> bytes:
-    """A JSON object."""
+    """Return a JSON object."""
     return json.dumps(fields).encode()

@@ -1,4 +1,4 @@
-"""The heartbeat of a guest: when time stands for it, and for how long at most."""
+"""Heartbeat of a client: times at which simulation time stands for it, and the longest hold."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from hypothesis import strategies as st
 
 from cellwright.engine.loop import Loop, StopCondition
 from cellwright.middleware.server import clients
-from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAINED, Heartbeat, HoldBudget
+from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAIN_RATE, Heartbeat, HoldBudget
 from cellwright.middleware.wire.frames import Frame, Kind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
 from tests.waiting import wait_until
 
 LOOK = 0.01
-"""Time [s] between two looks."""
+"""Time between two checks [s]."""
 
 Answers = list[float]
-"""After so long [s] a guest answers each of its PINGs; then never again."""
+"""Delays [s] of a client's answers to its PINGs; afterwards it answers no more."""
 
 
 def held(visits: list[Answers], until: float) -> list[bool]:
-    """Whether time stood at each look.
+    """Return whether time stood at each check.
 
-    A guest comes, gives its answers, stays for `MAX_HELD` without another and goes; then the next one comes.
+    A client comes, gives its answers, stays for `MAX_HELD` without another and goes; then the next one comes.
     """
     standing, found, due = HoldBudget(0.0), [], list(visits)
     beat, answers, leaves, number, answer_at = Heartbeat(0.0), due.pop(0), float("inf"), 0, float("inf")
@@ -38,12 +38,12 @@ def held(visits: list[Answers], until: float) -> list[bool]:
         if sent := beat.ping(now):
             number, answer_at = sent, now + answers.pop(0) if answers else float("inf")
             leaves = now + MAX_HELD if answer_at == float("inf") else leaves
-        found.append(standing.may_stand(now, is_wanted=beat.is_late(now)))
+        found.append(standing.hold(now, is_wanted=beat.is_late(now)))
     return found
 
 
 @given(st.lists(st.floats(0.0, LATE - 2 * LOOK), min_size=1, max_size=30))
-def test_time_never_stands_for_a_guest_that_keeps_up(answers: Answers) -> None:
+def test_time_never_stands_for_a_client_that_keeps_up(answers: Answers) -> None:
     assert not any(held([answers], len(answers) * PING_PERIOD))
 
 
@@ -53,23 +53,23 @@ def test_time_stands_while_an_answer_is_late() -> None:
     assert sum(found) * LOOK == pytest.approx(0.5 - LATE, abs=3 * LOOK)
 
 
-def test_time_stands_once_for_a_guest_that_never_answers() -> None:
+def test_time_stands_once_for_a_client_that_never_answers() -> None:
     found = held([[]], 3 * MAX_HELD)
     assert sum(found) * LOOK == pytest.approx(MAX_HELD, abs=3 * LOOK)
     assert found[len(found) // 2 :] == [False] * (len(found) // 2)
 
 
 @given(st.lists(st.lists(st.floats(0.0, 30.0), max_size=20), min_size=1, max_size=8))
-def test_whatever_guests_do_time_goes_on(visits: list[Answers]) -> None:
+def test_time_goes_on_for_any_answers(visits: list[Answers]) -> None:
     seconds = 60.0
     stood = sum(held(visits, seconds)) * LOOK
-    assert stood <= MAX_HELD + REGAINED * (seconds - stood) + 3 * LOOK
+    assert stood <= MAX_HELD + REGAIN_RATE * (seconds - stood) + 3 * LOOK
 
 
-def test_guests_that_come_anew_share_the_time_that_may_stand() -> None:
+def test_reconnecting_clients_share_the_budget() -> None:
     seconds = 120.0
     stood = sum(held([[]] * 12, seconds)) * LOOK
-    assert stood == pytest.approx((MAX_HELD + REGAINED * seconds) / (1.0 + REGAINED), rel=0.05)
+    assert stood == pytest.approx((MAX_HELD + REGAIN_RATE * seconds) / (1.0 + REGAIN_RATE), rel=0.05)
 
 
 def test_an_answer_to_another_ping_counts_for_nothing() -> None:
@@ -85,11 +85,11 @@ def test_an_answer_to_another_ping_counts_for_nothing() -> None:
 
 def test_a_pause_is_not_charged() -> None:
     standing = HoldBudget(0.0)
-    assert standing.may_stand(3 * MAX_HELD, is_wanted=True)  # nobody asked meanwhile: time stood for another reason
-    assert standing.may_stand(3 * MAX_HELD + LOOK, is_wanted=True)
+    assert standing.hold(3 * MAX_HELD, is_wanted=True)  # no check in between: time stood for another reason
+    assert standing.hold(3 * MAX_HELD + LOOK, is_wanted=True)
 
 
-def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_time_stands_for_a_client_that_requested_pings(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients, "MAX_HELD", 0.3)
     talk = Talk()
     with served(talk.node) as hall:
@@ -107,7 +107,7 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float 
     talk = Talk()
     with served(talk.node) as hall:
         asks(hall, "/silent")
-        wait_until(hall.server.hold_time, "guest that is behind")
+        wait_until(hall.server.hold_time, "client that is behind")
         stop = StopCondition(50_000_000)
         loop = Loop(talk.node.simulation, hall.server, rate=tempo, stop=stop, can_stand=can_stand)
         loop.run()
@@ -116,8 +116,8 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float 
 
 
 def asks(hall: Hall, node: str) -> Talker:
-    """A guest that has asked for PINGs and answers none."""
-    guest = hall.guest(node)
-    guest.say(Frame(Kind.PONG, 0))
-    guest.wait_for(Kind.PING, 1)
-    return guest
+    """Return a client that has requested PINGs and answers none."""
+    client = hall.guest(node)
+    client.say(Frame(Kind.PONG, 0))
+    client.wait_for(Kind.PING, 1)
+    return client

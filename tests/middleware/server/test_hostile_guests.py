@@ -1,4 +1,4 @@
-"""Guests that misbehave: they cost themselves the connection, and nobody else anything."""
+"""Clients that misbehave: they lose their connection, and others lose nothing."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server import clients as guests_module
+from cellwright.middleware.server import clients as clients_module
 from cellwright.middleware.server import server as server_module
-from cellwright.middleware.server.clients import BEHIND, FULL, LONGEST_HELLO, MOST_GUESTS, ClientConnection
-from cellwright.middleware.server.requests import MAX_PENDING_ADVANCES, MOST_SUBSCRIPTIONS
+from cellwright.middleware.server.clients import BEHIND, FULL, LONGEST_HELLO, MAX_CLIENTS, ClientConnection
+from cellwright.middleware.server.requests import MAX_PENDING_ADVANCES, MAX_SUBSCRIPTIONS
 from cellwright.middleware.wire.frames import LONGEST_FRAME, LONGEST_SAID, Decoder, Frame, Kind, advance, hello
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
 from tests.middleware.server.talk import Hall, Talker, as_json, served
 from tests.waiting import TIMEOUT, wait_until
 
 
-def is_answered(guest: Talker) -> bool:
-    """True if a guest still gets answers."""
-    return guest.call("/ariac/material_locations", TriggerRequest()).kind is Kind.REFUSED
+def is_answered(client: Talker) -> bool:
+    """True if a client still gets answers."""
+    return client.call("/ariac/material_locations", TriggerRequest()).kind is Kind.REFUSED
 
 
-def rude(hall: Hall, said: bytes) -> Talker:
-    """A guest that sends bytes before its HELLO, once the server has cut it off."""
-    guest = hall.guest(node="")
-    guest.connection.sendall(said)
-    guest.wait_until(lambda: guest.is_over)
-    return guest
+def rude(hall: Hall, data: bytes) -> Talker:
+    """Return a client that sent bytes before its HELLO, once the server has disconnected it."""
+    client = hall.guest(node="")
+    client.connection.sendall(data)
+    client.wait_until(lambda: client.is_over)
+    return client
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("said", "reason"),
+    ("data", "reason"),
     [
         (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "bytes long"),
         (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(100), "bytes long"),  # TLS
@@ -65,11 +65,11 @@ def rude(hall: Hall, said: bytes) -> Talker:
         (hello("/a", "cdr").encode() + Frame(Kind.ADVANCE, 1, payload=b"x").encode(), "ADVANCE is wrong"),
     ],
 )
-def test_who_makes_no_sense_is_told_and_cut_off(said: bytes, reason: str) -> None:
+def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> None:
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
-        guest = rude(hall, said)
-        last = guest.heard[-1]
+        client = rude(hall, data)
+        last = client.heard[-1]
         assert (last.kind, last.number) == (Kind.REFUSED, 0)
         assert reason in last.text()
         assert is_answered(other)
@@ -77,7 +77,7 @@ def test_who_makes_no_sense_is_told_and_cut_off(said: bytes, reason: str) -> Non
 
 
 class Watch:
-    """A clock for the reports about guests: it moves where a test says so."""
+    """Clock for the reports about clients, which the test moves."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -89,7 +89,7 @@ class Watch:
 @pytest.fixture
 def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
     made = Watch()
-    monkeypatch.setattr(guests_module, "time", made)
+    monkeypatch.setattr(clients_module, "time", made)
     return made
 
 
@@ -132,12 +132,12 @@ pieces = st.one_of(
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.booleans(), st.lists(pieces, max_size=6))
-def test_no_bytes_break_it(hall: Hall, is_greeted: bool, said: list[bytes]) -> None:
+def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> None:
     with socket.create_connection(hall.server.address) as connection:
-        connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(said))
+        connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(data))
         for _ in range(3):
             hall.server.wait(0.001)
-    assert is_answered(hall.guests[0])
+    assert is_answered(hall.clients[0])
 
 
 @pytest.mark.parametrize("name", ["robot", "/a\nb", "/a\x1b[2J"])
@@ -153,32 +153,32 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
     """20 commands a tick, 10,000 a second: each is answered, and the ticks pass meanwhile."""
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        guest, count, burst = hall.guest(), 2_000, 20
+        client, count, burst = hall.guest(), 2_000, 20
         data = to_cdr(way(INITIAL))
         frames = [Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)]
         loop = Loop(cell.simulation, hall.server)
         for sent in range(0, count, burst):
-            guest.say(*frames[sent : sent + burst])
+            client.say(*frames[sent : sent + burst])
             assert loop.tick()
-            # the guest is a part of this thread: were it far ahead of a slow server, it would wait for itself
-            guest.wait_until(lambda sent=sent: len(guest.heard) > sent - 1000)  # type: ignore[misc]
+            # the client runs in this thread: far ahead of a slow server, it would wait for itself
+            client.wait_until(lambda sent=sent: len(client.heard) > sent - 1000)  # type: ignore[misc]
         assert cell.simulation.clock.tick == count // burst
-        guest.wait_until(lambda: len(guest.heard) == count)
-        assert {frame.kind for frame in guest.heard} == {Kind.DONE}
-        assert [frame.number for frame in guest.heard] == list(range(1, count + 1))
+        client.wait_until(lambda: len(client.heard) == count)
+        assert {frame.kind for frame in client.heard} == {Kind.DONE}
+        assert [frame.number for frame in client.heard] == list(range(1, count + 1))
 
 
 def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        guest, other = hall.guest(), hall.guest("/other")
+        client, other = hall.guest(), hall.guest("/other")
         data = Frame(Kind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
-        guest.connection.setblocking(False)
+        client.connection.setblocking(False)
         try:
             while True:
-                guest.connection.send(data)
+                client.connection.send(data)
         except BlockingIOError:
-            guest.connection.setblocking(True)
+            client.connection.setblocking(True)
         done, carry_out = 0, hall.server._requests.carry_out
 
         def take_a_millisecond(speaker: ClientConnection, frame: Frame) -> None:
@@ -187,7 +187,7 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
             carry_out(speaker, frame)
 
         monkeypatch.setattr(hall.server._requests, "carry_out", take_a_millisecond)
-        # a clock of which each command takes a millisecond, however fast the machine is
+        # a clock on which each command takes a millisecond on any machine
         now, monotonic = time.perf_counter, time.monotonic  # noqa: TID251 - the clock that is put forward
         late = SimpleNamespace(perf_counter=lambda: now() + done * 0.001, monotonic=monotonic)
         monkeypatch.setattr(server_module, "time", late)
@@ -199,16 +199,16 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
-    """Subscribe to the joint states 800 times for a guest that does not read the answers."""
+    """Subscribe to the joint states 800 times for a client that does not read the answers."""
     deaf.say(*[Frame(Kind.SUBSCRIBE, 1000 + number, "/ariac/joint_states") for number in range(800)])
     other.wait_until(
-        lambda: [len(guest.subscriptions) for guest in hall.server._guests if guest.node == "/deaf"] == [800]
+        lambda: [len(client.subscriptions) for client in hall.server._clients if client.node == "/deaf"] == [800]
     )
 
 
 @pytest.mark.slow
-def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
+def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
@@ -222,15 +222,15 @@ def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeyp
             other.listen()
             ticks += 1
         assert hall.lines[0].startswith("/deaf does not read as fast as it is told: ")
-        assert sum(guest.has_waiting for guest in hall.server._guests) == 1
-        assert all(len(guest._out) < FULL + BEHIND for guest in hall.server._guests)
+        assert sum(client.has_waiting for client in hall.server._clients) == 1
+        assert all(len(client._out) < FULL + BEHIND for client in hall.server._clients)
         assert hall.server.is_anybody_behind
         other.wait_until(lambda: len(other.messages(5)) == ticks)
 
 
-def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
-    monkeypatch.setattr(guests_module, "PATIENCE", 0.05)
+def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
+    monkeypatch.setattr(clients_module, "PATIENCE", 0.05)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
@@ -241,7 +241,7 @@ def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.Monk
             cell.step()
             hall.server.wait(0.0)
 
-        wait_until(lambda: hall.server.guests == ("/other",), "end of the deaf guest", between=step)
+        wait_until(lambda: hall.server.guests == ("/other",), "end of the deaf client", between=step)
         assert any(line.startswith("cut off /deaf: it has read nothing for") for line in hall.lines)
         assert is_answered(other)
 
@@ -253,7 +253,7 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
         deaf = hall.guest("/deaf")
         question = Frame(Kind.CALL, 1, "/no/such/service/" + "x" * 2000).encode()
         deaf.connection.setblocking(False)
-        (guest,) = hall.server._guests
+        (client,) = hall.server._clients
         rest = b""
 
         def ask_more() -> None:
@@ -263,31 +263,31 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
                 rest = rest[deaf.connection.send(rest) :]
             hall.server.wait(0.001)
 
-        wait_until(lambda: guest.is_behind, "guest that is behind", between=ask_more)
+        wait_until(lambda: client.is_behind, "client that is behind", between=ask_more)
         for _ in range(50):
             ask_more()
-        assert BEHIND <= len(guest._out) < FULL
+        assert BEHIND <= len(client._out) < FULL
 
 
 def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
-    monkeypatch.setattr(guests_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
+    monkeypatch.setattr(clients_module, "PATIENCE", 0.05)
     with served(Cell(KITTING)) as hall:
-        guest = hall.guest(node="")
-        guest.wait_until(lambda: guest.is_over)
-        assert "has not said who it is" in guest.heard[-1].text()
+        client = hall.guest(node="")
+        client.wait_until(lambda: client.is_over)
+        assert "has not said who it is" in client.heard[-1].text()
 
 
-def test_a_guest_that_dies_in_mid_call_leaves_what_it_asked_for() -> None:
+def test_call_of_a_client_that_dies_has_its_effect() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        guest, other = hall.guest(), hall.guest("/other")
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        client, other = hall.guest(), hall.guest("/other")
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
         call = Frame(Kind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
-        guest.say(call)
-        guest.connection.sendall(call.encode()[:-3])  # and half of another one
-        guest.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        guest.connection.close()
+        client.say(call)
+        client.connection.sendall(call.encode()[:-3])  # and half of another one
+        client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        client.connection.close()
         other.wait_until(lambda: hall.server.guests == ("/other",))
         for _ in range(5):
             cell.step()
@@ -295,34 +295,34 @@ def test_a_guest_that_dies_in_mid_call_leaves_what_it_asked_for() -> None:
         assert cell.bus.topic("/clock").subscribers == ()
 
 
-def test_a_guest_in_lockstep_that_dies_leaves_no_wish() -> None:
+def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
-        guest = hall.guest()
-        guest.say(Frame(Kind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
+        client = hall.guest()
+        client.say(Frame(Kind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
         asked = wait_until(lambda: hall.server.asked, "question for time", between=lambda: hall.server.wait(0.01))
         assert asked is not None
         assert asked.until == 10**12
-        guest.connection.close()
+        client.connection.close()
         wait_until(lambda: hall.server.asked is None, "end of the question", between=lambda: hall.server.wait(0.01))
 
 
-def test_there_is_a_limit_to_guests_and_subscriptions() -> None:
+def test_clients_and_subscriptions_are_limited() -> None:
     with served(Cell(KITTING)) as hall:
-        guest = hall.guest()
-        for number in range(1, MOST_SUBSCRIPTIONS + 1):
-            guest.say(Frame(Kind.SUBSCRIBE, number, f"/nothing_{number}"))
-        assert guest.ask(Frame(Kind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
+        client = hall.guest()
+        for number in range(1, MAX_SUBSCRIPTIONS + 1):
+            client.say(Frame(Kind.SUBSCRIBE, number, f"/nothing_{number}"))
+        assert client.ask(Frame(Kind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
         crowd: list[socket.socket] = []
-        while len(crowd) < MOST_GUESTS:
+        while len(crowd) < MAX_CLIENTS:
             crowd.append(socket.create_connection(hall.server.address))
             hall.server.wait(0.0)
-        guest.wait_until(lambda: len(hall.server._guests) == MOST_GUESTS)
+        client.wait_until(lambda: len(hall.server._clients) == MAX_CLIENTS)
         crowd[0].settimeout(TIMEOUT)
-        (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has said nothing for longest makes room
-        assert f"{MOST_GUESTS} guests already" in answer.text()
+        (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has been silent for longest makes room
+        assert f"{MAX_CLIENTS} guests already" in answer.text()
         assert is_answered(hall.guest("/late"))
-        guest.heard.clear()
-        assert is_answered(guest)
+        client.heard.clear()
+        assert is_answered(client)
         for connection in crowd:
             connection.close()
 
@@ -334,73 +334,73 @@ def test_watching_leaves_the_state_as_it_is() -> None:
         with served(cell) as hall:
             if is_watched:
                 for encoding in ("cdr", "ros1"):
-                    guest = hall.guest(f"/{encoding}", encoding)
+                    client = hall.guest(f"/{encoding}", encoding)
                     for number, info in enumerate(cell.bus.topics(), start=1):
-                        guest.ask(Frame(Kind.SUBSCRIBE, number, info.name))
+                        client.ask(Frame(Kind.SUBSCRIBE, number, info.name))
             start(cell)
             for _ in range(500):
                 cell.step()
                 hall.server.wait(0.0)
-                for guest in hall.guests:
-                    guest.listen()
-            assert all(len(guest.heard) > 500 for guest in hall.guests)
+                for client in hall.clients:
+                    client.listen()
+            assert all(len(client.heard) > 500 for client in hall.clients)
         hashes.add(cell.state_hash())
     assert len(hashes) == 1
 
 
-def test_wishes_that_time_pass_are_bounded_and_go_with_their_guest() -> None:
+def test_advance_requests_are_limited_and_end_with_their_client() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
-        guest, other = hall.guest(), hall.guest("/other")
+        client, other = hall.guest(), hall.guest("/other")
         other.say(advance(1, 10**9, each_tick=False))
         other.wait_until(lambda: hall.server.asked is not None)
-        wishes = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
-        guest.say(*wishes)
-        guest.wait_until(lambda: len(guest.heard) == 1000 - MAX_PENDING_ADVANCES)
-        assert {frame.name for frame in guest.heard} == {"UsageError"}
-        assert f"{MAX_PENDING_ADVANCES} wishes" in guest.heard[0].text()
+        requests = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
+        client.say(*requests)
+        client.wait_until(lambda: len(client.heard) == 1000 - MAX_PENDING_ADVANCES)
+        assert {frame.name for frame in client.heard} == {"UsageError"}
+        assert f"{MAX_PENDING_ADVANCES} wishes" in client.heard[0].text()
         assert len(hall.server._requests.asked) == MAX_PENDING_ADVANCES + 1
-        guest.connection.close()
+        client.connection.close()
         other.wait_until(lambda: len(hall.server._requests.asked) == 1)  # though it was not its turn yet
 
 
 def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests_module, "MOST_BEGUN", 2 << 20)
+    monkeypatch.setattr(clients_module, "MAX_INCOMPLETE", 2 << 20)
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
         half = struct.pack("<I", LONGEST_SAID) + bytes(LONGEST_SAID // 2)
         others = [hall.guest(f"/half_{number}") for number in range(3)]
-        for guest in others:
+        for client in others:
             rest = memoryview(half)
-            guest.connection.setblocking(False)
-            while rest and not guest.is_over:
+            client.connection.setblocking(False)
+            while rest and not client.is_over:
                 with contextlib.suppress(BlockingIOError, ConnectionError):
-                    rest = rest[guest.connection.send(rest) :]
+                    rest = rest[client.connection.send(rest) :]
                 hall.server.wait(0.0)
-                guest.listen()
-        other.wait_until(lambda: sum(guest.begun for guest in hall.server._guests) <= 2 << 20)
+                client.listen()
+        other.wait_until(lambda: sum(client.incomplete_bytes for client in hall.server._clients) <= 2 << 20)
         other.wait_until(lambda: len(hall.server.guests) < 4)
         assert "/other" in hall.server.guests
         assert is_answered(other)
 
 
-def test_the_more_guests_the_less_may_wait_for_each(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests_module, "MOST_WAITING", 2 * FULL)
+def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clients_module, "MAX_WAITING", 2 * FULL)
     with served(Cell(KITTING)) as hall:
-        guests = [hall.guest(f"/guest_{number}") for number in range(4)]
-        assert [guest.full for guest in hall.server._guests] == [FULL // 2] * 4
-        for guest in guests[1:]:
-            guest.connection.close()
-        guests[0].wait_until(lambda: len(hall.server.guests) == 1)
-        assert [guest.full for guest in hall.server._guests] == [FULL]
+        clients = [hall.guest(f"/guest_{number}") for number in range(4)]
+        assert [client.full for client in hall.server._clients] == [FULL // 2] * 4
+        for client in clients[1:]:
+            client.connection.close()
+        clients[0].wait_until(lambda: len(hall.server.guests) == 1)
+        assert [client.full for client in hall.server._clients] == [FULL]
 
 
-def test_a_message_that_cannot_be_told_ends_no_step_and_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
+def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(KITTING)
     huge = cell.bus.advertise("/huge", "std_msgs/String")
     with served(cell) as hall:
-        guest = hall.guest()
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/huge"))
+        client = hall.guest()
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/huge"))
         message = String("x" * (LONGEST_FRAME + 1))
         for _ in range(3):
             huge.publish(message)
@@ -409,7 +409,7 @@ def test_a_message_that_cannot_be_told_ends_no_step_and_is_reported(monkeypatch:
         assert line.startswith(f"/me cannot be told: a frame of {LONGEST_FRAME + 21} bytes is too long")
         assert line.endswith("(and 2 more since the last report)")
         huge.publish(String("small"))
-        guest.wait_until(lambda: len(guest.messages(5)) == 1)
+        client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
 def test_of_many_that_are_cut_off_some_are_named(watch: Watch) -> None:
@@ -423,21 +423,21 @@ def test_of_many_that_are_cut_off_some_are_named(watch: Watch) -> None:
         assert hall.lines[-1].endswith("(and 19 more since the last report)")
 
 
-def test_who_asks_for_what_is_heavy_gets_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heavy_requests_get_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two such commands others have their turn, also those who come later."""
-    monkeypatch.setattr(server_module, "_LONG", 0.0)
-    monkeypatch.setattr(server_module, "_REST", 1e9)
+    monkeypatch.setattr(server_module, "_HEAVY_TIME", 0.0)
+    monkeypatch.setattr(server_module, "_HEAVY_PAUSE", 1e9)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         greedy, other = hall.guest("/greedy"), hall.guest("/other")
-        monkeypatch.setattr(server_module, "_LONG", 1e-9)
+        monkeypatch.setattr(server_module, "_HEAVY_TIME", 1e-9)
         hall.server._rests_until = 0.0
-        for guest in hall.server._guests:
-            guest.is_heavy = False
+        for client in hall.server._clients:
+            client.is_heavy = False
         data = to_cdr(way(INITIAL))
         greedy.say(*[Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, 50)])
         greedy.wait_until(lambda: len(greedy.heard) == 1)
-        monkeypatch.setattr(server_module, "_LONG", 1e9)
+        monkeypatch.setattr(server_module, "_HEAVY_TIME", 1e9)
         for _ in range(20):
             assert is_answered(other)
             greedy.listen()
@@ -452,6 +452,6 @@ def test_who_asks_for_what_is_heavy_gets_a_part_of_the_time(monkeypatch: pytest.
         with monkeypatch.context() as counted:
             counted.setattr(hall.server, "_look_at_sockets", count)
             hall.server.wait(0.2)
-        assert looks < 10  # it waits, and does not look at them again and again
+        assert looks < 10  # it waits, and does not check them again and again
         hall.server._rests_until = 0.0
         greedy.wait_until(lambda: len(greedy.heard) == 49)

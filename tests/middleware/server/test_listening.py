@@ -62,7 +62,7 @@ def test_without_descriptors_connections_are_turned_away() -> None:
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     assert taken == [None] * 5
-    assert not select.select([listener.socket], [], [], 0.0)[0], "nobody is left in the queue"
+    assert not select.select([listener.socket], [], [], 0.0)[0], "no connection is left in the queue"
     assert [client.recv(1) for client in clients] == [b""] * 5
     with socket.create_connection(address, TIMEOUT):
         come = listener.accept()

@@ -1,4 +1,4 @@
-"""Pictures over the socket: several large ones in one tick, and a guest that does not keep up with them."""
+"""Pictures over the socket: several large ones in one tick, and a client that does not keep up with them."""
 
 from __future__ import annotations
 
@@ -25,33 +25,33 @@ def new_cell() -> Cell:
 def test_large_messages_of_one_tick_all_arrive() -> None:
     cell = new_cell()
     with served(cell) as hall:
-        guest = hall.guest("/looker")
+        client = hall.guest("/looker")
         for number, name in enumerate("abc"):
-            guest.ask(Frame(Kind.SUBSCRIBE, 10 + number, f"/ariac/{name}/depth/points"))
-            guest.ask(Frame(Kind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
+            client.ask(Frame(Kind.SUBSCRIBE, 10 + number, f"/ariac/{name}/depth/points"))
+            client.ask(Frame(Kind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
         cell.simulation.step_until(101_000_000)
-        guest.wait_until(lambda: all(len(guest.messages(n)) == 1 for n in (10, 11, 12, 20, 21, 22)))
-        points = from_cdr(guest.messages(12)[0], PointCloud2)
+        client.wait_until(lambda: all(len(client.messages(n)) == 1 for n in (10, 11, 12, 20, 21, 22)))
+        points = from_cdr(client.messages(12)[0], PointCloud2)
         assert (points.width, points.height, points.point_step) == (640, 480, 16)
         depths = points.data.view(np.float32).reshape(480, 640, 4)[..., 2]
         assert (depths == 2.0).all()
-        image = from_cdr(guest.messages(20)[0], Image)
+        image = from_cdr(client.messages(20)[0], Image)
         assert len(image.data) == 640 * 480 * 3
         assert not hall.lines
 
 
-def test_a_guest_that_does_not_read_loses_pictures_and_the_memory_stays_bounded() -> None:
+def test_client_that_does_not_read_loses_pictures_and_memory_is_bounded() -> None:
     cell = new_cell()
     with served(cell) as hall:
-        guest = hall.guest("/slow")
-        guest.ask(Frame(Kind.SUBSCRIBE, 10, "/ariac/a/depth/points"))
+        client = hall.guest("/slow")
+        client.ask(Frame(Kind.SUBSCRIBE, 10, "/ariac/a/depth/points"))
         for picture in range(1, 12):
             cell.simulation.step_until(picture * 100_000_000)
             hall.server.wait(0.0)
-        (host,) = hall.server._guests
+        (host,) = hall.server._clients
         assert host.dropped > 0
         assert len(host._out) < 16 << 20
-        guest.wait_until(lambda: len(guest.messages(10)) >= 1 and not host.has_waiting)
+        client.wait_until(lambda: len(client.messages(10)) >= 1 and not host.has_waiting)
         cell.simulation.step_until(1_250_000_000)
         # once it reads, it gets the next picture
-        guest.wait_until(lambda: from_cdr(guest.messages(10)[-1], PointCloud2).header.stamp == Time(1, 200_000_000))
+        client.wait_until(lambda: from_cdr(client.messages(10)[-1], PointCloud2).header.stamp == Time(1, 200_000_000))

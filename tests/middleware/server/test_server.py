@@ -1,4 +1,4 @@
-"""Frames in, frames out: what a guest can rely on."""
+"""Protocol of the server: frames of a client, and the answers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 from tests.middleware.server.talk import served
 
 
-def test_a_guest_is_welcomed_with_all_names_and_types() -> None:
+def test_welcome_has_all_names_and_types() -> None:
     cell = Cell(WHOLE, competition=False)
     with served(cell) as hall:
         welcome = hall.guest(encoding="ros1").welcome
@@ -44,16 +44,16 @@ def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
     cell = Cell(ARM_ONLY)
     read = from_ros1 if encoding == "ros1" else from_cdr
     with served(cell) as hall:
-        guest = hall.guest(encoding=encoding)
-        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is Kind.DONE
+        client = hall.guest(encoding=encoding)
+        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is Kind.DONE
         for _ in range(20):
             cell.step()
-        guest.wait_until(lambda: len(guest.messages(5)) == 2)
-        messages = [read(data, JointState) for data in guest.messages(5)]
+        client.wait_until(lambda: len(client.messages(5)) == 2)
+        messages = [read(data, JointState) for data in client.messages(5)]
         assert [message.header.stamp.nanosec for message in messages] == [20_000_000, 40_000_000]
         assert messages[0].name[1] == "linear_arm_actuator_joint"
-        guest.say(Frame(Kind.UNSUBSCRIBE, 5))
-        guest.ask(Frame(Kind.SUBSCRIBE, 6, "/ariac/trays"))
+        client.say(Frame(Kind.UNSUBSCRIBE, 5))
+        client.ask(Frame(Kind.SUBSCRIBE, 6, "/ariac/trays"))
         assert cell.bus.topic("/ariac/joint_states").subscribers == ()
 
 
@@ -62,28 +62,28 @@ def test_what_is_latched_comes_at_once_and_once() -> None:
     start(cell)
     cell.step()
     with served(cell) as hall:
-        guest = hall.guest()
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/orders"))
-        (data,) = guest.messages(5)
+        client = hall.guest()
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/orders"))
+        (data,) = client.messages(5)
         assert from_cdr(data, Order).order_id == "order_0"
 
 
 def test_one_publisher_of_several_can_be_listened_to() -> None:
     cell = Cell(WHOLE)
     with served(cell) as hall:
-        guest = hall.guest()
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
-        guest.ask(Frame(Kind.SUBSCRIBE, 6, "/tf"))
+        client = hall.guest()
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
+        client.ask(Frame(Kind.SUBSCRIBE, 6, "/tf"))
         for _ in range(50):
             cell.step()
-        assert 0 < len(guest.messages(5)) < len(guest.messages(6))
+        assert 0 < len(client.messages(5)) < len(client.messages(6))
 
 
 def test_a_command_is_carried_out_where_time_stands() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        guest = hall.guest()
-        answer = guest.call("/ariac/agv1", AGVControlRequest(""), "osrf_gear/AGVControl")
+        client = hall.guest()
+        answer = client.call("/ariac/agv1", AGVControlRequest(""), "osrf_gear/AGVControl")
         assert from_cdr(answer.payload, AGVControlResponse).success
         assert cell.agvs[1].state == "preparing_to_deliver"
         assert cell.simulation.now == 0
@@ -92,28 +92,28 @@ def test_a_command_is_carried_out_where_time_stands() -> None:
 def test_a_published_message_is_answered_and_obeyed() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        guest = hall.guest()
+        client = hall.guest()
         assert cell.arm is not None
         assert cell.arm.controller.end == 0
-        assert guest.publish("/ariac/arm/command", way(INITIAL)).kind is Kind.DONE
+        assert client.publish("/ariac/arm/command", way(INITIAL)).kind is Kind.DONE
         assert cell.arm.controller.end == 1_000_000_000
 
 
 def test_refusals_name_their_class_and_are_counted_by_node() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        guest = hall.guest()
+        client = hall.guest()
         trajectory = way(INITIAL, names=("elbow_joint", *["none"] * 6))
         cases = [
-            (guest.publish("/ariac/arm/command", trajectory), "RejectedCommandError"),
-            (guest.publish("/ariac/arm/command", TriggerRequest()), "MessageError"),
-            (guest.publish("/ariac/command", trajectory, node="/other"), "UnknownNameError"),
-            (guest.publish("/ariac/joint_states", trajectory), "UnknownNameError"),
-            (guest.call("/ariac/agv1", TriggerRequest()), "UnknownNameError"),
-            (guest.call("/ariac/submit_tray", TriggerRequest()), "MessageError"),
-            (guest.ask(Frame(Kind.PUBLISH, 9, "/ariac/arm/command", payload=b"rubbish")), "MessageError"),
-            (guest.ask(advance(8, 10, each_tick=False)), "UsageError"),
-            (guest.ask(Frame(Kind.SUBSCRIBE, 7, "no name")), "UsageError"),
+            (client.publish("/ariac/arm/command", trajectory), "RejectedCommandError"),
+            (client.publish("/ariac/arm/command", TriggerRequest()), "MessageError"),
+            (client.publish("/ariac/command", trajectory, node="/other"), "UnknownNameError"),
+            (client.publish("/ariac/joint_states", trajectory), "UnknownNameError"),
+            (client.call("/ariac/agv1", TriggerRequest()), "UnknownNameError"),
+            (client.call("/ariac/submit_tray", TriggerRequest()), "MessageError"),
+            (client.ask(Frame(Kind.PUBLISH, 9, "/ariac/arm/command", payload=b"rubbish")), "MessageError"),
+            (client.ask(advance(8, 10, each_tick=False)), "UsageError"),
+            (client.ask(Frame(Kind.SUBSCRIBE, 7, "no name")), "UsageError"),
         ]
         assert [answer.name for answer, _ in cases] == [name for _, name in cases]
         assert all(answer.kind is Kind.REFUSED and answer.text() for answer, _ in cases)
@@ -132,37 +132,37 @@ def test_a_service_that_fails_says_so() -> None:
 
 def test_a_number_in_use_is_not_taken_again() -> None:
     with served(Cell(KITTING)) as hall:
-        guest = hall.guest()
-        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
-        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
+        client = hall.guest()
+        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
+        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
 
 
 def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        guest = hall.guest()
-        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/nothing")).kind is Kind.DONE
-        guest.say(Frame(Kind.UNSUBSCRIBE, 5), Frame(Kind.UNSUBSCRIBE, 77))
-        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
+        client = hall.guest()
+        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/nothing")).kind is Kind.DONE
+        client.say(Frame(Kind.UNSUBSCRIBE, 5), Frame(Kind.UNSUBSCRIBE, 77))
+        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
 
 
-def test_guests_are_told_the_end() -> None:
+def test_clients_get_the_reason_of_the_end() -> None:
     with served(Cell(KITTING)) as hall:
-        guest = hall.guest()
+        client = hall.guest()
         assert hall.server.guests == ("/me",)
         hall.server.close("enough")
-        guest.listen()
-        assert [(frame.kind, frame.text()) for frame in guest.heard] == [(Kind.ENDED, "enough")]
-        assert guest.is_over
+        client.listen()
+        assert [(frame.kind, frame.text()) for frame in client.heard] == [(Kind.ENDED, "enough")]
+        assert client.is_over
 
 
 def test_who_leaves_listens_no_more() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        guest, other = hall.guest(), hall.guest("/other")
-        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        client, other = hall.guest(), hall.guest("/other")
+        client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
         assert cell.bus.topic("/clock").subscribers == ("/me",)
-        guest.connection.close()
+        client.connection.close()
         other.wait_until(lambda: hall.server.guests == ("/other",))
         assert cell.bus.topic("/clock").subscribers == ()
 
@@ -179,7 +179,7 @@ def test_an_address_that_is_none_is_refused(host: str, port: int) -> None:
         Server(Cell(KITTING), host=host, port=port)
 
 
-def test_it_listens_on_loopback_unless_told_otherwise() -> None:
+def test_server_listens_on_loopback_by_default() -> None:
     with served(Cell(KITTING)) as hall:
         assert hall.server.is_local
         assert hall.server.address[0] == "127.0.0.1"
@@ -187,7 +187,7 @@ def test_it_listens_on_loopback_unless_told_otherwise() -> None:
             pass
 
 
-def test_those_who_work_are_dismissed_and_those_who_look_on_stay() -> None:
+def test_dismiss_ends_agents_and_keeps_viewers() -> None:
     with served(Cell(KITTING)) as hall:
         agent, page = hall.guest("/agent"), hall.guest("/page_1")
         hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))

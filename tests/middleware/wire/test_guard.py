@@ -1,4 +1,4 @@
-"""Running a program that leaves nothing behind, whatever becomes of it and of its parent."""
+"""Guard: a program leaves no process behind, for any end of it and of its parent."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def guarded(folder: Path, *program: str) -> subprocess.Popen[str]:
 
 
 def finish(process: subprocess.Popen[str]) -> tuple[str, str]:
-    """What a process has printed by its end; its stdin stays open until then."""
+    """Return the output of a process at its end; its stdin stays open until then."""
     assert process.stdout is not None
     assert process.stderr is not None
     said = process.stdout.read(), process.stderr.read()

@@ -1,4 +1,4 @@
-"""Becoming another program that ends with its parent."""
+"""Tether: a program that ends with its parent."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a process does 
 
 
 def tied(*program: str, parent: int | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a program by way of the tether."""
+    """Run a program through the tether."""
     command = [sys.executable, "-I", "-S", str(TETHER), str(parent or os.getpid()), str(int(signal.SIGKILL)), *program]
     return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
 

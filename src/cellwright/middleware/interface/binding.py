@@ -1,7 +1,7 @@
-"""Binding of an interface: every row of a table put on a bus, with the handler that it names.
+"""Binding of an interface: puts every row of a table on a bus, with the handler that it names.
 
-A topic without latch is sampled only while somebody listens. A latched one is sampled always, as in the original: its
-newest message is the same whoever has listened before. Where building it costs much, it is built when it is needed.
+A topic without latch is sampled only while it has a listener. A latched one is always sampled, as in the original: its
+newest message does not depend on listeners. If building a message is expensive, it is built when it is needed.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from cellwright.middleware.messages.conversions import stamp
 from cellwright.middleware.messages.standard import Clock
 from cellwright.util.errors import UsageError
 
-_CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with
+_CLOCK_RANK = -10  # no message comes before the clock of its stamp
 
 R = TypeVar("R", bound=Reading)
 
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """A topic that is about to be published: its handler says where the messages come from, by one of the methods.
+    """Topic that is about to be published; its handler selects the source of the messages by one of the methods.
 
     Attributes:
-        rank: of topics that are due together, lower ones come first: the row's place in the table, from 1. Each has a
-            rank of its own, so that their order does not depend on who came when.
+        rank: the row's place in the table, from 1. Of topics that are due together, lower ranks come first. Ranks are
+            unique, so that this order does not depend on the order of subscription.
     """
 
     bus: Bus
@@ -41,16 +41,17 @@ class Output:
     rank: int = 0
 
     def advertise(self, on_listeners: Callable[[int], None] | None = None) -> Publisher:
-        """Publish whenever the handler has a message."""
+        """Return a publisher, for messages at any time."""
         row = self.row
         return self.bus.advertise(
             row.name, row.type, latch=row.latch, rate=row.rate_text, node=row.node, on_listeners=on_listeners
         )
 
     def sample(self, build: Callable[[], Message | None]) -> Sampled:
-        """Publish at the row's rate, in each step if it has no period, what `build` makes of the state of this tick.
+        """Publish at the row's rate, or in each step if it has no period, a message of this tick's state.
 
-        It returns None when there is nothing to say.
+        Args:
+            build: returns the message, or None for no message.
         """
         return Sampled(self, build)
 
@@ -64,16 +65,16 @@ class Output:
         """Publish the readings of a sensor.
 
         Args:
-            listen: begins to listen to the sensor, with a function that takes readings; returns what ends it.
-            build: makes the message of a reading; None when there is nothing to say.
-            is_deferred: on a latched topic that nobody listens to, build when the message is needed. The reading alone
+            listen: subscribes a function that takes readings to the sensor; returns a function that ends this.
+            build: returns the message of a reading, or None for no message.
+            is_deferred: on a latched topic without listeners, build when the message is needed. The reading alone
                 must determine the message then.
         """
         _Streamed(self, listen, build, is_deferred=is_deferred)
 
 
 class _OnDemand(ABC):
-    """A topic whose source is listened to always if it is latched, else while the topic has a listener."""
+    """Topic that listens to its source always if it is latched, else while it has a listener."""
 
     def __init__(self, output: Output) -> None:
         self._output = output
@@ -84,7 +85,7 @@ class _OnDemand(ABC):
 
     @abstractmethod
     def _begin(self) -> Callable[[], None]:
-        """Listen to the source; what ends that."""
+        """Listen to the source; return a function that ends this."""
 
     def _take_listeners(self, count: int) -> None:
         if count and self._end is None:
@@ -95,7 +96,7 @@ class _OnDemand(ABC):
 
 
 class Sampled(_OnDemand):
-    """A topic that has a message at its rate."""
+    """Topic with a message at its rate."""
 
     def __init__(self, output: Output, build: Callable[[], Message | None]) -> None:
         self._build = build
@@ -106,7 +107,7 @@ class Sampled(_OnDemand):
         return simulation.watch(row.name, row.period, self._publish, self._output.rank).cancel
 
     def publish(self) -> None:
-        """A message now, besides those at the rate."""
+        """Publish a message now, in addition to those at the rate."""
         if self._end is not None:
             self._publish(0)
 
@@ -117,7 +118,7 @@ class Sampled(_OnDemand):
 
 
 class _Streamed(_OnDemand):
-    """A topic that passes on what a sensor measures."""
+    """Topic of a sensor's readings."""
 
     def __init__(
         self,
@@ -146,11 +147,11 @@ class _Streamed(_OnDemand):
 def bind(bus: Bus, simulation: Simulation, table: Sequence[Row], handlers: Iterable[object]) -> None:
     """Put every row of a table on a bus.
 
-    A row's handler is a method of one of the `handlers`. Of a service or a topic to the node it is called with each
-    request or message: `handler(row, message, node)`. Of a topic from the node it is called once: `handler(output)`.
+    A row's handler is a method of one of the `handlers`. For a service or an incoming topic it is called with each
+    request or message: `handler(row, message, node)`. For an outgoing topic it is called once: `handler(output)`.
 
     Raises:
-        UsageError: a row names a handler that there is not.
+        UsageError: a row names a handler that does not exist.
     """
     found = tuple(handlers)
     for rank, row in enumerate(table, 1):
@@ -167,6 +168,6 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Row], handlers: Itera
 
 
 def publish_clock(output: Output) -> None:
-    """Handler of /clock: simulation time, before all messages that are stamped with it."""
+    """Handler of /clock: publish simulation time before all messages that are stamped with it."""
     simulation = output.simulation
     replace(output, rank=_CLOCK_RANK).sample(lambda: Clock(stamp(simulation.now)))

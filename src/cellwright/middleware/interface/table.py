@@ -14,15 +14,15 @@ from cellwright.middleware.bus import Direction
 
 
 class Kind(Enum):
-    """What a row names."""
+    """Kind of a row."""
 
     TOPIC = "topic"
     SERVICE = "service"
-    ACTION = "action"  # over topics, which have rows of their own; the row tells that they belong together
+    ACTION = "action"  # over topics, which have rows of their own; this row groups them
 
 
 class Pace(Enum):
-    """When messages of a topic come, if not so many times a second."""
+    """Timing of a topic's messages, if it has no rate in Hz."""
 
     EACH_STEP = "each step"
     ON_EVENT = "on event"
@@ -35,17 +35,17 @@ Rate: TypeAlias = Fraction | Pace  # messages per second of simulation time [Hz]
 class Qos:
     """Quality of service of a topic, in the terms of ROS 2.
 
-    Where lost messages are sent again a publisher `is_reliable`; a subscription that asks for it gets nothing from a
-    publisher that is not.
+    A publisher that `is_reliable` sends lost messages again. A reliable subscription gets nothing from a publisher that
+    is not reliable.
     """
 
     is_reliable: bool = True
-    is_transient_local: bool = False  # whether a late subscriber gets the newest messages
+    is_transient_local: bool = False  # true if a late subscriber gets the newest messages
     depth: int = 10  # messages that are kept
 
     @property
     def text(self) -> str:
-        """The quality of service in words: "reliable", "best effort, depth 1"."""
+        """Return the quality of service in words: "reliable", "best effort, depth 1"."""
         words = ["reliable" if self.is_reliable else "best effort"]
         words += ["transient local"] * self.is_transient_local
         return ", ".join([*words, f"depth {self.depth}"])
@@ -55,12 +55,12 @@ RELIABLE = Qos()
 LATCHED = Qos(is_transient_local=True, depth=1)
 BEST_EFFORT = Qos(is_reliable=False, depth=1)
 
-# Types whose messages are too large to be sent again.
+# Types with messages too large to send again.
 _LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
 
 
 class Where(Enum):
-    """In which cells a row is there, and how often."""
+    """Availability of a row: in which cells, and how often."""
 
     ALWAYS = "always"
     ARM = "with an arm"
@@ -83,55 +83,57 @@ class Where(Enum):
 
 
 class Competition(Enum):
-    """What becomes of a row in competition mode."""
+    """Treatment of a row in competition mode."""
 
     SAME = "the same"
     REFUSES = "answers success = false"
     SILENCED = "silent"
-    """Nothing comes for anybody. Listening has no price, unlike in the original, where it spoilt the score."""
+    """Nothing is published. Subscribing has no price, unlike in the original, where it spoilt the score."""
     ABSENT = "absent"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One topic, service or action."""
+    """Row of one topic, service or action."""
 
     name: str  # absolute; `of` fills in `{sensor}` and `{n}`, the name of a sensor and the number of an AGV
     type: str  # short name of the message, service or action type
-    about: str  # what it is, in a sentence
+    about: str  # description in a sentence
     kind: Kind = Kind.TOPIC
     direction: Direction = Direction.OUT
     rate: Rate | None = None  # None for what comes from clients
-    latch: bool = False  # whether a late listener is given the newest message
+    latch: bool = False  # true if a late listener gets the newest message
     where: Where = Where.ALWAYS
     competition: Competition = Competition.SAME
-    node: str = "/gazebo"  # the node that publishes, hears or serves it, as the original's graph names it
-    source: str = ""  # the part of the original that this is taken from
+    node: str = "/gazebo"  # publishes, receives or serves it; name as in the original's graph
+    source: str = ""  # the part of the original that this comes from
     handler: str = ""  # name of the method that serves it; see `binding.bind`
     qos: Qos = RELIABLE
-    subject: str | None = None  # the sensor or the number in the name; None where it has no gap, or is not filled
+    subject: str | None = (
+        None  # sensor or number in the name; None if the name has no placeholder, or it is not filled in
+    )
 
     @property
     def period(self) -> Fraction | None:
-        """Time between two messages [s]; None for what does not come at a rate."""
+        """Time between two messages [s]; None without a rate."""
         return 1 / self.rate if isinstance(self.rate, Fraction) else None
 
     @property
     def rate_text(self) -> str:
-        """The rate in words: "50 Hz", "each step", "on event", or nothing for what comes from clients."""
+        """Rate in words: "50 Hz", "each step", "on event", or "" for what comes from clients."""
         if isinstance(self.rate, Fraction):
             return f"{float(self.rate):g} Hz"
         return "" if self.rate is None else self.rate.value
 
     def of(self, subject: str | None) -> Row:
-        """The row for one sensor or AGV, or for none."""
+        """Return the row for one sensor or AGV, or for none."""
         if subject is None:
             return self
         return replace(self, name=self.name.replace("{sensor}", subject).replace("{n}", subject), subject=subject)
 
 
 class RowOptions(TypedDict, total=False):
-    """What a row may say besides."""
+    """Optional fields of a row."""
 
     competition: Competition
     node: str
@@ -150,7 +152,7 @@ def says(
     latch: bool = False,
     **more: Unpack[RowOptions],
 ) -> Row:
-    """The row of a topic that the cell publishes; `rate` in Hz or on which occasion.
+    """Return the row of a topic that the cell publishes; `rate` in Hz or a `Pace`.
 
     Latched topics are transient local, pictures and point clouds best effort, and all others reliable.
     """
@@ -160,5 +162,5 @@ def says(
 
 
 def takes(kind: Kind, name: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
-    """The row of a topic that the cell hears, of a service or of an action. A topic is reliable."""
+    """Return the row of a topic that the cell receives, of a service or of an action. A topic is reliable."""
     return Row(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)

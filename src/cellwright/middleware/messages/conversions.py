@@ -33,41 +33,41 @@ from cellwright.util.pose import IDENTITY_QUATERNION
 from cellwright.util.pose import Pose as SpatialPose
 
 NANOSECONDS = 1_000_000_000
-UNIT_TOLERANCE = 1e-9  # how far the length of a quaternion may be from 1 and still be taken as it is
+UNIT_TOLERANCE = 1e-9  # a quaternion whose length differs from 1 by more is scaled
 N = TypeVar("N", bound=np.generic)
 
-Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]  # what a `float64[]` field holds
+Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]  # value of a `float64[]` field
 
-Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]  # what a `float32[]` field holds
+Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]  # value of a `float32[]` field
 
-Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]  # what a `uint64[]` field holds
+Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]  # value of a `uint64[]` field
 
 
 def stamp(time: int = 0) -> Time:
-    """A point in simulation time [ns] as a message."""
+    """Return a point in simulation time [ns] as a message."""
     return Time(*divmod(time, NANOSECONDS))
 
 
 def duration(time: int = 0) -> Duration:
-    """A span of time [ns] as a message; the nanoseconds of a negative one count upwards, as in ROS."""
+    """Return a time span [ns] as a message; the nanoseconds of a negative one count upwards, as in ROS."""
     return Duration(*divmod(time, NANOSECONDS))
 
 
 def nanoseconds(time: Time | Duration) -> int:
-    """Whole nanoseconds of a time or duration message."""
+    """Return the whole nanoseconds of a time or duration message."""
     return time.sec * NANOSECONDS + time.nanosec
 
 
 def header(frame: str = "", time: int = 0) -> Header:
-    """A header: frame, and time [ns]."""
+    """Return a header: frame, and time [ns]."""
     return Header(stamp(time), frame)
 
 
 def single(value: float) -> float:
-    """The nearest number of single precision.
+    """Return the nearest number of single precision.
 
-    What goes into a `float32` field is rounded before it is published, so that a listener in this process sees the
-    number that one behind a wire sees.
+    Values of `float32` fields are rounded before publishing, so that a listener in this process gets the same number as
+    one behind a socket.
 
     Raises:
         MessageError: the value is finite and beyond single precision.
@@ -79,32 +79,32 @@ def single(value: float) -> float:
 
 
 def floats(values: ArrayLike = ()) -> Floats:
-    """Numbers as a `float64[]` field holds them: a read-only array of their own."""
+    """Return numbers as the value of a `float64[]` field: a read-only copy."""
     return _numbers(values, np.float64)
 
 
 def singles(values: ArrayLike = ()) -> Singles:
-    """Numbers as a `float32[]` field holds them: a read-only array of their own."""
+    """Return numbers as the value of a `float32[]` field: a read-only copy."""
     return _numbers(values, np.float32)
 
 
 def counts(values: ArrayLike = ()) -> Counts:
-    """Numbers as a `uint64[]` field holds them: a read-only array of their own."""
+    """Return numbers as the value of a `uint64[]` field: a read-only copy."""
     return _numbers(values, np.uint64)
 
 
 def origin() -> Pose:
-    """The pose message of an unturned thing at the origin."""
+    """Return the identity pose as a message."""
     return Pose(Point(0.0, 0.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
 
 
 def pose_message(pose: SpatialPose) -> Pose:
-    """A pose as a message."""
+    """Return a pose as a message."""
     return Pose(Point(*pose.position), _quaternion_message(pose))
 
 
 def pose_from_message(message: Pose) -> SpatialPose:
-    """The pose in a message; a quaternion that is not of unit length is scaled, zero means not turned.
+    """Return the pose in a message; a quaternion is scaled to unit length, and zero means no rotation.
 
     Raises:
         MessageError: one of the seven numbers is not finite.
@@ -113,12 +113,12 @@ def pose_from_message(message: Pose) -> SpatialPose:
 
 
 def transform_message(pose: SpatialPose) -> Transform:
-    """A pose as a transform message."""
+    """Return a pose as a transform message."""
     return Transform(Vector3(*pose.position), _quaternion_message(pose))
 
 
 def pose_from_transform(message: Transform) -> SpatialPose:
-    """The pose in a transform message; quaternions as in `pose_from_message`.
+    """Return the pose in a transform message; quaternions as in `pose_from_message`.
 
     Raises:
         MessageError: one of the seven numbers is not finite.
@@ -127,7 +127,7 @@ def pose_from_transform(message: Transform) -> SpatialPose:
 
 
 def transform_stamped(parent: str, child: str, parent_T_child: SpatialPose, time: int) -> TransformStamped:
-    """Where the frame `child` stands in the frame `parent` at `time` [ns]."""
+    """Return the transform of the frame `child` in the frame `parent` at `time` [ns]."""
     return TransformStamped(header(parent, time), child, transform_message(parent_T_child))
 
 
@@ -138,7 +138,7 @@ def trajectory_point(
     effort: ArrayLike = (),
     time_from_start: int = 0,
 ) -> JointTrajectoryPoint:
-    """A point of a joint trajectory [rad or m, N m or N], `time_from_start` in ns."""
+    """Return a point of a joint trajectory [rad or m, N m or N]; `time_from_start` in ns."""
     return JointTrajectoryPoint(
         floats(positions), floats(velocities), floats(accelerations), floats(effort), duration(time_from_start)
     )
@@ -147,7 +147,7 @@ def trajectory_point(
 def joint_trajectory(
     names: Sequence[str] = (), points: Sequence[JointTrajectoryPoint] = (), *, frame: str = "", time: int = 0
 ) -> JointTrajectory:
-    """A joint trajectory that starts at `time` [ns]; 0 means on arrival."""
+    """Return a joint trajectory that starts at `time` [ns]; 0 means on arrival."""
     return JointTrajectory(header(frame, time), list(names), list(points))
 
 
@@ -160,17 +160,17 @@ def joint_state(
     frame: str = "",
     time: int,
 ) -> JointState:
-    """Joints at `time` [ns]: positions [rad or m], velocities [per s], efforts [N m or N]."""
+    """Return a joint state at `time` [ns]: positions [rad or m], velocities [per s], efforts [N m or N]."""
     return JointState(header(frame, time), list(names), floats(positions), floats(velocities), floats(efforts))
 
 
 def goal_id() -> GoalID:
-    """The identifier of no goal."""
+    """Return an empty goal identifier."""
     return GoalID(stamp(), "")
 
 
 def goal_status() -> GoalStatus:
-    """The status of no goal."""
+    """Return a goal status with an empty identifier."""
     return GoalStatus(goal_id(), GoalStatus.PENDING, "")
 
 

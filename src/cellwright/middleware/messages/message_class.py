@@ -1,4 +1,4 @@
-"""Message classes of Cellwright: what the generated modules beside this one are made with."""
+"""Base class and decorator of Cellwright's message classes, for the generated modules beside this one."""
 
 import dataclasses
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from typing import Any, ClassVar, TypeVar, dataclass_transform
 
 
 class MessageClass:
-    """Base class of the messages, requests and responses that Cellwright brings."""
+    """Base class of the messages, requests and responses that Cellwright defines."""
 
     __slots__ = ()
     __msgtype__: ClassVar[str]
@@ -18,7 +18,7 @@ C = TypeVar("C", bound=MessageClass)
 
 @dataclass_transform(field_specifiers=(dataclasses.field,))
 def message_class(name: str) -> Callable[[type[C]], type[C]]:
-    """Make a class the dataclass of a type, by its full name ("osrf_gear/msg/Order")."""
+    """Turn a class into the dataclass of a type with a full name ("osrf_gear/msg/Order")."""
 
     def decorate(cls: type[C]) -> type[C]:
         cls.__msgtype__ = name

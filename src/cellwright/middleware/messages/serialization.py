@@ -1,8 +1,8 @@
 """Serialization of messages: CDR of ROS 2, written by generated functions, and the ROS 1 form.
 
-The library writes any type too, field by field, with a call for each number; it is what these are compared with in the
-tests, and what reads. A recording and every guest at the socket pay for each message that is written, so here a row of
-numbers is one call, and texts, which are nearly always names that have been written before, are looked up.
+The library also writes any type, field by field, with a call for each number; tests compare with it, and it reads
+messages. Every message costs a recording and each socket client the time to write it. So consecutive numbers are one
+call here, and strings, which are nearly always known names, come from a cache.
 """
 
 import struct
@@ -24,13 +24,13 @@ from cellwright.util.errors import MessageError, UsageError
 
 MAX_CACHED_STRINGS = 1024
 MAX_CACHED_BYTES = 1024
-"""Texts that are kept [number, bytes of each]: they come from outside, and must not eat the memory."""
+"""Limits of the string cache [number, bytes of each]: strings come from outside, and must not fill the memory."""
 
 
 class StringCache(dict[Any, bytes]):
-    """What was written, by what was to be written; what is not there yet is written when it is looked up.
+    """Cache of encoded strings, by value; a missing one is encoded at lookup.
 
-    With `filled`, zeros follow up to the next multiple of four bytes.
+    With `filled`, zeros pad each to the next multiple of four bytes.
     """
 
     def __init__(self, write: Callable[[Any], bytes], *, filled: bool) -> None:
@@ -49,13 +49,13 @@ class StringCache(dict[Any, bytes]):
 
 
 def cdr_string(value: str) -> bytes:
-    """A text: its length, its bytes and a zero."""
+    """Return an encoded string: its length, its bytes and a zero."""
     data = value.encode()
     return struct.pack(f"<I{len(data)}sx", len(data) + 1, data)
 
 
 def cdr_strings(values: tuple[str, ...]) -> bytes:
-    """Some texts: how many, and each from the next multiple of four bytes on."""
+    """Return encoded strings: their number, then each at the next multiple of four bytes."""
     written = bytearray(struct.pack("<I", len(values)))
     for value in values:
         written += bytes(-len(written) % 4)
@@ -69,21 +69,21 @@ _CODES = {
     "bool": "?", "byte": "b", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
     "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-_LARGEST = 8  # no number is aligned to more bytes
-_HEAD = 4  # bytes that say how the rest is written; places in a message are counted from behind them
+_MAX_ALIGNMENT = 8  # bytes of the largest alignment of a number
+_HEAD = 4  # bytes of the encapsulation header; offsets in a message count from its end
 
 
 @cache
 def cdr_writer(name: str) -> Writer:
-    """What writes messages of a type, by full name, as little-endian CDR with its four-byte head.
+    """Return the writer of a type, by full name: little-endian CDR with its four-byte head.
 
-    It checks no more than it has to in order to write, and raises what Python raises over values that do not fit.
+    It does not validate, and raises Python's own errors for values that do not fit.
     """
     return _WriterSource(name).compiled()
 
 
 def _little(values: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """An array whose type is not quite that of its field, the bytes in order."""
+    """Return an array with its bytes in little-endian order; a ValueError if it is not of the field's type."""
     if values.dtype.newbyteorder("<") != dtype:
         raise ValueError(f"an array of {values.dtype}, not of {dtype}")
     return values.astype(dtype)
@@ -98,14 +98,14 @@ _NAMES: dict[str, Any] = {
     **{f"fill_{size}": [bytes((_HEAD - place) % size) for place in range(size)] for size in (2, 4, 8)},
     **{f"dtype_{name}": np.dtype(f"<{np.dtype(code).str[1:]}") for name, code in _CODES.items()},
 }
-"""What the functions that are made here use."""
+"""Names that generated writers use."""
 
 
 class _WriterSource:
-    """The source of one writer, as it grows field by field.
+    """Source of one writer, generated field by field.
 
-    Numbers that follow each other wait, to be packed together. How far they are apart is known here as far as the
-    place in the message is: `_place` modulo `_modulus`, which is 8 at the beginning, and 1 behind a text.
+    Consecutive numbers wait, to be packed together. Their padding follows from the offset in the message, which is
+    known here as `_place` modulo `_modulus`: 8 at the beginning, and 1 behind a string.
     """
 
     def __init__(self, name: str) -> None:
@@ -115,17 +115,17 @@ class _WriterSource:
         self._structs: dict[str, Callable[..., bytes]] = {}
         self._format, self._values = "<I", ["256"]  # the head: little-endian
         self._has_begun = False
-        self._place, self._modulus = 0, _LARGEST
+        self._place, self._modulus = 0, _MAX_ALIGNMENT
         self._variables = 0
         self._message(name, "message", 1)
         if self._has_begun:
             self._flush()
-            self._say("return bytes(data)")
+            self._add("return bytes(data)")
         else:
-            self._say(f"return {self._packed()}")
+            self._add(f"return {self._packed()}")
 
     def compiled(self) -> Writer:
-        """The function."""
+        """Return the compiled writer."""
         source = "\n".join(["def write(message):", *self._lines])
         names = {**_NAMES, **self._structs}
         exec(compile(source, f"<CDR of {self._name}>", "exec"), names)  # noqa: S102, made of definitions alone
@@ -133,7 +133,7 @@ class _WriterSource:
         return write
 
     def _message(self, name: str, value: str, follows: int) -> None:
-        """The fields of a message that stands in a variable; `follows` is what comes behind it is aligned to."""
+        """Add the fields of a message in a variable; `follows` is the alignment of what comes behind it."""
         fields = ros2_store().fielddefs[name][1]
         needs = [*(_alignment(desc) for _, desc in fields[1:]), follows]
         for (field, desc), need in zip(fields, needs, strict=True):
@@ -142,13 +142,13 @@ class _WriterSource:
     def _field(self, value: str, desc: FieldDesc, follows: int) -> None:
         match desc:
             case (Nodetype.BASE, ("string", _)):
-                self._kept("text", value, follows)
+                self._cached("text", value, follows)
             case (Nodetype.BASE, (name, _)):
                 self._number(_CODES[str(name)], value)
             case (Nodetype.NAME, name):
                 self._message(str(name), value if value.isidentifier() else self._variable(value), follows)
             case (Nodetype.SEQUENCE, ((Nodetype.BASE, ("string", _)), _)):
-                self._kept("texts", f"tuple({value})", follows)
+                self._cached("texts", f"tuple({value})", follows)
             case (kind, ((Nodetype.BASE, (name, _)), length)) if name != "string":
                 self._numbers(str(name), value, int(length) if kind == Nodetype.ARRAY else None)
             case (kind, (member, length)):
@@ -161,30 +161,30 @@ class _WriterSource:
         self._values.append(value)
         self._place = (self._place + size) % self._modulus
 
-    def _kept(self, kind: str, value: str, follows: int) -> None:
-        """One text or many, the whole of which is looked up."""
+    def _cached(self, kind: str, value: str, follows: int) -> None:
+        """Add a string or a sequence of strings, looked up in the cache as a whole."""
         self._align(4)
         self._flush()
         is_filled = follows >= 4
-        self._say(f"data += {kind}{'_filled' if is_filled else ''}[{value}]")
+        self._add(f"data += {kind}{'_filled' if is_filled else ''}[{value}]")
         self._place, self._modulus = 0, 4 if is_filled else 1
 
     def _numbers(self, name: str, value: str, length: int | None) -> None:
         size = struct.calcsize(f"<{_CODES[name]}")
         values, count = self._variable(value), self._variable(None)
-        self._say(f"({count},) = {values}.shape")
-        self._say(f"if {values}.dtype is not dtype_{name}: {values} = little({values}, dtype_{name})")
+        self._add(f"({count},) = {values}.shape")
+        self._add(f"if {values}.dtype is not dtype_{name}: {values} = little({values}, dtype_{name})")
         if length is None:
             self._number("I", count)
             self._flush()
-            self._say(f"if {count}:")
+            self._add(f"if {count}:")
             self._indent += " "
         else:
             self._require(count, length)
         before = self._place, self._modulus
         self._align(size)
         self._flush()
-        self._say(f"data += {values}.tobytes()")
+        self._add(f"data += {values}.tobytes()")
         if length is None:
             self._indent = self._indent[:-1]
             self._place, self._modulus = _common(before, (0, size))
@@ -192,18 +192,18 @@ class _WriterSource:
             self._place = (self._place + length * size) % self._modulus
 
     def _each(self, value: str, member: FieldDesc, length: int | None, follows: int) -> None:
-        """Messages, or texts of which there is a fixed number."""
+        """Add messages, or a fixed number of strings."""
         values, each = self._variable(value), self._variable(None)
         if length is None:
             self._number("I", f"len({values})")
         else:
             self._require(f"len({values})", length)
         self._flush()
-        self._say(f"for {each} in {values}:")
+        self._add(f"for {each} in {values}:")
         before = self._place, self._modulus
         lines, variables = len(self._lines), self._variables
         self._indent += " "
-        while True:  # until what is taken for known at its beginning holds after each round
+        while True:  # until the offset known at its beginning holds after each round
             begun = self._place, self._modulus
             self._field(each, member, min(follows, _alignment(member)))
             self._flush()
@@ -217,20 +217,20 @@ class _WriterSource:
         self._place, self._modulus = _common(before, ended)
 
     def _align(self, size: int) -> None:
-        """Zeros up to the next multiple of a size."""
+        """Add zeros up to the next multiple of a size."""
         if self._modulus >= size:
             zeros = -self._place % size
             self._format += f"{zeros}x" if zeros else ""
             self._place = (self._place + zeros) % self._modulus
         else:
             self._flush()
-            self._say(f"data += fill_{size}[len(data) % {size}]")
+            self._add(f"data += fill_{size}[len(data) % {size}]")
             self._place, self._modulus = 0, size
 
     def _flush(self) -> None:
         """Pack the numbers that wait."""
         if self._format != "<":
-            self._say(f"data += {self._packed()}" if self._has_begun else f"data = bytearray({self._packed()})")
+            self._add(f"data += {self._packed()}" if self._has_begun else f"data = bytearray({self._packed()})")
             self._has_begun = True
 
     def _packed(self) -> str:
@@ -241,22 +241,22 @@ class _WriterSource:
         return call
 
     def _require(self, count: str, length: int) -> None:
-        self._say(f"if {count} != {length}: raise ValueError('{length} entries are needed')")
+        self._add(f"if {count} != {length}: raise ValueError('{length} entries are needed')")
 
     def _variable(self, value: str | None) -> str:
-        """A new variable; with a value, it is given that."""
+        """Return a new variable; with a value, assign it."""
         self._variables += 1
         name = f"v{self._variables}"
         if value is not None:
-            self._say(f"{name} = {value}")
+            self._add(f"{name} = {value}")
         return name
 
-    def _say(self, line: str) -> None:
+    def _add(self, line: str) -> None:
         self._lines.append(self._indent + line)
 
 
 def _alignment(desc: FieldDesc) -> int:
-    """What the first byte of a field is aligned to."""
+    """Return the alignment of a field's first byte."""
     match desc:
         case (Nodetype.BASE, (name, _)):
             return 4 if name == "string" else struct.calcsize(f"<{_CODES[str(name)]}")
@@ -268,7 +268,7 @@ def _alignment(desc: FieldDesc) -> int:
 
 
 def _common(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
-    """What is known of a place that is either of two, each modulo something."""
+    """Return what two offsets (offset, modulus) have in common."""
     modulus = min(one[1], other[1])
     while (one[0] - other[0]) % modulus:
         modulus //= 2
@@ -278,11 +278,11 @@ def _common(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
 M = TypeVar("M", bound=Message)
 
 FAULTS = (SerdeError, struct.error, ValueError, TypeError, AttributeError, IndexError, AssertionError, OverflowError)
-"""What the library raises over values that do not fit their fields."""
+"""Errors of the library for values that do not fit their fields."""
 
 
 def to_cdr(message: Message) -> bytes:
-    """A message as little-endian CDR with its four-byte head.
+    """Return a message as little-endian CDR with its four-byte head.
 
     Raises:
         MessageError: a value does not fit its field.
@@ -294,7 +294,7 @@ def to_cdr(message: Message) -> bytes:
 
 
 def from_cdr(data: bytes | memoryview, message_class: type[M]) -> M:
-    """The message in CDR bytes of either endianness.
+    """Return the message in CDR bytes of either endianness.
 
     Raises:
         MessageError: the bytes are no message of this class.
@@ -303,7 +303,7 @@ def from_cdr(data: bytes | memoryview, message_class: type[M]) -> M:
 
 
 def to_ros1(message: Message) -> bytes:
-    """A message in its ROS 1 form.
+    """Return a message as bytes of its ROS 1 form.
 
     Raises:
         MessageError: a value does not fit its field.
@@ -318,7 +318,7 @@ def to_ros1(message: Message) -> bytes:
 
 
 def from_ros1(data: bytes | memoryview, message_class: type[M]) -> M:
-    """The message in bytes of the ROS 1 form.
+    """Return the message in bytes of the ROS 1 form.
 
     Raises:
         MessageError: the bytes are no message of this class.
@@ -329,18 +329,18 @@ def from_ros1(data: bytes | memoryview, message_class: type[M]) -> M:
 
 
 class Encoding(NamedTuple):
-    """How messages are written as bytes and read."""
+    """Encoding of messages: functions that write and read bytes."""
 
     write: Callable[[Message], bytes]
     read: Callable[[bytes, type[Message]], Message]
 
 
 ENCODINGS: Mapping[str, Encoding] = {"cdr": Encoding(to_cdr, from_cdr), "ros1": Encoding(to_ros1, from_ros1)}
-"""Encodings on the wire by name: CDR as in ROS 2, and the form of ROS 1."""
+"""Wire encodings by name: CDR as in ROS 2, and the form of ROS 1."""
 
 
 def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, message_class: type[M]) -> M:
-    """The message that the library reads in bytes."""
+    """Return the message that the library reads in bytes."""
     name = message_class.__msgtype__
     try:
         message = read(data, name)
@@ -352,7 +352,7 @@ def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, messag
 
 
 def _unwritable(message: Message, fault: Exception) -> MessageError:
-    """The error for a message that could not be written: it names the field where that can be found out."""
+    """Return the error for a message that cannot be written; it names the field if possible."""
     try:
         checked(message)
     except MessageError as error:

@@ -1,6 +1,6 @@
-"""The standard message classes that Cellwright speaks, under their plain names.
+"""Standard message classes that Cellwright uses, under their plain names.
 
-They come from the library (ROS 2 Kilted, whose `Range` knows a variance); here they only get names that can be typed.
+They come from the library (ROS 2 Kilted, whose `Range` has a variance); here they get names for type annotations.
 """
 
 from rosbags.typesys.stores import ros2_kilted

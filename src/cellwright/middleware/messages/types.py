@@ -1,13 +1,13 @@
 """Message and service types: names, definition files, classes, ROS 1 and ROS 2 stores, checksums.
 
-Short names ("osrf_gear/Order") and full ones ("osrf_gear/msg/Order") are understood everywhere; short ones are given
-back. The two halves of a service are types of their own, "osrf_gear/srv/AGVControl_Request" and "…_Response".
+All functions accept short names ("osrf_gear/Order") and full ones ("osrf_gear/msg/Order"), and return short ones. The
+two halves of a service are separate types, "osrf_gear/srv/AGVControl_Request" and "…_Response".
 
-Definitions lie in the folder `definitions`, as ROS 1 and ROS 2 can both take them, but for `time` and `duration`.
+The folder `definitions` contains definitions that ROS 1 and ROS 2 both accept, except for `time` and `duration`.
 
-The ROS 1 checksum of a message is the MD5 of its bare text: constants first, then fields, comments dropped, and each
-type that is itself a message replaced by that one's checksum. A service is the MD5 of its two bare texts joined with
-nothing between.
+The ROS 1 checksum of a message is the MD5 of its bare text: constants first, then fields, without comments, and with
+each message type replaced by its checksum. The checksum of a service is the MD5 of its two bare texts, joined without
+a separator.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ SERVICE = "srv"
 
 
 class Message(Protocol):
-    """What every message class has: its full name."""
+    """Protocol of message classes: they have a full name."""
 
     __msgtype__: ClassVar[str]
 
 
 def full_name(name: str, namespace: str = MESSAGE) -> str:
-    """The full name of a type.
+    """Return the full name of a type.
 
     Raises:
         UsageError: the name is neither "package/Name" nor "package/msg/Name" (or srv, as `namespace` says).
@@ -58,23 +58,23 @@ def full_name(name: str, namespace: str = MESSAGE) -> str:
 
 
 def short_name(name: str) -> str:
-    """The short name of a type: "osrf_gear/Order"."""
+    """Return the short name of a type: "osrf_gear/Order"."""
     package, _, rest = name.partition("/")
     return f"{package}/{rest.rpartition('/')[2]}" if rest else package
 
 
 def type_of(message: Message | type[Message]) -> str:
-    """The short name of a message's type."""
+    """Return the short name of a message's type."""
     return short_name(message.__msgtype__)
 
 
 EMPTY_FIELDS: Fielddefs = [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
-"""Fields of a message without any, as ROS 2 has it; ROS 1 sends nothing."""
+"""Fields of an empty message in ROS 2; ROS 1 sends nothing."""
 
 
 @cache
 def sources() -> dict[str, str]:
-    """The text of every definition file, by full name ("osrf_gear/msg/Order", "std_srvs/srv/Trigger"), sorted."""
+    """Return the text of every definition file by full name ("osrf_gear/msg/Order", "std_srvs/srv/Trigger"), sorted."""
     found = {}
     for package in (files("cellwright.middleware.messages") / "definitions").iterdir():
         for namespace in package.iterdir():
@@ -86,7 +86,7 @@ def sources() -> dict[str, str]:
 
 
 def parsed_definitions() -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
-    """Every type that the files define, with its constants and fields; a service makes two types."""
+    """Yield every type of the definition files, with its constants and fields; a service has two types."""
     for name, text in sources().items():
         package, namespace, last = name.split("/")
         if namespace == MESSAGE:
@@ -98,13 +98,13 @@ def parsed_definitions() -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
 
 
 def _parse_definition(text: str, package: str, last: str) -> tuple[Constdefs, Fielddefs]:
-    name = f"{package}/msg/{last}"  # so that a bare type name is looked up in its own package
+    name = f"{package}/msg/{last}"  # looks bare type names up in its own package
     constants, fields = get_types_from_msg(text, name)[name]
     return constants, fields or EMPTY_FIELDS
 
 
-LONGEST_SEQUENCE = 1 << 24
-"""More entries in one field are not decoded: no cell sends so many, and a wrong length must not eat the memory."""
+MAX_SEQUENCE = 1 << 24
+"""Most entries of a field that are decoded: no cell sends more, and the limit bounds memory if a length is wrong."""
 
 HEADER = "std_msgs/msg/Header"
 RANGE = "sensor_msgs/msg/Range"
@@ -118,12 +118,12 @@ OTHERWISE_IN_ROS1 = {
     "visualization_msgs/msg/ImageMarker",
     "visualization_msgs/msg/Marker",
 }
-"""Types whose fields, constants or names changed from ROS 1 to ROS 2, and which no contract here needs in ROS 1."""
+"""Types whose fields, constants or names changed from ROS 1 to ROS 2, and which no interface here needs in ROS 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceType:
-    """A service by its short name, with the classes of its two halves."""
+    """Type of a service: its short name, and the classes of its two halves."""
 
     name: str
     request: type[Message]
@@ -132,7 +132,7 @@ class ServiceType:
 
 @cache
 def own_types() -> dict[str, type[Message]]:
-    """The classes that the project brings, by full name."""
+    """Return the classes that Cellwright defines, by full name."""
     modules = (cellwright_msgs, control_msgs, osrf_gear, std_srvs)
     classes = (item for module in modules for item in vars(module).values() if isinstance(item, type))
     return {item.__msgtype__: item for item in classes if issubclass(item, MessageClass) and item is not MessageClass}
@@ -140,11 +140,11 @@ def own_types() -> dict[str, type[Message]]:
 
 @cache
 def message_type(name: str) -> type[Message]:
-    """The class of a message, by its short or full name.
+    """Return the class of a message, by its short or full name.
 
     Raises:
         UnknownNameError: there is no such message; the error lists those of its package.
-        UsageError: the name has not the form of a type's name.
+        UsageError: the name is not of the form of a type name.
     """
     full = full_name(name)
     found = own_types().get(full)
@@ -157,11 +157,11 @@ def message_type(name: str) -> type[Message]:
 
 @cache
 def service_type(name: str) -> ServiceType:
-    """The classes of a service, by its short or full name.
+    """Return the classes of a service, by its short or full name.
 
     Raises:
         UnknownNameError: there is no such service; the error lists those of its package.
-        UsageError: the name has not the form of a type's name.
+        UsageError: the name is not of the form of a type name.
     """
     full = full_name(name, SERVICE)
     own = own_types()
@@ -174,8 +174,8 @@ def service_type(name: str) -> ServiceType:
 
 @cache
 def ros2_store() -> Typestore:
-    """The library's store of ROS 2 forms, with the project's types in it. Made at first use (some 20 ms)."""
-    store = Typestore(ros2_kilted, max_sequence_length=LONGEST_SEQUENCE)
+    """Return the library's store of ROS 2 types, with Cellwright's added. It is built at first use (some 20 ms)."""
+    store = Typestore(ros2_kilted, max_sequence_length=MAX_SEQUENCE)
     classes = own_types()
     for name, definition in parsed_definitions():
         store.fielddefs[name] = definition
@@ -185,14 +185,14 @@ def ros2_store() -> Typestore:
 
 @cache
 def ros1_store() -> Typestore:
-    """A store that writes and reads the same classes in their ROS 1 form.
+    """Return a store that writes and reads the same classes in their ROS 1 form.
 
-    Three types have another form there. A header begins with a sequence number, which the classes here do not have:
-    zero is written, and what comes is passed over. A range has no variance: it is left out, and zero when it comes.
-    The matrices of a camera have names in capitals, and the same bytes.
+    Three types have another form there. A header begins with a sequence number, which the classes here do not have: the
+    store writes zero, and ignores it when reading. A range has no variance: it is not written, and zero when read. The
+    matrices of a camera have names in capitals, and the same bytes.
     """
     ros2 = ros2_store()
-    store = Typestore(max_sequence_length=LONGEST_SEQUENCE)
+    store = Typestore(max_sequence_length=MAX_SEQUENCE)
     store.fielddefs = {name: item for name, item in ros2.fielddefs.items() if name not in OTHERWISE_IN_ROS1}
     store.types = {name: item for name, item in ros2.types.items() if name not in OTHERWISE_IN_ROS1}
 
@@ -210,7 +210,7 @@ def ros1_store() -> Typestore:
     constants, fields = ros2.fielddefs[HEADER]
     store.fielddefs[HEADER] = (constants, [("seq", (Nodetype.BASE, ("uint32", 0))), *fields])
 
-    store.cache[CAMERA_INFO] = store.get_msgdef(CAMERA_INFO)  # as it is read and written, by the names of the class
+    store.cache[CAMERA_INFO] = store.get_msgdef(CAMERA_INFO)  # by the class's names, for reading and writing
     constants, fields = ros2.fielddefs[CAMERA_INFO]
     capitals = [(name.upper() if len(name) == 1 else name, kind) for name, kind in fields]
     store.fielddefs[CAMERA_INFO] = (constants, capitals)
@@ -218,7 +218,7 @@ def ros1_store() -> Typestore:
 
 
 def _unknown_type(kind: str, name: str, known: list[str], namespace: str) -> UnknownNameError:
-    """The error for an unknown type, with the names of its package, or with the packages when that is unknown too."""
+    """Return the error for an unknown type; it lists the names of its package, or the packages if that is unknown."""
     package = name.partition("/")[0]
     same = sorted({short_name(key) for key in known if key.startswith(f"{package}/{namespace}/")})
     if same:
@@ -231,7 +231,7 @@ SEPARATOR = "=" * 80
 
 @cache
 def md5(name: str) -> str:
-    """The ROS 1 checksum of a message or service, by its short or full name; no name stands for both.
+    """Return the ROS 1 checksum of a message or service, by its short or full name; no name stands for both.
 
     Raises:
         UnknownNameError: there is neither a message nor a service of this name.
@@ -249,7 +249,7 @@ def md5(name: str) -> str:
 
 
 def definition(name: str) -> str:
-    """The whole ROS 1 definition of a message, the types in it included, as connection headers and bags carry it.
+    """Return the full ROS 1 definition of a message, with the types in it, as in connection headers and bags.
 
     Raises:
         UnknownNameError: there is no such message.
@@ -260,7 +260,7 @@ def definition(name: str) -> str:
 
 @cache
 def _generated(full: str) -> tuple[str, str]:
-    """The whole definition of a message, and its checksum."""
+    """Return the full definition of a message, and its checksum."""
     try:
         return ros1_store().generate_msgdef(full, ros_version=1)
     except TypesysError:
@@ -268,7 +268,7 @@ def _generated(full: str) -> tuple[str, str]:
 
 
 def _bare_text(full: str) -> str:
-    """The text that goes into the checksum of one half of a service, which the library does not know."""
+    """Return the text for the checksum of one half of a service, which the library does not know."""
     lines = []
     for line in _generated(full)[0].split(SEPARATOR)[0].splitlines():
         kind, _, rest = line.partition(" ")

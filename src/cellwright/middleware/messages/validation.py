@@ -1,4 +1,4 @@
-"""Validation of messages from outside: each field against its type."""
+"""Validation of messages from outside: checks each field against its type."""
 
 import dataclasses
 from collections.abc import Callable
@@ -17,9 +17,9 @@ from cellwright.util.errors import MessageError
 M = TypeVar("M", bound=Message)
 
 Check = Callable[[object, str], object]
-"""Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError.
+"""Takes a value and its place; returns the value in the right form, or raises a MessageError.
 
-A message that stands nowhere ("") is named by its type.
+Errors name a message without a place ("") by its type.
 """
 
 _ANY_STRING = (Nodetype.BASE, ("string", 0))
@@ -33,15 +33,15 @@ INTEGERS = {
 
 
 def checked(message: M) -> M:
-    """The message itself, if every field holds what its type says.
+    """Return the message itself, if every field fits its type.
 
-    Numbers in lists or tuples, as people write them, are turned into the arrays that the fields hold, and a number of
-    single precision is rounded to it; then it is a copy with these fields replaced.
+    Lists and tuples of numbers become arrays, and single-precision numbers are rounded; then the result is a copy with
+    these fields replaced.
 
     Raises:
-        MessageError: a field holds something else; it is named (`points[2].positions`). Or it is no message at all.
+        MessageError: a field does not fit, with its place (`points[2].positions`); or it is no message at all.
     """
-    name = getattr(type(message), "__msgtype__", None)  # what an instance says of itself is one of its fields
+    name = getattr(type(message), "__msgtype__", None)  # of the class: an instance's attributes are its fields
     if not isinstance(name, str):
         raise MessageError(f"{said(message)} is no message")
     return type_check(name)(message, "")  # type: ignore[return-value]
@@ -49,7 +49,7 @@ def checked(message: M) -> M:
 
 @cache
 def type_check(name: str) -> Check:
-    """The check for a message type, by full name."""
+    """Return the check for a message type, by full name."""
     message_class = message_type(name)
     fields = ros2_store().fielddefs[name][1]
     members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]
@@ -75,7 +75,7 @@ def type_check(name: str) -> Check:
 
 @cache
 def has_bounds(name: str) -> bool:
-    """Whether a type limits the length of strings or sequences, itself or in its fields; decoders do not check that."""
+    """True if a type limits the length of strings or sequences, at any depth; decoders do not check that."""
     return any(_is_bounded(desc) for _, desc in ros2_store().fielddefs[name][1])
 
 
@@ -90,12 +90,12 @@ def _is_bounded(desc: FieldDesc) -> bool:
 
 
 def _field_check(desc: FieldDesc) -> Check:
-    """The check for one field."""
+    """Return the check for one field."""
     match desc:
         case (Nodetype.BASE, (name, limit)):
             return _base_check(str(name), int(limit))
         case (Nodetype.NAME, name):
-            return lambda value, where: type_check(str(name))(value, where)  # made when it is first needed
+            return lambda value, where: type_check(str(name))(value, where)  # built at first use
         case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
             return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
         case (kind, (member, length)):
@@ -153,7 +153,7 @@ def _base_check(name: str, limit: int) -> Check:
 
 
 def _numbers_check(name: str, length: int, *, fixed: bool) -> Check:
-    """The check for a sequence of numbers: an array, or something that means one."""
+    """Return the check for a sequence of numbers: an array, or a list that converts to one."""
     dtype = np.dtype({"bool": "bool", "byte": "int8", "char": "uint8"}.get(name, name))
     check_one = _base_check(name, 0)
 
@@ -175,7 +175,7 @@ def _numbers_check(name: str, length: int, *, fixed: bool) -> Check:
 
 
 def _list_check(check_one: Check, length: int, *, fixed: bool) -> Check:
-    """The check for a sequence of strings or messages."""
+    """Return the check for a sequence of strings or messages."""
 
     def check(value: object, where: str) -> object:
         if not isinstance(value, (list, tuple)):
@@ -189,9 +189,9 @@ def _list_check(check_one: Check, length: int, *, fixed: bool) -> Check:
 
 
 def _unless_plain(check: Check) -> Check:
-    """The check for a list of strings that may be as long as they like: one of plain ASCII has nothing else to pass.
+    """Return a check for a list of unbounded strings that runs `check` only if one is not plain ASCII.
 
-    The names in commands come here, dozens in a message; a look at each by itself costs six times as much.
+    It is for the names in commands, dozens in a message: a check of each string costs six times as much.
     """
 
     def check_strings(value: object, where: str) -> object:
@@ -210,7 +210,7 @@ def _check_length(count: int, length: int, where: str, *, fixed: bool) -> None:
 
 
 def said(value: object) -> str:
-    """A value as it is named in an error: short, whatever it is."""
+    """Return a short text of any value, for an error."""
     if isinstance(value, (str, int, float, bool, type(None))):
         text = repr(value)
     else:

@@ -1,5 +1,5 @@
-"""Bridges carry a cell's bus onto a real middleware and back: they pass bytes on, and decide nothing.
+"""ROS 1: a bridge carries a cell's bus to ROS and back; it only forwards bytes.
 
-A bridge is a process under an interpreter of its own, which need not have anything of Cellwright's installed. It
-attaches to the cell's socket like any other guest (`cellwright.middleware.wire`), and nothing else is imported there.
+The bridge is a process under another interpreter, which needs nothing of Cellwright installed. It connects to the
+cell's server like any other client, and imports nothing but `cellwright.middleware.wire`.
 """

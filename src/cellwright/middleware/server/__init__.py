@@ -1,8 +1,7 @@
-"""The cell's bus on a socket: programs in other processes are guests, all of them equal.
+"""Server of a cell's bus on a socket: programs in other processes are clients, all of them equal.
 
-What guests and cell say to each other stands in `cellwright.middleware.wire.frames`. Guests are served by the thread
-that steps the simulation, while it waits for time to pass: there is no lock, and a command lands at the border between
-two ticks.
+`cellwright.middleware.wire.frames` describes the protocol. The thread that steps the simulation also serves the
+clients, while it waits for time to pass. So there is no lock, and commands are carried out between two ticks.
 """
 
 from cellwright.middleware.server.server import DEFAULT_PORT, Server

@@ -36,14 +36,14 @@ from cellwright.util.errors import (
 
 
 class MessageEncoder:
-    """Writes each message once in each form, however many guests it goes to."""
+    """Encoder that writes each message once in each encoding, for any number of clients."""
 
     def __init__(self) -> None:
         self._newest: Message | None = None
         self._written: dict[str, bytes] = {}
 
     def to_bytes(self, message: Message, encoding: str) -> bytes:
-        """A message as bytes; errors as of `messages.Encoding`."""
+        """Return a message as bytes; errors as of `messages.Encoding`."""
         if message is not self._newest:
             self._newest, self._written = message, {}
         data = self._written.get(encoding)
@@ -53,7 +53,7 @@ class MessageEncoder:
 
 
 def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
-    """The frame that answers HELLO, as things stand now."""
+    """Return the frame that answers HELLO in the current state."""
     timestep = cell.simulation.clock.timestep
     document = {
         "protocol": PROTOCOL,
@@ -69,7 +69,7 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
 
 
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
-    """Topics and services with their types; the first call takes some time, for checksums are worked out."""
+    """Return topics and services with their types; the first call takes some time, as it computes checksums."""
     services = [
         {
             "name": service.name,
@@ -99,22 +99,22 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
 
 @cache
 def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
-    """The checksum (`md5`) or `definition` of a type in ROS 1; empty for one that has no form there."""
+    """Return the checksum (`md5`) or `definition` of a type in ROS 1; "" for a type without a ROS 1 form."""
     try:
         return generate(type_name)
     except UsageError:
         return ""
 
 
-MOST_SUBSCRIPTIONS = 1024  # of one guest
+MAX_SUBSCRIPTIONS = 1024  # of one client
 
 MAX_PENDING_ADVANCES = 16
-"""So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
+"""Largest number of pending ADVANCE requests of one client; a program waits for each before the next one."""
 
-_LONGEST_NODE = 255
+_MAX_NODE_LENGTH = 255
 
 Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any] | tuple[dict[str, Any], bytes]]
-"""A service of the server itself: takes a JSON object, answers with one, or with one and bytes (DATA).
+"""Service of the server itself: takes a JSON object, and returns one, or one and bytes (DATA).
 
 It refuses with a CellwrightError.
 """
@@ -124,7 +124,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class AdvanceRequest:
-    """A guest's wish that time pass: to `until` [ns], or for one tick; answered with `number`."""
+    """Request of a client to advance time to `until` [ns], or by one tick; answered with `number`."""
 
     guest: ClientConnection
     number: int
@@ -133,7 +133,7 @@ class AdvanceRequest:
 
 
 class Requests:
-    """Carries out the frames of guests, in the order in which they are handed in."""
+    """Executor of clients' frames, in the order of `carry_out`."""
 
     def __init__(self, cell: Served, *, lockstep: bool) -> None:
         self._cell = cell
@@ -142,81 +142,81 @@ class Requests:
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
-        self.asked: deque[AdvanceRequest] = deque()  # wishes that time pass, in the order in which they came
+        self.asked: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
         self.extras: dict[str, tuple[Extra, bool]] = {}
-        """Services of the server itself, by name, and whether they are noted as commands are. No bridge offers them."""
+        """Services of the server itself by name; true if they are noted as commands are. No bridge offers them."""
         self.guarded: dict[str, str] = {}
-        """Those of them that answer only who has shown the key, and what all others are told."""
-        self.key = ""  # the key; empty: there is none
-        welcome_frame(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
+        """Those of them that require the key, with the reason that all other clients get."""
+        self.key = ""  # empty: there is none
+        welcome_frame(cell, lockstep=lockstep)  # computes all checksums now, while no client waits
 
-    def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
-        """Do what a frame asks for, and answer; a FrameError if it is nothing that a guest may say."""
-        if not guest.node:
-            self._greet(guest, frame)
+    def carry_out(self, client: ClientConnection, frame: Frame) -> None:
+        """Carry out a frame, and answer; a FrameError if a client must not send it."""
+        if not client.node:
+            self._greet(client, frame)
             return
         try:
-            self._act(guest, frame)
+            self._act(client, frame)
         except CellwrightError as error:
-            guest.say(refused_frame(frame.number, error))
+            client.send(refused_frame(frame.number, error))
         except FrameError:
             raise
-        except Exception as error:  # a defect of ours that a guest came upon: it must not end the run of all others
-            log.exception("%s %s of %s", frame.kind.name, frame.name, guest.name)
+        except Exception as error:  # a defect of Cellwright that one client found must not end the run of all others
+            log.exception("%s %s of %s", frame.kind.name, frame.name, client.name)
             failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
-            guest.say(refused_frame(frame.number, failed))
+            client.send(refused_frame(frame.number, failed))
 
-    def forget(self, guest: ClientConnection) -> None:
-        """Forget what a guest has wished for that is gone."""
-        self.asked = deque(each for each in self.asked if each.guest is not guest)
+    def forget(self, client: ClientConnection) -> None:
+        """Forget the requests of a client that is gone."""
+        self.asked = deque(each for each in self.asked if each.guest is not client)
 
-    def answer(self, asked: AdvanceRequest) -> None:
-        """Give time back to the guest that asked for it to pass."""
-        asked.guest.has_news = False
-        asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
+    def answer(self, request: AdvanceRequest) -> None:
+        """Answer an ADVANCE request with the current time."""
+        request.guest.has_news = False
+        request.guest.send(time_frame(request.number, self._cell.simulation.now))
 
-    def _act(self, guest: ClientConnection, frame: Frame) -> None:
+    def _act(self, client: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
             raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
         match frame.kind:
             case Kind.SUBSCRIBE:
-                self._subscribe(guest, frame)
+                self._subscribe(client, frame)
             case Kind.UNSUBSCRIBE:
-                guest.subscriptions.pop(frame.number, _nothing)()
+                client.subscriptions.pop(frame.number, _nothing)()
             case Kind.PUBLISH:
-                self._publish(guest, frame)
+                self._publish(client, frame)
             case Kind.CALL:
-                self._call(guest, frame)
+                self._call(client, frame)
             case Kind.ADVANCE:
-                self._advance(guest, frame)
+                self._advance(client, frame)
             case Kind.PONG:
                 now = time.monotonic()
-                guest.heartbeat = guest.heartbeat or Heartbeat(now)
-                guest.heartbeat.pong(frame.number, now)
+                client.heartbeat = client.heartbeat or Heartbeat(now)
+                client.heartbeat.pong(frame.number, now)
             case _:
                 again = " again" if frame.kind is Kind.HELLO else ""
                 raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
 
-    def _greet(self, guest: ClientConnection, frame: Frame) -> None:
+    def _greet(self, client: ClientConnection, frame: Frame) -> None:
         if frame.kind is not Kind.HELLO:
             raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
-        said = frame.json()
-        protocol, node, encoding = (said.get(key) for key in ("protocol", "node", "encoding"))
+        greeting = frame.json()
+        protocol, node, encoding = (greeting.get(key) for key in ("protocol", "node", "encoding"))
         if protocol != PROTOCOL:
             raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
         if not isinstance(node, str) or not _is_name(node):
             raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
         if not isinstance(encoding, str) or encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
-        guest.greet(node, encoding)
-        guest.has_key = self._is_key(said.get("key"))
-        guest.say(welcome_frame(self._cell, lockstep=self._lockstep))
+        client.greet(node, encoding)
+        client.has_key = self._is_key(greeting.get("key"))
+        client.send(welcome_frame(self._cell, lockstep=self._lockstep))
 
-    def _subscribe(self, guest: ClientConnection, frame: Frame) -> None:
-        if frame.number in guest.subscriptions:
+    def _subscribe(self, client: ClientConnection, frame: Frame) -> None:
+        if frame.number in client.subscriptions:
             raise UsageError(f"the number {frame.number} is in use for another subscription")
-        if len(guest.subscriptions) >= MOST_SUBSCRIPTIONS:
-            raise UsageError(f"no more than {MOST_SUBSCRIPTIONS} subscriptions are taken of one guest")
+        if len(client.subscriptions) >= MAX_SUBSCRIPTIONS:
+            raise UsageError(f"no more than {MAX_SUBSCRIPTIONS} subscriptions are taken of one guest")
         if frame.type not in ("", QUIET):
             raise UsageError(f"a subscription is {QUIET} or says nothing, not {frame.type:.20}")
         bus = self._cell.bus
@@ -224,92 +224,94 @@ class Requests:
         try:
             bus.topic(frame.name)
         except UnknownNameError:
-            absolute(frame.name)  # it is waited for, as in a process; but names from outside must not fill the bus
+            absolute(frame.name)  # it may come later, as in a process; but names from outside must not fill the bus
         else:
-            deliver = partial(self._deliver, guest, frame.number, frame.type == QUIET)
-            cancel = bus.subscribe(frame.name, deliver, node=guest.node, origin=frame.node or None).cancel
-        guest.subscriptions[frame.number] = cancel
-        guest.say(Frame(Kind.DONE, frame.number))
+            deliver = partial(self._deliver, client, frame.number, frame.type == QUIET)
+            cancel = bus.subscribe(frame.name, deliver, node=client.node, origin=frame.node or None).cancel
+        client.subscriptions[frame.number] = cancel
+        client.send(Frame(Kind.DONE, frame.number))
 
-    def _deliver(self, guest: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
+    def _deliver(self, client: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
-            data = self._translation.to_bytes(message, guest.encoding)
-            guest.tell(number, data, is_quiet=is_quiet)
-        except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
-            guest.untold[str(error)] += 1
+            data = self._translation.to_bytes(message, client.encoding)
+            client.send_message(number, data, is_quiet=is_quiet)
+        except (CellwrightError, FrameError) as error:  # it has no such encoding, or is too long; the step goes on
+            client.missed[str(error)] += 1
 
-    def _publish(self, guest: ClientConnection, frame: Frame) -> None:
-        node = frame.node or guest.node
+    def _publish(self, client: ClientConnection, frame: Frame) -> None:
+        node = frame.node or client.node
         message_class = self._heard.get(frame.name)
-        message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
+        message: Any = None  # the bus refuses an unknown topic before it reads the message
         if message_class is not None:
-            message = self._read(guest, frame, message_class, type_of(message_class))
+            message = self._read(client, frame, message_class, type_of(message_class))
         self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
         if frame.number:
-            guest.say(Frame(Kind.DONE, frame.number))
+            client.send(Frame(Kind.DONE, frame.number))
 
-    def _call(self, guest: ClientConnection, frame: Frame) -> None:
+    def _call(self, client: ClientConnection, frame: Frame) -> None:
         if frame.name in self.extras:
             extra, acts = self.extras[frame.name]
-            if frame.name in self.guarded and not guest.has_key:
+            if frame.name in self.guarded and not client.has_key:
                 raise RejectedCommandError(self.guarded[frame.name])
-            asked = frame.json()
+            arguments = frame.json()
             if acts:
-                self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
-            answer = extra(asked)
+                self._cell.bus.note(Given(How.EXTRA, frame.name, arguments, frame.node or client.node))
+            answer = extra(arguments)
             if isinstance(answer, dict):
-                said = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
+                reply = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
             else:
-                said = data_frame(frame.number, *answer)
+                reply = data_frame(frame.number, *answer)
             try:
-                guest.say(said)
+                client.send(reply)
             except FrameError as error:
                 raise UsageError(f"{frame.name}: {error}") from None
             return
         self._cell.simulation.settle_inbox()
         service: ServiceType | None = self._services.get(frame.name)
-        request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
-        response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
+        request: Any = None if service is None else self._read(client, frame, service.request, service.name)
+        response = self._cell.bus.call(frame.name, request, node=frame.node or client.node, is_decoded=True)
         if isinstance(response, Later):
-            if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
-                guest.say(Frame(Kind.DONE, frame.number))
-            response.then(partial(self._answer, guest, frame.number))
+            if (
+                self._lockstep and response.response is None
+            ):  # a client that does not advance time meanwhile would wait forever
+                client.send(Frame(Kind.DONE, frame.number))
+            response.then(partial(self._answer, client, frame.number))
         else:
-            self._answer(guest, frame.number, response)
+            self._answer(client, frame.number, response)
 
-    def _answer(self, guest: ClientConnection, number: int, response: Message) -> None:
-        """Pass on an answer, which may have taken its time; whoever asked may have left."""
-        if not guest.is_gone:
-            guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
+    def _answer(self, client: ClientConnection, number: int, response: Message) -> None:
+        """Send an answer, which may be a late one; the client may have left."""
+        if not client.is_gone:
+            client.send(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, client.encoding)))
 
     def _is_key(self, shown: Any) -> bool:
-        """Whether this is the key; it takes as long to see that it is not, however much of it is right."""
+        """True if this is the key; the comparison takes the same time for every wrong key."""
         if not isinstance(shown, str) or not self.key:
             return False
         return hmac.compare_digest(shown.encode(errors="replace"), self.key.encode())
 
-    def _advance(self, guest: ClientConnection, frame: Frame) -> None:
+    def _advance(self, client: ClientConnection, frame: Frame) -> None:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
             raise UsageError("time passes by itself here; only in lockstep can it be asked for")
-        if sum(each.guest is guest for each in self.asked) >= MAX_PENDING_ADVANCES:
+        if sum(each.guest is client for each in self.asked) >= MAX_PENDING_ADVANCES:
             raise UsageError(f"{MAX_PENDING_ADVANCES} wishes of this guest that time pass wait already")
-        self.asked.append(AdvanceRequest(guest, frame.number, until, each_tick))
+        self.asked.append(AdvanceRequest(client, frame.number, until, each_tick))
 
-    def _read(self, guest: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
-        """The message in a frame; what is none is counted and reported, as the bus does with what it refuses."""
+    def _read(self, client: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
+        """Return the message in a frame; invalid ones are counted and reported like refused input of the bus."""
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
-            return ENCODINGS[guest.encoding].read(frame.payload, message_class)
+            return ENCODINGS[client.encoding].read(frame.payload, message_class)
         except MessageError as error:
-            self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
+            self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or client.node}", str(error))
             raise
 
 
 def _is_name(node: str) -> bool:
-    """Whether a node may be called so: its name is printed where people read, and must not break their lines."""
-    return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
+    """True if a node may have this name: it appears in printed lines, and must not break them."""
+    return node.startswith("/") and 1 < len(node) <= _MAX_NODE_LENGTH and node.isprintable()
 
 
 def _nothing() -> None:

@@ -1,7 +1,7 @@
 """Server of a bus on a TCP socket: listening, reading and writing in the simulation's thread.
 
-One thread does everything. The loop that steps the cell calls `wait` between two ticks; commands that come then are
-carried out at that border. Time is looked at after every frame, so that a flood of them eats idle time and no more.
+One thread does everything. The loop that steps the cell calls `wait` between two ticks, which carries out the commands
+that arrive. It checks the time after every frame, so that a flood of frames uses idle time only.
 """
 
 import errno
@@ -24,18 +24,22 @@ _EXHAUSTED = frozenset({errno.EMFILE, errno.ENFILE})
 
 
 def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) -> socket.socket:
-    """A socket that listens at an address of this machine.
+    """Return a socket that listens at an address of this machine.
 
-    With several `tries` so many ports are tried, from `port` upward, where it is in use; port 0 takes a free one.
+    Args:
+        host: name or address.
+        port: 0 takes a free one.
+        tries: number of ports to try, from `port` upward, if it is in use.
+        backlog: number of connections that may wait to be accepted.
 
     Raises:
-        UsageError: the address cannot be listened at.
+        UsageError: the socket cannot listen at the address.
     """
     if not 0 <= port <= 65535:
         raise UsageError(f"a port is from 0 to 65535, not {port}")
-    for wished in range(port, min(port + (tries if port else 1), 65536)):
+    for candidate in range(port, min(port + (tries if port else 1), 65536)):
         try:
-            family, kind, protocol, _, address = socket.getaddrinfo(host, wished, type=socket.SOCK_STREAM)[0]
+            family, kind, protocol, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[0]
             listener = socket.socket(family, kind, protocol)
         except OSError as error:
             raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
@@ -53,75 +57,74 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
 
 
 class Listener:
-    """A listening socket that turns connections away when the process has no more descriptors.
+    """Listening socket that rejects connections when the process has no more descriptors.
 
     A connection that is not accepted stays in the queue, and `select` reports the socket as readable without end. So
-    one descriptor is kept back, with which such a connection is accepted and closed. The socket is closed with this
-    object.
+    the listener reserves one descriptor, with which it accepts and closes such a connection. `close` closes the socket.
     """
 
     def __init__(self, listener: socket.socket) -> None:
         listener.setblocking(False)
         self.socket = listener
         self._spare: int | None = None
-        self._keep_one_back()
+        self._reserve()
 
     def accept(self) -> tuple[socket.socket, str] | None:
-        """The next connection and the host that it comes from; None where there is none, or it was turned away."""
+        """Return the next connection and its host; None if there is none, or it was rejected."""
         if self._spare is None:
-            self._keep_one_back()
+            self._reserve()
         try:
             connection, address = self.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
-                self._give_one_up()
+                self._release()
                 with suppress(OSError):  # the connection has gone, or another thread took the descriptor
                     self.socket.accept()[0].close()
-                self._keep_one_back()
+                self._reserve()
             return None
         return connection, str(address[0])
 
     def close(self) -> None:
-        """Listen no longer."""
+        """Close the socket."""
         self.socket.close()
-        self._give_one_up()
+        self._release()
 
-    def _keep_one_back(self) -> None:
+    def _reserve(self) -> None:
         try:
             self._spare = os.open(os.devnull, os.O_RDONLY)
         except OSError:
             self._spare = None
 
-    def _give_one_up(self) -> None:
+    def _release(self) -> None:
         if self._spare is not None:
             os.close(self._spare)
             self._spare = None
 
 
 DEFAULT_PORT = 11399
-TRIES = 20  # so many ports are tried from the default one on, where it is in use
+TRIES = 20  # number of ports to try from the default one on, if it is in use
 LOOPBACK = "127.0.0.1"
 
-_TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
-_LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not pass meanwhile
-_REST = 3  # times as long as it took nothing else that is heavy is carried out
+_END_TIMEOUT = 0.5  # [s] for clients to read that the server ends
+_HEAVY_TIME = 0.02  # [s]: a request that takes longer is heavy, and time does not pass meanwhile
+_HEAVY_PAUSE = 3  # pause before the next heavy request, as a multiple of the time that the last one took
 _FRAMES_A_TURN = 16
-_MUCH = 1 << 16  # bytes begun
-_MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
+_LARGE_INCOMPLETE = 1 << 16  # bytes of an incomplete frame
+_MAX_DESCRIPTORS = 1024  # `select` can watch no more
 
 
 class Server:
-    """A cell's bus on a TCP socket.
+    """Server of a cell's bus on a TCP socket.
 
     Args:
-        cell: whose bus it is.
-        host: the address to listen at; anything but loopback lets others in the network drive the cell.
-        port: 0 takes a free one, None the default one, or one of the next where it is in use.
-        lockstep: whether time passes for guests that ask for it, and for nothing else.
-        report: takes a line about guests that misbehave, at most one a second for each.
+        cell: node with the bus.
+        host: address to listen at; anything but loopback lets others in the network drive the cell.
+        port: 0 takes a free one, None the default one, or one of the next if that is in use.
+        lockstep: advance time only on clients' requests.
+        report: takes a line about clients that misbehave, at most one a second for each.
 
     Raises:
-        UsageError: the address cannot be listened at.
+        UsageError: the server cannot listen at the address.
     """
 
     def __init__(
@@ -135,194 +138,199 @@ class Server:
     ) -> None:
         found = open_listener(host, port) if port is not None else open_listener(host, DEFAULT_PORT, tries=TRIES)
         self._listener = Listener(found)
-        # the default port where it was wished for and in use; else 0
+        # the default port if it was requested and in use; else 0
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
-        self.key = ""  # who shows it is answered by services that are guarded; empty while none is
+        self.key = ""  # opens guarded services to a client that shows it; empty while there are none
         self._requests = Requests(cell, lockstep=lockstep)
-        self._guests = ClientRegistry(report, self._requests.forget)
+        self._clients = ClientRegistry(report, self._requests.forget)
         self._turn = 0
         self._rests_until = 0.0
         self.lockstep = lockstep
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host and port that it listens at."""
+        """Host and port of the listening socket."""
         host, port = self._listener.socket.getsockname()[:2]
         return str(host), int(port)
 
     @property
     def is_local(self) -> bool:
-        """Whether only programs on this machine can reach it."""
+        """True if only programs on this machine can reach it."""
         return ip_address(self.address[0]).is_loopback
 
     @property
     def guests(self) -> tuple[str, ...]:
-        """The nodes that are there."""
-        return tuple(guest.node for guest in self._guests if guest.node)
+        """Names of the connected nodes."""
+        return tuple(client.node for client in self._clients if client.node)
 
     @property
     def asked(self) -> AdvanceRequest | None:
-        """In lockstep: the wish that time pass whose turn it is; None when nobody has one."""
+        """In lockstep: the next pending ADVANCE request; None if there is none."""
         asked = self._requests.asked
         while asked and asked[0].guest.is_gone:
             asked.popleft()
         return asked[0] if asked else None
 
     def answer(self, asked: AdvanceRequest, refused: BaseException | None = None) -> None:
-        """In lockstep: answer a wish with the time as it stands, or say why it will not pass."""
+        """In lockstep: answer a request with the current time, or with the error that stops time."""
         if asked in self._requests.asked:
             self._requests.asked.remove(asked)
         if refused is None:
             self._requests.answer(asked)
         else:
-            asked.guest.say(refused_frame(asked.number, refused))
+            asked.guest.send(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
-        """Offer a service of the server itself: JSON in, JSON or a tuple of JSON and bytes out. It is not on the bus.
+        """Offer a service of the server itself, which is not on the bus.
 
-        One that `acts` changes what is served; then those who take notes of commands hear of it as well.
+        Args:
+            service: name.
+            handler: takes a JSON object; returns one, or a tuple of one and bytes.
+            acts: it changes the cell; note its calls like commands (`Bus.on_given`).
         """
         self._requests.extras[service] = handler, acts
 
     def guard(self, services: Iterable[str], reason: str) -> None:
-        """Let services of the server answer only those who have shown the key; all others are told the reason.
+        """Restrict services of the server to clients that have shown the key; all others get the reason.
 
-        The key is drawn when it is first needed: guests that are there already have none.
+        The first call draws the key: clients that are already connected do not have it.
         """
         if not self.key:
             self.key = self._requests.key = secrets.token_urlsafe(16)
         self._requests.guarded.update(dict.fromkeys(services, reason))
 
     def wait(self, seconds: float, *, until_asked: bool = True) -> None:
-        """Serve guests for so long [s] of wall time. With 0 each still has its turn.
+        """Serve clients for some wall time.
 
-        In lockstep it ends as soon as somebody wishes that time pass, unless `until_asked` says otherwise.
+        Args:
+            seconds: wall time [s]; with 0 each client still has its turn.
+            until_asked: in lockstep, return as soon as an ADVANCE request is pending.
         """
         deadline = time.perf_counter() + seconds
-        self._guests.ping()
+        self._clients.ping()
         self._flush()
         while True:
             until = deadline
-            if any(guest.has_frames for guest in self._guests):
-                ready = any(map(self._is_ready, self._guests))
+            if any(client.has_frames for client in self._clients):
+                ready = any(map(self._is_ready, self._clients))
                 until = 0.0 if ready else min(deadline, self._rests_until)
             left = max(0.0, until - time.perf_counter())
-            self._look_at_sockets(min(left, self._guests.next_look))
+            self._look_at_sockets(min(left, self._clients.next_check))
             in_time = self._take_turns(deadline)
-            self._guests.look_after()
+            self._clients.check()
             if (
                 not in_time
                 or time.perf_counter() >= deadline
                 or (until_asked and self.lockstep and self.asked is not None)
             ):
                 break
-        self._guests.forget_those_gone()
+        self._clients.remove_gone()
 
     @property
     def is_anybody_behind(self) -> bool:
-        """Whether some guest has to read first before more can be told it, if nothing is to be lost."""
-        return any(guest.is_behind and not guest.is_gone for guest in self._guests)
+        """True if a client has to read before it can get more without loss."""
+        return any(client.is_behind and not client.is_gone for client in self._clients)
 
     def hold_time(self) -> bool:
-        """Whether simulation time stands, out of lockstep, for a guest that is behind: a bridge on a busy machine."""
-        return self._guests.hold_time()
+        """Return whether simulation time stands, out of lockstep, for a client that is behind, such as a bridge."""
+        return self._clients.hold_time()
 
     def dismiss(self, reason: str, *, keep: Callable[[str], bool]) -> None:
-        """Tell guests that it is over and why, and hear no more of them, but for those whose names are kept."""
-        for guest in self._guests:
-            if guest.node and not keep(guest.node) and not guest.is_gone:
-                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
-                guest.stop_hearing()
-        deadline = time.monotonic() + _TIME_TO_TAKE
-        while any(guest.is_leaving and not guest.is_gone for guest in self._guests) and time.monotonic() < deadline:
-            self.wait(_TIME_TO_TAKE / 10, until_asked=False)
-        self._guests.forget_those_gone()
+        """Send clients the reason of the end, and read no more from them, except those whose names `keep` accepts."""
+        for client in self._clients:
+            if client.node and not keep(client.node) and not client.is_gone:
+                client.send(Frame(Kind.ENDED, payload=reason.encode()))
+                client.stop_reading()
+        deadline = time.monotonic() + _END_TIMEOUT
+        while any(client.is_leaving and not client.is_gone for client in self._clients) and time.monotonic() < deadline:
+            self.wait(_END_TIMEOUT / 10, until_asked=False)
+        self._clients.remove_gone()
 
     def close(self, reason: str) -> None:
-        """Tell every guest that it is over and why, and let go of them."""
+        """Send every client the reason of the end, and disconnect all."""
         self._listener.close()
-        for guest in self._guests:
-            if guest.node and not guest.is_gone:
-                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
-        deadline = time.monotonic() + _TIME_TO_TAKE
+        for client in self._clients:
+            if client.node and not client.is_gone:
+                client.send(Frame(Kind.ENDED, payload=reason.encode()))
+        deadline = time.monotonic() + _END_TIMEOUT
         while time.monotonic() < deadline:
             self._flush()
-            behind = [guest.connection for guest in self._guests if guest.has_waiting and not guest.is_gone]
+            behind = [client.connection for client in self._clients if client.has_waiting and not client.is_gone]
             if not behind:
                 break
             select.select((), behind, (), 0.05)
-        self._guests.close()
+        self._clients.close()
 
     def _look_at_sockets(self, timeout: float) -> None:
-        """Wait until some socket is ready; take in what came, send what waits."""
+        """Wait until a socket is ready; read what arrived, and send what waits."""
         listener = self._listener.socket
-        read = {guest.connection: guest for guest in self._guests if guest.may_be_read}
-        write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
+        read = {client.connection: client for client in self._clients if client.may_be_read}
+        write = {client.connection: client for client in self._clients if client.has_waiting and not client.is_gone}
         readable, writable, _ = select.select([listener, *read], list(write), (), timeout)
         for connection in writable:
             write[connection].flush()
         for connection in readable:
             if connection is listener:
-                self._take_in()
+                self._accept()
             else:
                 read[connection].read()
-                if read[connection].begun > _MUCH:
-                    self._guests.limit_what_is_begun()
+                if read[connection].incomplete_bytes > _LARGE_INCOMPLETE:
+                    self._clients.limit_incomplete()
         if readable or writable:
-            self._guests.forget_those_gone()
+            self._clients.remove_gone()
 
-    def _take_in(self) -> None:
-        """Take in who has come, where there is room."""
+    def _accept(self) -> None:
+        """Accept a connection, if there is room."""
         come = self._listener.accept()
         if come is None:
             return
         connection, host = come
-        if os.name == "posix" and connection.fileno() >= _MOST_DESCRIPTORS:
+        if os.name == "posix" and connection.fileno() >= _MAX_DESCRIPTORS:
             connection.close()
             return
         try:
-            self._guests.admit(ClientConnection(connection, host))
-        except OSError:  # it is gone already
+            self._clients.admit(ClientConnection(connection, host))
+        except OSError:  # already closed
             connection.close()
 
     def _take_turns(self, deadline: float) -> bool:
-        """Carry out frames that came, guest by guest; False when time ran out before all had a turn."""
-        in_turn = self._guests.from_turn(self._turn)
-        for done, guest in enumerate(in_turn, 1):
-            if self._is_ready(guest):
-                self._serve(guest, deadline)
-                guest.flush()
+        """Carry out received frames, client by client; False if time ran out before all had a turn."""
+        in_turn = self._clients.from_turn(self._turn)
+        for done, client in enumerate(in_turn, 1):
+            if self._is_ready(client):
+                self._serve(client, deadline)
+                client.flush()
                 if time.perf_counter() >= deadline and done < len(in_turn):
                     self._turn = (self._turn + done) % len(in_turn)
                     return False
         return True
 
-    def _serve(self, guest: ClientConnection, deadline: float) -> None:
+    def _serve(self, client: ClientConnection, deadline: float) -> None:
         try:
             for _ in range(_FRAMES_A_TURN):
-                frame = guest.next_frame()
+                frame = client.next_frame()
                 if frame is None:
                     return
                 begun = time.perf_counter()
-                self._requests.carry_out(guest, frame)
+                self._requests.carry_out(client, frame)
                 now = time.perf_counter()
-                guest.is_heavy = now - begun > _LONG
-                if guest.is_heavy:
-                    self._rests_until = now + _REST * (now - begun)
-                if now >= deadline or guest.is_heavy:
+                client.is_heavy = now - begun > _HEAVY_TIME
+                if client.is_heavy:
+                    self._rests_until = now + _HEAVY_PAUSE * (now - begun)
+                if now >= deadline or client.is_heavy:
                     return
         except FrameError as error:
-            self._guests.cut(guest, error)
+            self._clients.cut(client, error)
 
-    def _is_ready(self, guest: ClientConnection) -> bool:
-        """Whether frames of a guest may be carried out now.
+    def _is_ready(self, client: ClientConnection) -> bool:
+        """True if frames of a client may be carried out now.
 
-        Who asks for what is heavy waits then, so that all such guests together get a part of the time. In lockstep time
-        does not pass by itself anyway.
+        Clients with heavy requests wait between them, so that all such clients together get a part of the time. In
+        lockstep time stands anyway.
         """
-        rests = guest.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
-        return guest.has_frames and not rests
+        rests = client.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
+        return client.has_frames and not rests
 
     def _flush(self) -> None:
-        for guest in self._guests:
-            guest.flush()
+        for client in self._clients:
+            client.flush()

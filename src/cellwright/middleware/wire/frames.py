@@ -1,37 +1,37 @@
-"""One frame: a kind, a number, three names and bytes, with its length in front.
+"""Frames of the protocol: a kind, a number, three names and bytes, with the length in front.
 
-The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME. From then on:
+The client (a program or a bridge) opens with HELLO, and the cell answers WELCOME. From then on:
 
-| guest says | number | name | type | node | payload | answer |
+| client sends | number | name | type | node | payload | answer |
 |---|---|---|---|---|---|---|
 | HELLO | 0 | | | | JSON, see `hello` | WELCOME, or REFUSED and the end of the connection |
 | SUBSCRIBE | its own choice | topic | empty, or `quiet` | publishing node, or empty for all | | DONE |
 | UNSUBSCRIBE | of the subscription | | | | | none |
-| PUBLISH | its own choice, 0: no answer wanted | topic | message type | on whose behalf | message | DONE |
+| PUBLISH | its own choice, 0: no answer | topic | message type | on whose behalf | message | DONE |
 | CALL | its own choice | service | service type | on whose behalf | request | ANSWER, or see below |
 | ADVANCE | its own choice | | | | `advance` | TIME |
 | PONG | of the PING, or 0: PING me | | | | | none |
 
-| cell says | number | name | payload |
+| cell sends | number | name | payload |
 |---|---|---|---|
 | WELCOME | 0 | | JSON: the cell, its topics and its services |
 | MESSAGE | of the subscription | | message |
-| DONE | of what was asked | | |
+| DONE | of the request | | |
 | ANSWER | of the call | | response |
 | DATA | of the call | | response in JSON and bytes, see `data_frame`; from services of the server alone |
-| REFUSED | of what was asked | name of the error's class in `cellwright.util.errors` | the reason, UTF-8 |
-| TIME | of what was asked | | simulation time [ns], see `read_time` |
+| REFUSED | of the request | name of the error's class in `cellwright.util.errors` | the reason, UTF-8 |
+| TIME | of the request | | simulation time [ns], see `read_time` |
 | PING | of the cell's choice, above 0 | | |
 | ENDED | 0 | | the reason, UTF-8; nothing follows |
 
-Messages, requests and responses are in the form that the guest named in its HELLO: CDR or that of ROS 1. Numbers of
-one connection are the guest's own; one that is in use must not be used again. An empty node stands for the guest's own.
-ADVANCE is for a cell in lockstep, whose time passes for nothing else. It ends early with a message of a subscription
-that is not `quiet`. There an answer may need time to pass: DONE says so, and ANSWER with the same number comes later.
+Messages, requests and responses have the encoding that the client named in its HELLO: CDR or ROS 1. The client chooses
+the numbers of its connection, and must not reuse one that is in use. An empty node stands for the client's own.
+ADVANCE is for a cell in lockstep, where nothing else advances time. It ends early with a message of a subscription that
+is not `quiet`. There an answer may take simulation time: DONE announces this, and ANSWER with the same number follows.
 
-PING measures how far a guest is behind: it answers PONG when it is done with all that came before. A guest asks for
-PINGs by a PONG of its own. In real time, simulation time stands while such a guest is late with its answer, within the
-limits of `cellwright.middleware.server.clients`.
+PING measures how far a client is behind: it answers PONG when it has handled all earlier frames. A client requests
+PINGs by a PONG of its own. In real time, simulation time stands while such a client is late with its answer, within
+the limits of `cellwright.middleware.server.clients`.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ from typing import Any, Dict, Iterator, Tuple
 
 PROTOCOL = 1
 QUIET = "quiet"
-"""Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
-LONGEST_FRAME = 16 << 20  # bytes of the longest frame that is taken; no message of a cell comes near
+"""In place of the type in SUBSCRIBE: the client only records messages and does not react, so time may go on."""
+LONGEST_FRAME = 16 << 20  # bytes of the longest frame that is accepted; no message of a cell comes near
 LONGEST_SAID = 3 << 20
-"""Bytes of the longest frame that a guest may say: it is kept until it is whole, and time stands while it is read."""
+"""Bytes of the longest frame that a client may send: the server buffers it, and time stands while it is read."""
 
 _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BIHHH")
@@ -57,7 +57,7 @@ _JSON_LENGTH = struct.Struct("<I")
 
 
 class Kind(IntEnum):
-    """What a frame is for."""
+    """Purpose of a frame."""
 
     HELLO = 1
     SUBSCRIBE = 2
@@ -78,12 +78,12 @@ class Kind(IntEnum):
 
 
 class FrameError(Exception):
-    """Bytes that are no frame; the stream they came from is worth nothing any more."""
+    """Bytes that are no frame; the rest of their stream is unusable."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame; the tables above say what its fields hold."""
+    """One frame; the tables above describe its fields."""
 
     kind: Kind
     number: int = 0
@@ -92,11 +92,11 @@ class Frame:
     node: str = ""
     payload: bytes = b""
 
-    def encode(self, longest: int = LONGEST_FRAME) -> bytes:
-        """The frame as bytes, its length in front.
+    def encode(self, max_bytes: int = LONGEST_FRAME) -> bytes:
+        """Return the frame as bytes, with its length in front.
 
         Raises:
-            FrameError: a number or a name does not fit, or it is too long; a guest says `LONGEST_SAID` bytes at most.
+            FrameError: a number or a name does not fit, or it is too long; a client sends `LONGEST_SAID` bytes at most.
         """
         name, type_name, node = self.name.encode(), self.type.encode(), self.node.encode()
         try:
@@ -104,23 +104,23 @@ class Frame:
         except struct.error as error:
             raise FrameError(f"this {self.kind.name} cannot be written: {error}") from None
         rest = b"".join((head, name, type_name, node, self.payload))
-        if len(rest) > longest:
-            raise FrameError(f"a frame of {len(rest)} bytes is too long: {longest} at most")
+        if len(rest) > max_bytes:
+            raise FrameError(f"a frame of {len(rest)} bytes is too long: {max_bytes} at most")
         return _LENGTH.pack(len(rest)) + rest
 
     def json(self) -> Dict[str, Any]:  # noqa: UP006
-        """The payload as a JSON object; a FrameError if it is none."""
+        """Return the payload as a JSON object; a FrameError if it is none."""
         return self._json_object(self.payload)
 
     def text(self) -> str:
-        """The payload as text."""
+        """Return the payload as text."""
         return self.payload.decode(errors="replace")
 
     def data(self) -> Tuple[Dict[str, Any], memoryview]:  # noqa: UP006
-        """JSON object and bytes of a DATA frame.
+        """Return JSON object and bytes of a DATA frame.
 
         Raises:
-            FrameError: it is another kind of frame, or the payload is something else.
+            FrameError: it is another kind of frame, or the payload has another form.
         """
         if self.kind is not Kind.DATA:
             raise FrameError(f"expected DATA (got {self.kind.name}); use the same version at both ends")
@@ -144,22 +144,22 @@ class Frame:
 
 
 class Decoder:
-    """Makes frames of bytes, however they come in pieces."""
+    """Decoder of frames from pieces of a byte stream."""
 
-    def __init__(self, longest: int = LONGEST_FRAME) -> None:
-        self.longest = longest  # may be changed at any time; it holds for the frames that begin from then on
+    def __init__(self, max_bytes: int = LONGEST_FRAME) -> None:
+        self.max_bytes = max_bytes  # may change at any time; it applies to the frames that begin from then on
         self._waiting = bytearray()
 
     @property
-    def begun(self) -> int:
-        """Bytes that are kept of a frame that is not whole yet."""
+    def incomplete_bytes(self) -> int:
+        """Bytes of an incomplete frame."""
         return len(self._waiting)
 
     def feed(self, data: bytes) -> Iterator[Frame]:
-        """Take in bytes; the frames that are complete with them.
+        """Add bytes; yield the frames that are complete with them.
 
         Raises:
-            FrameError: these bytes are no frames. Frames that came before are given out first.
+            FrameError: these bytes are no frames. Complete frames before them come first.
         """
         waiting = self._waiting
         waiting += data
@@ -167,7 +167,7 @@ class Decoder:
         try:
             while len(waiting) - position >= _LENGTH.size:
                 (length,) = _LENGTH.unpack_from(waiting, position)
-                if not _HEAD.size <= length <= self.longest:
+                if not _HEAD.size <= length <= self.max_bytes:
                     raise FrameError(f"a frame cannot be {length} bytes long")
                 begin = position + _LENGTH.size
                 if len(waiting) < begin + length:
@@ -195,32 +195,35 @@ def _decoded(data: bytes) -> Frame:
 
 
 def hello(node: str, encoding: str, key: str = "") -> Frame:
-    """The guest's first word.
+    """Return the first frame of a client.
 
-    Messages come in the `encoding` `cdr` or `ros1`. The cell's own page shows a `key`, to be told what others are not.
+    Args:
+        node: name of the client.
+        encoding: of messages, `cdr` or `ros1`.
+        key: opens services that are guarded; the cell's own page has it.
     """
-    said = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
+    request = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
     if key:
-        said["key"] = key
-    return Frame(Kind.HELLO, payload=json.dumps(said).encode())
+        request["key"] = key
+    return Frame(Kind.HELLO, payload=json.dumps(request).encode())
 
 
-def data_frame(number: int, said: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
-    """Answer of a service of the server with bytes: `u32` length of the JSON, little endian, JSON object, bytes."""
-    text = json.dumps(said).encode()
+def data_frame(number: int, request: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
+    """Return a server service's answer with bytes: `u32` length of the JSON, little endian, JSON object, bytes."""
+    text = json.dumps(request).encode()
     return Frame(Kind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
 
 
 def advance(number: int, until: int, *, each_tick: bool) -> Frame:
-    """Ask for time to pass to the first tick at or after `until` [ns].
+    """Return a request to advance time to the first tick at or after `until` [ns].
 
-    It ends early in the tick in which a message came that is not quiet, and with `each_tick` after the next tick.
+    It ends early in the tick of a message that is not quiet, and with `each_tick` after the next tick.
     """
     return Frame(Kind.ADVANCE, number, payload=_ADVANCE.pack(until, each_tick))
 
 
 def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
-    """Until when time shall pass [ns], and whether for one tick at most; a FrameError if the payload is wrong."""
+    """Return the end of an ADVANCE [ns], and True if it is for one tick; a FrameError if the payload is wrong."""
     try:
         until, each_tick = _ADVANCE.unpack(frame.payload)
     except struct.error as error:
@@ -229,12 +232,12 @@ def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
 
 
 def time_frame(number: int, now: int) -> Frame:
-    """The answer to ADVANCE: simulation time [ns]."""
+    """Return the answer to ADVANCE: simulation time [ns]."""
     return Frame(Kind.TIME, number, payload=_TIME.pack(now))
 
 
 def read_time(frame: Frame) -> int:
-    """Simulation time [ns]; a FrameError if the payload is wrong."""
+    """Return simulation time [ns]; a FrameError if the payload is wrong."""
     try:
         (now,) = _TIME.unpack(frame.payload)
     except struct.error as error:

@@ -1,11 +1,11 @@
-"""Runs a program, and ends it with all that it has started once the process that started this one is gone.
+"""Guard of a program: ends it and all its descendants once the process that started the guard is gone.
 
     python3 guard.py FOLDER PROGRAM ARGUMENT…
 
-Linux only. The program's end is this one's: same exit status, or same signal. What the program leaves running
-then is killed and named on stdout. When stdin ends, because the process at its other end has died or wants no more,
-everything is killed at once, stopped or not, and FOLDER is removed. SIGTERM is passed on. This file runs alone, under
-any Python 3.
+Linux only. The guard ends like the program: same exit status, or same signal. It then kills what the program left
+running, and names it on stdout. When stdin ends, because the process at its other end has died or closed it, the guard
+kills everything at once, stopped or not, and removes FOLDER. It forwards SIGTERM. This file runs alone, under any
+Python 3.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ import time
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
-_KILLING = 5.0  # how long processes that were killed may take to be gone [s]
+_KILLING = 5.0  # time for killed processes to disappear [s]
 
 
 def main() -> None:
     """Run the program until it ends, or stdin does."""
     folder, program = sys.argv[1], sys.argv[2:]
     libc = ctypes.CDLL(None)
-    libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)  # whatever it starts, and however that hides, comes here when it is orphaned
+    libc.prctl(_PR_SET_CHILD_SUBREAPER, 1)  # its orphaned descendants come here, even hidden ones
     ear, bell = os.pipe()
     for end in (ear, bell):
         os.set_blocking(end, False)
@@ -44,7 +44,7 @@ def main() -> None:
         if ear in ready:
             os.read(ear, 4096)
         if 0 in ready and not os.read(0, 4096):
-            import shutil  # rarely needed, and takes a while
+            import shutil  # rarely needed, and slow to import
 
             _kill_all()
             shutil.rmtree(folder, ignore_errors=True)
@@ -54,8 +54,8 @@ def main() -> None:
     left = _kill_all()
     if left:
         names = ", ".join(left[:5]) + (f" and {len(left) - 5} more" if len(left) > 5 else "")
-        what = "a process" if len(left) == 1 else f"{len(left)} processes"
-        sys.stdout.write(f"the agent left {what} running, now ended: {names}\n")
+        processes = "a process" if len(left) == 1 else f"{len(left)} processes"
+        sys.stdout.write(f"the agent left {processes} running, now ended: {names}\n")
         sys.stdout.flush()
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
@@ -80,7 +80,7 @@ def _become(program: list[str]) -> None:
 
 
 def _kill_all() -> list[str]:
-    """Kill all descendants, until there is none; what they were."""
+    """Kill all descendants until there is none; return their command lines."""
     names: dict[int, str] = {}
     end = time.monotonic() + _KILLING
     while time.monotonic() < end:
@@ -99,7 +99,7 @@ def _kill_all() -> list[str]:
 
 
 def _descendants() -> dict[int, str]:
-    """Processes below this one that have not ended, and their command lines."""
+    """Return the running descendants of this process, with their command lines."""
     parents: dict[int, int] = {}
     ended: set[int] = set()
     for entry in os.listdir("/proc"):

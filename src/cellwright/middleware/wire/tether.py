@@ -1,9 +1,9 @@
-"""Becomes another program, one that ends when the process that started it does, however that ends.
+"""Tether: becomes another program that ends when the process that started it ends, for whatever reason.
 
     python3 tether.py PARENT SIGNAL PROGRAM ARGUMENT…
 
-A process that is killed cannot take its children along. On Linux the kernel can: it sends SIGNAL when the thread that
-started this program is gone. Elsewhere the program runs untied. This file runs alone, under any Python 3.
+A killed process cannot end its children. On Linux the kernel can: it sends SIGNAL when the thread that started this
+program is gone. Elsewhere the program runs without a tether. This file runs alone, under any Python 3.
 """
 
 import ctypes
@@ -17,10 +17,10 @@ _PR_SET_PDEATHSIG = 1
 def main() -> None:
     """Tie this process to its parent and become the program."""
     parent, number, program = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell that starts something in the background has it ignored
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # background programs of a shell ignore it
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
-        if os.getppid() != parent:  # it was gone before
+        if os.getppid() != parent:  # it has already gone
             sys.exit(0)
     try:
         os.execvp(program[0], program)  # noqa: S606

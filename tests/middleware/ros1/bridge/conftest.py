@@ -26,14 +26,14 @@ def start_bridge(
     cold: bool = False,
     **more: str,
 ) -> Process:
-    """Start a bridge, and wait until it says that it is ready.
+    """Start a bridge, and wait until it reports that it is ready.
 
     Args:
-        ground: where its master is.
-        cell: that it serves.
+        ground: environment with its master.
+        cell: the served cell.
         options: of the bridge.
         frames: path of robot_state_publisher, or `none`.
-        ready: wait for its word.
+        ready: wait for its report.
         cold: start an interpreter for it; otherwise it is forked from one that has loaded rospy.
         more: further variables of its environment.
     """

@@ -1,4 +1,4 @@
-"""A cell as a bridge sees it, whose every word the test decides."""
+"""Fake cell for a bridge, whose frames the test decides."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from cellwright.middleware.wire.frames import Decoder, Frame, Kind, time_frame
 from tests.waiting import TIMEOUT
 
 TICK = 2_000_000
-"""Of time [ns]."""
+"""Duration of a tick [ns]."""
 
 
 def out(name: str, type_name: str = "std_msgs/String", **more: Any) -> dict[str, Any]:
-    """A topic that the cell publishes."""
+    """Return a topic that the cell publishes."""
     return _topic(name, type_name, "out") | {"publishers": ["/gazebo"]} | more
 
 
 def heard(name: str, type_name: str = "std_msgs/String") -> dict[str, Any]:
-    """A topic that the cell hears."""
+    """Return a topic that the cell receives."""
     return _topic(name, type_name, "in") | {"subscribers": ["/gazebo"]}
 
 
 def service(name: str, type_name: str = "std_srvs/Trigger") -> dict[str, Any]:
-    """A service."""
+    """Return a service."""
     return {"name": name, "type": type_name, "md5": md5(type_name), "node": "/gazebo"}
 
 
@@ -48,9 +48,9 @@ def _topic(name: str, type_name: str, direction: str) -> dict[str, Any]:
 
 
 class FakeCell:
-    """Listens on a free port; keeps the frames that came, and answers them.
+    """Fake cell on a free port that records received frames, and answers them.
 
-    The attribute `answer` makes the answer to each of them, None for none.
+    The attribute `answer` returns the answer to each of them, None for none.
     """
 
     def __init__(
@@ -80,49 +80,49 @@ class FakeCell:
         self._thread.start()
 
     def reset(self) -> None:
-        """Forget the frames that came, and answer as usual; for a cell that several tests share."""
+        """Forget received frames, and answer as usual; for a cell that several tests share."""
         with self._lock:
             self.frames.clear()
             self.answer = self.usual
 
     def of(self, kind: Kind) -> list[Frame]:
-        """The frames of a kind that came so far."""
+        """Return the frames of a kind received so far."""
         with self._lock:
             return [frame for frame in self.frames if frame.kind is kind]
 
     def listeners(self, topic: str) -> int:
-        """How many subscriptions to a topic stand."""
+        """Return the number of subscriptions to a topic."""
         with self._lock:
             return len(self.subscribed.get(topic, {}))
 
     def say(self, topic: str, payload: bytes) -> None:
-        """Publish a message to whoever listens now."""
+        """Publish a message to the present subscribers."""
         with self._lock:
             for number in self.subscribed.get(topic, {}):
                 self.send(Frame(Kind.MESSAGE, number, payload=payload))
 
     def say_heard(self, topic: str, payload: bytes) -> None:
-        """Publish a message as soon as somebody listens: a subscription may still be on its way."""
+        """Publish a message as soon as there is a subscriber: a subscription may still be in transit."""
         self.wait_for_listener(topic)
         self.say(topic, payload)
 
     def wait_for_listener(self, topic: str) -> None:
-        """Wait until a topic is subscribed to."""
+        """Wait until a topic has a subscription."""
         with self._has_come:
-            assert self._has_come.wait_for(lambda: self.subscribed.get(topic), TIMEOUT), f"nobody listens to {topic}"
+            assert self._has_come.wait_for(lambda: self.subscribed.get(topic), TIMEOUT), f"{topic} has no subscription"
 
     def send(self, frame: Frame) -> None:
-        """Send a frame as it is."""
+        """Send a frame."""
         assert self._connection is not None
         self._connection.sendall(frame.encode())
 
     def send_bytes(self, data: bytes) -> None:
-        """Send what may be no frame at all."""
+        """Send bytes, which may be no frame."""
         assert self._connection is not None
         self._connection.sendall(data)
 
     def usual(self, frame: Frame) -> Frame | None:
-        """What a cell answers when nothing is wrong: it grants all time, and every service says nothing."""
+        """Return the usual answer of a cell: it grants all time, and services have empty responses."""
         if frame.kind is Kind.ADVANCE:
             until = int.from_bytes(frame.payload[:8], "little", signed=True)
             self.now = max(self.now, -(-until // TICK) * TICK)
@@ -134,12 +134,12 @@ class FakeCell:
         return None
 
     def hang_up(self) -> None:
-        """End the connection without a word."""
+        """Close the connection without ENDED."""
         assert self._connection is not None
         self._connection.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Be gone."""
+        """Close all sockets."""
         with contextlib.suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)  # the thread that accepts is waiting
         self._listener.close()

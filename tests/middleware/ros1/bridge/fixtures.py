@@ -1,4 +1,4 @@
-"""Fixtures known to all tests by way of tests/conftest.py."""
+"""Fixtures for all tests, through tests/conftest.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bridge as a process: what it registers, and how it ends, whatever happens."""
+"""Bridge process: its registrations, and its end in all cases."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def cell(make_cell: MakeCell) -> FakeCell:
 
 
 def graph(master: Ground) -> list[dict[str, list[str]]]:
-    """Nodes by topic: publishers, subscribers; and by service."""
+    """Return nodes by topic: publishers, subscribers; and by service."""
     own = ("/rosout", "/gazebo/", "/robot_state_publisher/")
     return [
         {name: sorted(nodes) for name, nodes in role if not name.startswith(own)}
@@ -108,7 +108,7 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
 
 
 def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: FakeCell, tmp_path: Path) -> None:
-    """robot_state_publisher announces its frames before it subscribes; who counts subscribers must not come between."""
+    """robot_state_publisher registers its frames before it subscribes; programs that count subscribers must wait."""
     program = tmp_path / "late_listener"
     program.write_text(f"#!{ros_python()}\n{LATE_LISTENER}")
     program.chmod(0o755)
@@ -117,7 +117,7 @@ def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: Fak
 
 
 def test_its_names_are_absolute(master: Ground, cell: FakeCell) -> None:
-    """Whatever namespace the shell, or a group in a launch file, gives to the nodes in it."""
+    """A namespace of the shell, or of a group in a launch file, does not change them."""
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM, ROS_NAMESPACE="/group")
     publishers, _, services = graph(master)
@@ -177,7 +177,7 @@ def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> 
         bridge = start_bridge(master, cell, frames=PROGRAM, ready=False, cold=True)
         time.sleep(delay)  # noqa: TID251 - no condition: the signal is to meet any moment
         bridge.signal(signal.SIGTERM)
-        assert bridge.finish() in (0, -signal.SIGTERM)  # python itself may not have been up yet
+        assert bridge.finish() in (0, -signal.SIGTERM)  # Python itself may not have started yet
         assert "Traceback" not in bridge.err
         wait_until(lambda bridge=bridge: not bridge.relatives(), "end of its child")  # type: ignore[misc]
 
@@ -231,7 +231,7 @@ def test_a_master_that_goes_and_comes_back(master: Ground, cell: FakeCell) -> No
     master.stop_master(signal.SIGKILL)
     bridge.wait_for("the ROS master at .* is gone, and with it all parameters")
     cell.say("/ariac/joint_states", bytes(20))
-    assert joints.piece()  # connections that stand go on
+    assert joints.piece()  # existing connections go on
     master.start_master()
     assert bridge.finish() == 75
     assert "a new ROS master answers" in bridge.err

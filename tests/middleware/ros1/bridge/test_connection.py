@@ -1,4 +1,4 @@
-"""A connection without waiting: pieces in order and whole, the oldest dropped, closed when all is out."""
+"""Buffered connection: pieces in order and whole, the oldest dropped, closed when everything is sent."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tests.waiting import TIMEOUT
 
 
 class Line:
-    """A connection and its other end, with buffers so small that it is soon full."""
+    """Connection and its other end, with buffers so small that it is soon full."""
 
-    def __init__(self, limit: int | None = None, most: int | None = None) -> None:
+    def __init__(self, limit: int | None = None, max_bytes: int | None = None) -> None:
         self.loop = Loop()
         self.here, self.there = socket.socketpair()
         for end, option in ((self.here, socket.SO_SNDBUF), (self.there, socket.SO_RCVBUF)):
@@ -27,7 +27,7 @@ class Line:
         self.heard: list[bytes] = []
         self.has_ended = False
         self.connection = BufferedConnection(
-            self.loop, self.here, self.heard.append, self._end, limit=limit, most=most, on_drop=self._count
+            self.loop, self.here, self.heard.append, self._end, limit=limit, max_bytes=max_bytes, on_drop=self._count
         )
         self.got = b""
 
@@ -39,7 +39,7 @@ class Line:
         self.loop.stop(0)
 
     def drain(self) -> bytes:
-        """Let the loop send until nothing waits; all that has come out."""
+        """Let the loop send until nothing waits; return all received bytes."""
 
         def look() -> None:
             try:
@@ -51,7 +51,7 @@ class Line:
             self.loop.stop(0)
 
         self.loop.watch(self.there, look)
-        self.loop.later(0.0, look)  # where nothing waits, nothing will come
+        self.loop.later(0.0, look)  # if nothing waits, nothing will come
         self.loop.later(TIMEOUT, lambda: self.loop.stop(1))
         assert self.loop.run() == 0
         return self.got
@@ -85,7 +85,7 @@ def test_the_oldest_piece_makes_room_and_none_is_torn() -> None:
     for piece in pieces:
         line.connection.send(piece)
     assert line.dropped == 6
-    assert line.drain() == b"".join([pieces[0], *pieces[-3:]])  # the first was on its way
+    assert line.drain() == b"".join([pieces[0], *pieces[-3:]])  # the first was in transit
     line.close()
 
 
@@ -131,7 +131,7 @@ def test_what_comes_is_handed_on_and_then_the_end(line: Line) -> None:
 
 @given(st.lists(st.integers(1, 60_000), min_size=1, max_size=12))
 def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> None:
-    line = Line(most=100_000)
+    line = Line(max_bytes=100_000)
     pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
     for piece in pieces:
         line.connection.send(piece)
@@ -143,7 +143,7 @@ def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> N
 
 
 def test_one_piece_may_wait_however_large_it_is() -> None:
-    line = Line(most=1000)
+    line = Line(max_bytes=1000)
     pieces = [bytes([number]) * 50_000 for number in range(4)]
     for piece in pieces:
         line.connection.send(piece)

@@ -1,4 +1,4 @@
-"""Whether a type begins with a header: held against the definitions themselves."""
+"""Header detection, compared with the definitions themselves."""
 
 import pytest
 

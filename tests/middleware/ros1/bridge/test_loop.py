@@ -1,4 +1,4 @@
-"""The loop: timers in order, calls from other threads, sources that come and go, defects that end nothing."""
+"""Event loop: timers in order, calls from other threads, sources that come and go, defects that end nothing."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_timers_fall_due_in_order(delays: list[int]) -> None:
     loop = Loop()
     called: list[int] = []
     now = time.monotonic()  # noqa: TID251 - only the start of a clock that then stands still
-    with pytest.MonkeyPatch.context() as patch:  # a pause between two of them would change what is due first
+    with pytest.MonkeyPatch.context() as patch:  # a pause between two of them would change their order
         patch.setattr("cellwright.middleware.ros1.bridge.loop.time", SimpleNamespace(monotonic=lambda: now))
         for delay in delays:
             loop.later(delay / 1000, lambda delay=delay: called.append(delay))  # type: ignore[misc]
@@ -99,7 +99,7 @@ def test_a_stop_from_another_thread_wakes_it_and_the_first_counts() -> None:
         loop.stop(4)
         loop.stop(5)
 
-    timer = threading.Timer(0.05, stop)  # as a rule the loop waits by then
+    timer = threading.Timer(0.05, stop)  # usually the loop waits by then
     timer.start()
     loop.later(TIMEOUT, lambda: loop.stop(1))
     assert loop.run() == 4
@@ -119,7 +119,7 @@ def test_reading_and_writing(pair: tuple[socket.socket, socket.socket]) -> None:
     def write() -> None:
         here.send(b"answer")
         loop.watch(here, read)
-        loop.call(loop.call, loop.call, loop.stop, 0)  # two rounds on: it would be written again in each
+        loop.call(loop.call, loop.call, loop.stop, 0)  # two rounds later: it would be written again in each
 
     loop.watch(here, read)
     there.send(b"question")
@@ -141,7 +141,7 @@ def test_a_source_is_forgotten_once_and_again(pair: tuple[socket.socket, socket.
     loop.close()
 
 
-def test_a_defect_is_told_in_a_line_and_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_defect_is_reported_in_a_line_and_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     loop = Loop()
 
     def fail() -> None:

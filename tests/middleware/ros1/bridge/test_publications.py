@@ -1,4 +1,4 @@
-"""What leaves the cell over ROS: typed, in order, latched once, and only while somebody listens."""
+"""Publications of the cell in ROS: typed, in order, latched once, and only while they have a subscriber."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.ros1
 
 MakeCell = Callable[..., FakeCell]
 QUEUE = 1000
-"""Messages that wait for a subscriber at most, as the bridge's `publications` has it; rospy lies there."""
+"""Most messages that wait for a subscriber: `PUBLICATION_QUEUE` of the bridge's `topics`."""
 
 
 def text(words: str) -> bytes:
@@ -60,7 +60,7 @@ def test_another_type_is_refused_with_the_reason(master: Ground, make_cell: Make
     bridge.wait_for("/test cannot connect: /words has type")
 
 
-def test_the_cell_is_asked_only_while_somebody_listens(master: Ground, make_cell: MakeCell) -> None:
+def test_bridge_subscribes_only_while_it_has_a_subscriber(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words"), out("/once", latch=True, on_event=True)])
     start_bridge(master, cell)
     cell.wait_for_listener("/once")
@@ -91,7 +91,7 @@ def test_a_late_subscriber_gets_the_newest_once(master: Ground, make_cell: MakeC
 
 
 def test_a_subscriber_is_there_when_the_cell_has_answered(master: Ground, make_cell: MakeCell) -> None:
-    """What is latched comes before the answer, so that a program has it before it connects to another topic."""
+    """Latched messages come before the answer, so that a program has them before it connects to another topic."""
     cell = make_cell([out("/words", latch=True)])
     asked: list[Frame] = []
 
@@ -132,7 +132,7 @@ def test_an_order_comes_to_everyone_exactly_once(master: Ground, make_cell: Make
     subscribers = []
     for number in range(60):
         subscribers.append(subscribe(master, "/orders", caller=f"/c{number}"))
-        if number == 30:  # while others are coming
+        if number == 30:  # while others arrive
             cell.say_heard("/orders", text("order_0"))
     for subscriber in subscribers:
         assert word(subscriber) == "order_0"
@@ -148,13 +148,13 @@ def test_headers_are_counted_by_publisher(master: Ground, make_cell: MakeCell) -
     for _ in range(3):
         cell.say_heard("/heads", bare)
         cell.say_heard("/stamped", bare + bytes(17))
-    assert [plain.piece() for _ in range(3)] == [bare] * 3  # a header that is no message's is not touched
+    assert [plain.piece() for _ in range(3)] == [bare] * 3  # a header of another message stays untouched
     counted = [stamped.piece() for _ in range(3)]
     assert [struct.unpack("<I", data[:4])[0] for data in counted] == [0, 1, 2]
     assert {data[4:] for data in counted} == {(bare + bytes(17))[4:]}
 
 
-def test_who_does_not_read_stalls_nobody_and_loses_the_oldest(master: Ground, make_cell: MakeCell) -> None:
+def test_slow_subscriber_blocks_no_other_and_loses_the_oldest(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words")])
     bridge = start_bridge(master, cell)
     stalled = subscribe(master, "/words", caller="/stalled", receive_buffer=4096)
@@ -176,7 +176,7 @@ def test_who_does_not_read_stalls_nobody_and_loses_the_oldest(master: Ground, ma
 def test_messages_of_other_nodes_are_left_to_them(master: Ground, make_cell: MakeCell) -> None:
     both = out("/tf", "tf2_msgs/TFMessage") | {"publishers": ["/robot_state_publisher", "/gazebo"]}
     cell = make_cell([both])
-    start_bridge(master, cell)  # without robot_state_publisher the bridge says it all
+    start_bridge(master, cell)  # without robot_state_publisher the bridge publishes everything
     subscribe(master, "/tf")
     cell.wait_for_listener("/tf")
     assert [frame.node for frame in cell.of(Kind.SUBSCRIBE)] == [""]
@@ -196,7 +196,7 @@ def hear_with_rospy(topic: str, count: int) -> list[str]:
 def test_a_thousand_at_once_reach_rospy_without_loss(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words")])
     start_bridge(master, cell)
-    count = QUEUE  # more may be dropped where rospy does not keep up
+    count = QUEUE  # more may be dropped if rospy does not keep up
     client = master.client(hear_with_rospy, "/words", count)
     wait_until(lambda: cell.listeners("/words") == 1, "subscription")
     for number in range(count):

@@ -1,4 +1,4 @@
-"""What a connection that waits for nothing has brought."""
+"""Receiving without blocking."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import socket
 from cellwright.middleware.ros1.bridge.connection import receive_nowait
 
 
-def test_nothing_yet_and_nothing_more_are_told_apart() -> None:
+def test_no_data_yet_differs_from_the_end() -> None:
     here, there = socket.socketpair()
     here.setblocking(False)
     with here, there:

@@ -18,7 +18,7 @@ def test_counts_with_the_newest_last(topics: list[str]) -> None:
     assert sent.of("/you") == []
 
 
-def test_a_new_connection_begins_anew_and_who_leaves_is_forgotten() -> None:
+def test_new_connection_resets_the_count_and_end_removes_it() -> None:
     sent = DeliveryCounter()
     sent.begin("/me", "/a")
     sent.count("/me", "/a")

@@ -1,4 +1,4 @@
-"""Services over ROS: answers, failures, callers that vanish and callers that talk nonsense."""
+"""Services over ROS: answers, failures, callers that vanish and callers that send nonsense."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ rospy.spin()
 
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, FakeCell]]:
-    """A master, and a cell at its bridge: calls of one test leave nothing for those of the next."""
+    """A master, and a cell with its bridge: calls of one test leave nothing for those of the next."""
     cell = FakeCell([], [service(START)])
     with closing(cell), ground(tmp_path_factory.mktemp("services"), ros1_messages) as made:
         start_bridge(made, cell)
@@ -47,13 +47,13 @@ def shared(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Ite
 
 @pytest.fixture
 def served(shared: tuple[Ground, FakeCell]) -> Ground:
-    """Where the shared cell lives."""
+    """Environment of the shared cell."""
     return shared[0]
 
 
 @pytest.fixture
 def cell(shared: tuple[Ground, FakeCell]) -> FakeCell:
-    """The shared cell, as it was at first."""
+    """The shared cell, in its initial state."""
     cell = shared[1]
     cell.reset()
     return cell
@@ -74,7 +74,7 @@ def test_a_call_goes_there_and_back(served: Ground, cell: FakeCell) -> None:
     assert calls.header["type"] == "std_srvs/Trigger"
     assert calls.header["md5sum"] == md5("std_srvs/Trigger")
     assert calls.call(b"") == (True, b"\1\2\0\0\0ok")
-    with pytest.raises(EOFError):  # one call a connection
+    with pytest.raises(EOFError):  # one call for each connection
         calls.read(1)
     (frame,) = cell.of(Kind.CALL)
     assert (frame.name, frame.type, frame.node, frame.payload) == (START, "std_srvs/Trigger", "/team", b"")
@@ -84,13 +84,13 @@ def test_calls_on_one_connection(served: Ground, cell: FakeCell) -> None:
     cell.answer = lambda frame: Frame(Kind.ANSWER, frame.number, payload=frame.payload[::-1])
     calls = Calls(served, START, persistent="1")
     assert [calls.call(data) for data in (b"abc", b"", b"xy")] == [(True, b"cba"), (True, b""), (True, b"yx")]
-    for data in (b"one", b"two", b"three"):  # not waiting for answers
+    for data in (b"one", b"two", b"three"):  # without waiting for answers
         calls.ask(data)
     assert [calls.answer() for _ in range(3)] == [(True, b"eno"), (True, b"owt"), (True, b"eerht")]
 
 
-def test_an_answer_that_takes_its_time_holds_up_nobody(master: Ground, make_cell: MakeCell) -> None:
-    """As a robot's way home does."""
+def test_slow_answer_blocks_no_other_caller(master: Ground, make_cell: MakeCell) -> None:
+    """For example a robot's motion to home."""
     cell = make_cell([out("/words"), heard("/commands")], [service("/home"), service("/other")])
     cell.answer = lambda frame: None if frame.name == "/home" else cell.usual(frame)
     start_bridge(master, cell)
@@ -139,7 +139,7 @@ def test_another_checksum_is_refused(served: Ground, cell: FakeCell) -> None:
     assert header["error"].startswith(f"{START} has md5sum 937c9679")
 
 
-def test_a_caller_that_is_killed_in_mid_service_harms_nobody(served: Ground, cell: FakeCell) -> None:
+def test_killed_caller_harms_no_other(served: Ground, cell: FakeCell) -> None:
     waiting: list[Frame] = []
 
     def keep(frame: Frame) -> Frame | None:
@@ -189,7 +189,7 @@ def test_nonsense_is_turned_away(data: bytes, served: Ground, cell: FakeCell) ->
     assert Calls(served, START).call(b"")[0]
 
 
-def test_silent_connections_shut_nobody_out(served: Ground, cell: FakeCell) -> None:
+def test_silent_connections_block_no_other(served: Ground, cell: FakeCell) -> None:
     address = address_of_service(served, START)
     silent = [socket.create_connection(address, TIMEOUT) for _ in range(50)]
     assert Calls(served, START).call(b"")[0]

@@ -1,4 +1,4 @@
-"""The step service's bytes, held against those of the library."""
+"""Bytes of the step service, compared with those of the library."""
 
 from __future__ import annotations
 

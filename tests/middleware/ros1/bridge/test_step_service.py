@@ -1,4 +1,4 @@
-"""Lockstep over ROS: time passes by the step service, after what was published, and tells what was sent."""
+"""Lockstep over ROS: the step service advances time after published messages, and reports the sent ones."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def step(master: Ground, nanoseconds: int, caller: str = "/test", **published: i
 
 
 def tick_by_tick(cell: FakeCell) -> None:
-    """Let the cell say something in each tick, and stop there as a cell does that has told a guest something."""
+    """Let the cell publish in each tick, and end the step there, as a cell does after a message to a client."""
 
     def answer(frame: Frame) -> Frame | None:
         if frame.kind is not Kind.ADVANCE:
@@ -107,7 +107,7 @@ def speak(topic: str, count: int) -> None:
     wait_until(lambda: rospy.get_param("/go", False), "permission")
     for number in range(count):
         publisher.publish(str(number))
-    rospy.spin()  # the queue empties in a thread of its own
+    rospy.spin()  # the queue empties in its own thread
 
 
 def test_a_step_waits_for_what_was_published(master: Ground, cell: FakeCell) -> None:
@@ -115,7 +115,7 @@ def test_a_step_waits_for_what_was_published(master: Ground, cell: FakeCell) -> 
     wait_until(lambda: "/speaker" in str(master.ask("getSystemState")), "speaker")
     calls = Calls(master, STEP, caller="/speaker")
     calls.ask(request(TICK, commands=20))
-    assert Calls(master, "/gazebo/get_loggers").call(b"")[0]  # what the bridge was asked before has come
+    assert Calls(master, "/gazebo/get_loggers").call(b"")[0]  # earlier requests to the bridge have arrived
     assert not cell.of(Kind.ADVANCE)
     master.ask("setParam", "/go", True)
     succeeded, data = calls.answer()
@@ -148,7 +148,7 @@ def test_steps_of_two_callers_come_one_after_the_other(master: Ground, cell: Fak
     first.ask(request(SECOND))
     second.ask(request(SECOND))
     times = [from_ros1(calls.answer()[1], StepResponse).time for calls in (first, second)]
-    # whose request comes first is not said: they come by two connections
+    # the order of the requests is open: they come by two connections
     assert sorted(times, key=lambda time: time.sec) == [stamp(SECOND), stamp(2 * SECOND)]
 
 

@@ -1,4 +1,4 @@
-"""Strangers at the bridge's ports: they cost themselves their connection, and nobody else anything."""
+"""Invalid clients at the bridge's ports: they lose their connection, and others lose nothing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BOMB = (
     + b"".join(b"<!ENTITY a%d '%s'>" % (k, b"&a%d;" % (k - 1) * 10) for k in range(1, 10))
     + b"]><methodCall><methodName>&a9;</methodName></methodCall>"
 )
-"""Some hundred bytes that an XML reader could make ten thousand million of."""
+"""Some hundred bytes that an XML reader could expand to ten thousand million."""
 
 
 @pytest.fixture
@@ -42,17 +42,17 @@ def connections() -> Iterator[ExitStack]:
 
 
 def memory(process: Process) -> int:
-    """What a process has in memory [bytes]."""
+    """Return the memory of a process [bytes]."""
     return int(Path(f"/proc/{process.pid}/statm").read_text().split()[1]) * 4096
 
 
 def posted(body: bytes, length: int | None = None) -> bytes:
-    """A request over HTTP, which says of itself that it is so long."""
+    """Return an HTTP request with a given Content-Length."""
     return b"POST / HTTP/1.1\r\nContent-Type: text/xml\r\nContent-Length: %d\r\n\r\n" % (length or len(body)) + body
 
 
 def is_well(master: Ground) -> bool:
-    """Whether the bridge still answers nodes, has a service called, and takes on a subscriber."""
+    """Return whether the bridge still answers nodes, forwards a call, and accepts a subscriber."""
     with xmlrpc.client.ServerProxy(master.ask("lookupNode", "/gazebo")) as slave:
         if slave.getPid("/test")[0] != 1:  # type: ignore[index]
             return False
@@ -74,7 +74,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
 
     def stranger(address: tuple[str, int], *pieces: bytes) -> socket.socket:
         connection = connections.enter_context(socket.create_connection(address, timeout=TIMEOUT))
-        with suppress(OSError):  # it may have been hung up on
+        with suppress(OSError):  # the bridge may have hung up
             for piece in pieces:
                 connection.sendall(piece)
         return connection
@@ -85,7 +85,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
             stranger(address, draw.randbytes(draw.randint(0, 3000)))
         stranger(address, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
         stranger(address, b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(200))
-    # a handshake that is announced to be long, that lies about its fields, or names what is not there
+    # handshakes that announce a great length, have wrong field lengths, or name an unknown topic
     stranger(tcp, struct.pack("<I", 0xFFFFFFFF), bytes(MEGABYTE))
     stranger(tcp, struct.pack("<II", 8, 0xFFFFFFFF), b"abcd")
     stranger(tcp, struct.pack("<I", 1 << 20), bytes(MEGABYTE))
@@ -93,7 +93,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
     stranger(tcp, encoded({"service": "/none", "md5sum": "*", "callerid": "/x"}))
     stranger(tcp, encoded({"service": "/trigger", "md5sum": "*", "callerid": "/x"}), b"\xff\xff\xff\xff")
     stranger(tcp, encoded({"topic": "/words", "md5sum": "*", "callerid": "/x\n\x1b[2J"}))
-    # a request that never ends, one that says nothing of its length, and one that means more than it is
+    # a request that never ends, one without a length, and one that expands when it is read
     long = stranger(xml, posted(b"", 4_000_000_000), *[bytes(MEGABYTE)] * 100)
     assert b"413" in received(long)
     assert b"413" in received(stranger(xml, b"POST / HTTP/1.1\r\nContent-Length: x\r\n\r\n"))
@@ -108,7 +108,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
 
 
 def received(connection: socket.socket) -> bytes:
-    """The beginning of an answer; empty if there is none."""
+    """Return the beginning of an answer; empty if there is none."""
     with suppress(OSError):
         return connection.recv(200)
     return b""

@@ -1,4 +1,4 @@
-"""What comes in over ROS: whole, in order, under the name of whoever sent it; a flood is cut, and counted."""
+"""Commands over ROS: whole, in order, under the sender's name; a flood is cut, and counted."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def say(node: str, topic: str, count: int) -> None:
     wait_until(publisher.get_num_connections, "connection")
     for number in range(count):
         publisher.publish(str(number))
-    rospy.spin()  # the queue empties in a thread of its own
+    rospy.spin()  # the queue empties in its own thread
 
 
 def words(cell: FakeCell) -> list[tuple[str, str]]:
@@ -80,9 +80,9 @@ def say_too_much(node: str, topic: str, length: int) -> None:
     publisher = rospy.Publisher(topic, RosString, queue_size=10)
     wait_until(publisher.get_num_connections, "connection")
     publisher.publish("x" * length)
-    while not rospy.is_shutdown():  # it is connected to again after a second
+    while not rospy.is_shutdown():  # the bridge connects to it again after a second
         publisher.publish("short")
-        rospy.sleep(0.05)  # stands for no condition: one that speaks again and again
+        rospy.sleep(0.05)  # stands for no condition: repeated messages
 
 
 def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: MakeCell) -> None:

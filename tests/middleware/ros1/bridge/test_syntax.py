@@ -1,4 +1,4 @@
-"""What runs under the python3 of ROS 1 must be Python 3.8, and must need nothing of ours."""
+"""Code for the python3 of ROS 1 must be Python 3.8, and must need no other part of Cellwright."""
 
 import ast
 import subprocess
@@ -29,7 +29,7 @@ def test_python_3_8_can_read_it(path: Path) -> None:
             assert node.attr not in NEWER
         if isinstance(node, ast.ImportFrom) and node.module != "__future__":
             assert not {alias.name for alias in node.names} & NEWER
-        if isinstance(node, ast.With):  # in parentheses it is read by newer ones only
+        if isinstance(node, ast.With):  # only newer versions accept parentheses
             assert "with (" not in ast.unparse(node).splitlines()[0]
 
 

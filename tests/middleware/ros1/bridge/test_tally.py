@@ -26,5 +26,5 @@ def test_the_first_at_once_the_others_after_a_second(
     assert run_to(0.9 * LOG_PERIOD) == ""
     assert run_to(LOG_PERIOD) == "4 of apples\n"
     assert run_to(2 * LOG_PERIOD) == ""
-    assert not tally._counts  # what has come to rest is forgotten
+    assert not tally._counts  # subjects without new events are forgotten
     loop.close()

@@ -1,4 +1,4 @@
-"""ROS 1 on the wire, by hand: subscribers and callers that do exactly what the test says, and no more."""
+"""ROS 1 on the wire, by hand: subscribers and callers that do only what the test does."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.waiting import TIMEOUT
 
 
 def address_of(ground: Ground, topic: str, node: str = "/gazebo") -> tuple[str, int]:
-    """Where a node wants subscribers of a topic to connect."""
+    """Return the address at which a node accepts subscribers of a topic."""
     with xmlrpc.client.ServerProxy(ground.ask("lookupNode", node)) as slave:
         code, message, value = cast("tuple[int, str, Any]", slave.requestTopic("/test", topic, [["TCPROS"]]))
     assert code == 1, message
@@ -20,24 +20,24 @@ def address_of(ground: Ground, topic: str, node: str = "/gazebo") -> tuple[str, 
 
 
 def address_of_service(ground: Ground, service: str) -> tuple[str, int]:
-    """Where a service is."""
+    """Return the address of a service."""
     host, _, port = ground.ask("lookupService", service).removeprefix("rosrpc://").rpartition(":")
     return host, int(port)
 
 
 def encoded(fields: dict[str, str]) -> bytes:
-    """A handshake."""
+    """Return a handshake."""
     lines = [f"{key}={value}".encode() for key, value in fields.items()]
     data = b"".join(struct.pack("<I", len(line)) + line for line in lines)
     return struct.pack("<I", len(data)) + data
 
 
 OPENED: list[Connection] = []
-"""Every connection made; a test's are closed when it is over."""
+"""All open connections; they are closed at the end of a test."""
 
 
 class Connection:
-    """A connection that has shaken hands; `header` is what the other side said."""
+    """Connection after the handshake; `header` is the peer's."""
 
     def __init__(self, address: tuple[str, int], fields: dict[str, str], *, receive_buffer: int = 0) -> None:
         self.socket = socket.socket()
@@ -56,7 +56,7 @@ class Connection:
             data = data[4 + length :]
 
     def read(self, size: int) -> bytes:
-        """So many bytes."""
+        """Return `size` bytes."""
         data = b""
         while len(data) < size:
             more = self.socket.recv(size - len(data))
@@ -66,7 +66,7 @@ class Connection:
         return data
 
     def piece(self) -> bytes:
-        """A piece with its length in front: a handshake or a message."""
+        """Read a piece with its length in front: a handshake or a message."""
         (length,) = struct.unpack("<I", self.read(4))
         return self.read(length)
 
@@ -91,7 +91,7 @@ class Calls(Connection):
         super().__init__(address_of_service(ground, service), fields)
 
     def call(self, request: bytes) -> tuple[bool, bytes]:
-        """Whether the call succeeded, and the response or the reason."""
+        """Call; return whether it succeeded, and the response or the error."""
         self.ask(request)
         return self.answer()
 

@@ -1,4 +1,4 @@
-"""Child processes: what they say, how they end, and that none is left behind."""
+"""Child processes: output, end, and cleanup."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not th
 
 
 def child(program: str, said: list[str] | None = None, errors: list[str] | None = None) -> Child:
-    """A child that runs a Python program."""
+    """Start a child that runs a Python program."""
     return Child(
         [sys.executable, "-c", program],
         os.environ,
@@ -30,7 +30,7 @@ def child(program: str, said: list[str] | None = None, errors: list[str] | None 
 
 
 def ended(process: Child) -> int:
-    """Its exit status, when it has ended."""
+    """Wait for its end; return its exit status."""
     wait_until(lambda: process.poll() is not None, "end")
     status = process.poll()
     assert status is not None
@@ -59,7 +59,7 @@ def test_one_that_says_much_cannot_block_its_parent() -> None:
     wait_until(lambda: process.poll() is None and len(said) > 100, "output")
     for _ in range(20):
         before = len(said)
-        assert process.poll() is None  # it says on and on: who read all of it would never come back
+        assert process.poll() is None  # its output never ends: reading all of it would block
         assert len(said) - before < 1000
     process.stop()
     assert process.poll() == -signal.SIGTERM
@@ -82,7 +82,7 @@ def test_lines_come_whole_however_they_are_cut(pieces: list[bytes]) -> None:
     assert said == [text for text in texts if text]
 
 
-def test_it_is_told_to_end() -> None:
+def test_stop_sends_the_first_signal() -> None:
     said: list[str] = []
     program = """
 import signal, sys, time
@@ -128,7 +128,7 @@ def test_the_terminal_s_ctrl_c_is_not_for_it() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel ties no process to its parent")
 @pytest.mark.parametrize("is_early", [False, True], ids=["later", "at once"])
 def test_it_ends_with_its_parent_even_when_that_is_killed(*, is_early: bool) -> None:
-    pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: by then the child is tied as a rule
+    pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: usually the child is tied by then
     parent = f"""
 import os, sys, time
 from cellwright.middleware.ros1.host.processes import Child
@@ -159,7 +159,7 @@ def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=30))
-def test_nobody_waits_longer_than_the_longest(lives: list[float]) -> None:
+def test_delay_is_bounded(lives: list[float]) -> None:
     patience = RestartDelay()
     for lasted in lives:
         wait = patience.after(lasted)

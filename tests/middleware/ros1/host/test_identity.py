@@ -1,4 +1,4 @@
-"""Names of nodes, and what each kind of node has at the master."""
+"""Identities: names of nodes, and the parameters of each kind of node at the master."""
 
 import re
 
@@ -17,7 +17,7 @@ def test_a_slash_in_front_is_not_needed(name: str) -> None:
     assert robot_identity(name).node == "/openloong_controller_node"
 
 
-def test_a_robot_lives_by_the_wall_clock_unless_told_otherwise() -> None:
+def test_robot_uses_wall_time_by_default() -> None:
     assert not robot_identity("a").tells_time
     assert robot_identity("a", sim_time=True).tells_time
     assert not robot_identity("a", sim_time=True).makes_frames

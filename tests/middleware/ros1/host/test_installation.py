@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not th
 
 
 def script(path: Path, text: str) -> str:
-    """A program of the shell."""
+    """Write a shell script."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(f"#!/bin/sh\n{text}\n")
     path.chmod(0o755)
@@ -26,12 +26,12 @@ def script(path: Path, text: str) -> str:
 
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """A machine whose own Python has rospy only where $HAS_ROSPY is set."""
+    """A machine whose own Python has rospy only if $HAS_ROSPY is set."""
     monkeypatch.setattr(installation, "SYSTEM_PYTHON", script(tmp_path / "python3", '[ -n "$HAS_ROSPY" ]'))
     return tmp_path
 
 
-def test_none_is_told_in_a_sentence_that_says_how_to_get_it(bare: Path) -> None:
+def test_missing_installation_error_has_instructions(bare: Path) -> None:
     with pytest.raises(UsageError) as caught:
         find({}, root=bare / "ros")
     said = str(caught.value)

@@ -1,4 +1,4 @@
-"""Talking to a master, against servers that answer, hang or talk nonsense."""
+"""Client of a master, with servers that answer, hang or send nonsense."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ is_over = threading.Event()
 
 
 class FakeMaster:
-    """The part of a master's API that is used, and what was asked of it."""
+    """Fake of the part of a master's API that is used; it records its calls."""
 
     def __init__(self) -> None:
         self.parameters: dict[str, Any] = {}
@@ -69,7 +69,7 @@ def fake() -> Iterator[FakeMaster]:
 
 @contextmanager
 def answering(talk: Callable[[socket.socket], None]) -> Iterator[str]:
-    """A server that is no master; the address that it has."""
+    """Run a server that is no master; yield its address."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
 
         def serve() -> None:
@@ -118,7 +118,7 @@ def test_parameters_leave_alone_what_lies_beside_them(fake: FakeMaster) -> None:
     assert fake.parameters == {"/use_sim_time": True, "/ariac/arm": {"gains": {"p": 1.0}}, "/ariac/text": "x"}
 
 
-def test_a_parameter_that_nobody_has_set_is_none(fake: FakeMaster) -> None:
+def test_unset_parameter_is_none(fake: FakeMaster) -> None:
     master = Master(fake.uri)
     assert master.parameter("/x") is None
     master.set_parameter("/x", 0)
@@ -131,7 +131,7 @@ def test_publishers_that_live(fake: FakeMaster) -> None:
     assert Master(fake.uri).living_publishers("/others") == []
 
 
-def test_nobody_there() -> None:
+def test_no_master() -> None:
     master = Master(f"http://127.0.0.1:{free_port()}", PATIENCE)
     assert not master.answers()
     assert not master.is_port_taken()
@@ -148,7 +148,7 @@ def hang(connection: socket.socket) -> None:
 
 
 def drip(connection: socket.socket) -> None:
-    """Answer without end, slowly: no single read lasts long, and a line never ends."""
+    """Answer slowly and without end: no single read lasts long, and a line never ends."""
     with suppress(OSError):
         while not is_over.wait(PATIENCE / 20):
             connection.sendall(b"H")
@@ -183,11 +183,11 @@ def xml(value: str) -> Callable[[socket.socket], None]:
     ],
     ids=["hangs", "drips", "closes", "noise", "404", "half", "number", "short", "refuses"],
 )
-def test_what_is_no_master_is_told_from_one_in_time(talk: Callable[[socket.socket], None]) -> None:
+def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.socket], None]) -> None:
     with answering(talk) as uri:
         is_over.clear()
         master = Master(uri, PATIENCE)
-        assert not master.answers()  # the one that drips would keep it for ever
+        assert not master.answers()  # the server that drips would block it forever
         is_over.set()
         assert master.is_port_taken()
 

@@ -1,4 +1,4 @@
-"""A master of our own, looked after."""
+"""Supervision of an own master."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def never() -> bool:
 
 @pytest.fixture
 def place(no_master: Ground) -> Installation:
-    """This machine's ROS 1, led to a port at which nobody is."""
+    """This machine's ROS 1, with the address of a free port."""
     return installation.find(no_master.environment)
 
 
@@ -56,15 +56,15 @@ def test_it_answers_and_has_an_id(own: Own, no_master: Ground) -> None:
 
 
 @pytest.mark.ros1
-def test_a_wish_to_end_is_not_kept_waiting(own: Own) -> None:
+def test_wait_returns_at_once_when_stopped(own: Own) -> None:
     made, master, _ = own
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(master, "answers", lambda: False)  # it would be waited for in vain, and that is an error
+        patch.setattr(master, "answers", lambda: False)  # it never answers: waiting would end with an error
         made.wait(lambda: True)
 
 
 @pytest.mark.ros1
-def test_where_somebody_else_runs_one_meanwhile_it_is_left_to_them(own: Own, no_master: Ground) -> None:
+def test_master_of_another_program_is_left_alone(own: Own, no_master: Ground) -> None:
     made, master, said = own
     made.wait(never)
     os.kill(no_master.ask("getPid"), signal.SIGKILL)
@@ -85,13 +85,13 @@ def test_where_somebody_else_runs_one_meanwhile_it_is_left_to_them(own: Own, no_
 
 
 def script(path: Path, text: str) -> Installation:
-    """An installation of which rosmaster is a program of the shell."""
+    """Return an installation with a shell script as rosmaster."""
     path.write_text(f"#!/bin/sh\n{text}\n")
     path.chmod(0o755)
     return Installation(shutil.which("python3") or "", {"PATH": f"{path.parent}:{os.environ['PATH']}"}, ())
 
 
-def test_one_that_ends_at_once_is_told_with_what_it_said(tmp_path: Path) -> None:
+def test_master_that_ends_at_once_is_reported_with_its_output(tmp_path: Path) -> None:
     broken = script(tmp_path / "rosmaster", "echo it is broken >&2; exit 3")
     made = OwnMaster(broken, Master("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match=r"at http://127\.0\.0\.1:9 ended with status 3: it is broken$"):

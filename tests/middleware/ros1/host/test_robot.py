@@ -1,4 +1,4 @@
-"""A robot's node at a real master: whose time programs take, and whose description they find."""
+"""A robot's node at a real master: the time and the description that programs get."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.ros1
 
 
 def joined(ground: Ground, node: str, urdf: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Set the parameters of a node, as its start does, and start nothing."""
+    """Set the parameters of a node, as its start does, without a bridge."""
 
     def fail(*_: Any) -> None:
         raise OSError(11, "no process left")
@@ -51,9 +51,7 @@ def test_simulated_time_is_said_at_the_master(master: Ground) -> None:
     assert master.ask("getParam", "/use_sim_time") is True
 
 
-def test_the_description_is_everybody_s_where_nobody_else_has_one(
-    master: Ground, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_description_is_global_unless_another_program_has_one(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
     joined(master, "arm", "first", monkeypatch)
     assert master.ask("getParam", "/robot_description") == master.ask("getParam", "/arm/robot_description") == "first"
     joined(master, "arm", "second", monkeypatch)
@@ -63,7 +61,7 @@ def test_the_description_is_everybody_s_where_nobody_else_has_one(
     assert master.ask("getParam", "/robot_description") == "second", "it is of another node"
 
 
-def test_another_robot_at_the_same_master_is_told_of(master: Ground) -> None:
+def test_another_robot_at_the_same_master_is_reported(master: Ground) -> None:
     program = """
 import rospy
 from sensor_msgs.msg import JointState

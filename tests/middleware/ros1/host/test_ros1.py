@@ -1,4 +1,4 @@
-"""A cell served to real ROS 1: how it starts, what it survives, and that it ends with all that belongs to it."""
+"""A cell served to real ROS 1: start, recovery from failures, and an end with all its processes."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ GAZEBO, PUBLISHER = "/gazebo", "/robot_state_publisher"
 
 @pytest.fixture(autouse=True)
 def slow(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Simulated time passes slowly in the cells that a test starts: none is about what happens in it."""
+    """Let time pass slowly in the cells that a test starts: no test depends on it."""
     monkeypatch.setenv(SPEED, "0.4")
 
 
 def nodes(ground: Ground) -> set[str]:
-    """The nodes that the master knows as publishers."""
+    """Return the nodes that are registered as publishers."""
     published, _, _ = ground.ask("getSystemState")
     return {node for _, publishers in published for node in publishers}
 
@@ -48,7 +48,7 @@ def parameter(ground: Ground, name: str) -> Any:
 
 
 def pid_of(cell: Process, word: str) -> int:
-    """The process of a cell's family that has a word in its command line."""
+    """Return the descendant of a cell's process that has a word in its command line."""
     found = [pid for pid in cell.relatives() if pid != cell.pid and word in command_of(pid)]
     assert len(found) == 1, [command_of(pid) for pid in cell.relatives()]
     return found[0]
@@ -62,7 +62,7 @@ def command_of(pid: int) -> str:
 
 
 def refused(ground: Ground, *options: str, **more: str) -> str:
-    """The one line with which a cell that cannot be served is refused."""
+    """Return the single error line of a cell that cannot be served."""
     cell = ground.cellwright("serve", "lesson", "--ros1", "--port", "0", *options, **more)
     assert cell.finish() == 2
     lines = [line for line in (cell.out + cell.err).splitlines() if line.strip()]
@@ -72,7 +72,7 @@ def refused(ground: Ground, *options: str, **more: str) -> str:
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, Process]]:
-    """A master and a cell there, for tests that leave it as it is."""
+    """A master and a cell, for tests that do not change them."""
     with ground(tmp_path_factory.mktemp("served"), ros1_messages) as made:
         yield made, made.serve("lesson")
 
@@ -110,8 +110,8 @@ def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_maste
         no_master.ask("getPid")
 
 
-def test_nobody_outside_of_this_machine_is_let_in(no_master: Ground) -> None:
-    """But for nodes in C++, whose library listens for calls of other nodes at every address."""
+def test_other_machines_have_no_access(no_master: Ground) -> None:
+    """Except for C++ nodes, whose library listens for calls of other nodes at every address."""
     cell = no_master.serve("lesson", ROS_IP="")
     ours = {cell.pid, *(pid for pid in cell.relatives() if not re.search(f"rosout|{PUBLISHER}", command_of(pid)))}
     listening = [hosts for pid in ours if (hosts := addresses(pid))]
@@ -179,7 +179,7 @@ def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) 
     assert parameter(no_master, "/run_id") != run
 
 
-def test_a_node_that_is_told_to_end_comes_back(master: Ground) -> None:
+def test_node_ended_by_rosnode_kill_comes_back(master: Ground) -> None:
     cell = master.serve("lesson")
     master.tool("rosnode", "kill", GAZEBO)
     cell.wait_for("everything is registered again")
@@ -210,7 +210,7 @@ def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=lambda each: each.name)
 @pytest.mark.parametrize("stage", ["imports", "master", "ready"])
 def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals, stage: str) -> None:
-    """The start is cut into stages, of which each is met somewhere; `Ground.close` looks for what is left behind."""
+    """The stages of the start are each interrupted somewhere; `Ground.close` checks for leftover processes."""
     start = no_master.cold_cellwright if stage == "imports" else no_master.cellwright
     cell = start("serve", "lesson", "--ros1", "--port", "0")
     if stage == "imports":
@@ -230,7 +230,7 @@ def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals
 
 
 def has_parameter(ground: Ground, name: str) -> bool:
-    """Whether a master answers that has a parameter."""
+    """Return whether a master answers and has a parameter."""
     try:
         return bool(ground.ask("hasParam", name))
     except OSError:
@@ -238,7 +238,7 @@ def has_parameter(ground: Ground, name: str) -> bool:
 
 
 def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> None:
-    """A shell without job control has its background programs ignore Ctrl-C, and their children after them."""
+    """In a shell without job control, background programs and their children ignore Ctrl-C."""
     script = f"{shlex.quote(sys.executable)} -m cellwright serve lesson --ros1 --port 0 & wait"
     shell = no_master.start(["sh", "-c", script], PYTHONPATH=os.environ.get("PYTHONPATH", ""))
     shell.wait_for("^ready")
@@ -248,7 +248,7 @@ def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> Non
 
 
 def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As on a machine that has no process left for the bridge."""
+    """For example if the machine has no process left for the bridge."""
     said: list[str] = []
     with Ros1(said.append, environment=master.environment) as ros:
         ros.prepare()

@@ -47,7 +47,7 @@ FIXED = {
 
 
 def listen(seconds: float) -> object:
-    """Messages of /tf and /tf_static in some seconds of simulation: by sender, (child, parent, stamp [ns])."""
+    """Return messages of /tf and /tf_static in some simulation time [s]: by sender, (child, parent, stamp [ns])."""
     import rospy
     from tf2_msgs.msg import TFMessage
 
@@ -74,7 +74,7 @@ def text() -> str:
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, Process]]:
-    """A master and the lesson's cell there."""
+    """A master and the lesson's cell."""
     with ground(tmp_path_factory.mktemp("frames"), ros1_messages) as made:
         yield made, made.serve("lesson")
 
@@ -94,11 +94,11 @@ def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(serv
     assert not cameras.keys() & (CHAIN.keys() | FIXED.keys())
     stamps = sorted(message[0][2] for message in heard["/tf"][PUBLISHER])
     assert len(stamps) > 2
-    # a multiple where robot_state_publisher was busy: it skips joint states that it has no time for
+    # a multiple if robot_state_publisher was busy: it skips joint states when it has no time
     gaps = [round(gap / 1e6, 3) for gap in map(operator.sub, stamps[1:], stamps)]
     assert min(gaps) == 20.0
     assert all(gap % 20.0 == 0.0 for gap in gaps)
-    assert not re.search(r"robot_state_publisher: \[", cell.out + cell.err)  # it has nothing to complain of
+    assert not re.search(r"robot_state_publisher: \[", cell.out + cell.err)  # it reports no problem
 
 
 def test_tf_echo(served: tuple[Ground, Process], text: str) -> None:

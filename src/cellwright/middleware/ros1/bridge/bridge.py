@@ -1,8 +1,8 @@
-"""The bridge between a served cell and ROS 1; run by the path of this file under the python3 that has rospy.
+"""Bridge between a served cell and ROS 1; run by the path of this file under the python3 that has rospy.
 
-What it prints on stdout is one line, `ready`, when everything is registered. All else goes to stderr, in lines. It ends
-with status 0 when the cell ends or it is told to, 1 when it cannot start, and 75 when a new ROS master answers, to
-which it would have to register everything anew: then it is to be started again.
+It prints one line on stdout, `ready`, when everything is registered; all other lines go to stderr. Exit status: 0 if
+the cell ends or a signal ends the bridge, 1 if it cannot start. 75 means that a new ROS master answers, where
+everything has to be registered again: the caller restarts the bridge.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 if __name__ == "__main__":
-    # Cellwright's own package is not installed here, and needs what is not either: only these parts of it are loaded.
+    # Cellwright and its dependencies are not installed here: load only these parts of it.
     sys.path[:] = [folder for folder in sys.path if folder != str(Path(__file__).parent)]
     cellwright = types.ModuleType("cellwright")
     cellwright.__path__ = [str(Path(__file__).resolve().parents[3])]
@@ -27,8 +27,8 @@ from cellwright.middleware.ros1.bridge.connection import LinkClient, address_of
 from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
-    HEARD_BY_ITSELF,
-    HEARD_FOR_FRAMES,
+    FRAME_SOURCE,
+    OWN_TOPICS,
     Master,
     MasterWatch,
     OwnSubscription,
@@ -44,7 +44,7 @@ from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NOD
 from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
 from cellwright.middleware.ros1.bridge.topics import COMMAND_QUEUE, CommandTopic, Publication
 
-ENDED, MASTER_IS_NEW = 0, 75  # exit statuses: the cell has ended, or we were told to; to be started again
+ENDED, MASTER_IS_NEW = 0, 75  # exit statuses: the cell or a signal ended it; restart it
 
 AUTO, NONE = "auto", "none"
 CLOCK = "/clock"
@@ -57,7 +57,7 @@ _PAUSE = 0.02
 
 
 class Bridge:
-    """A cell as a node of ROS; `state_publisher` is the path of robot_state_publisher, `auto` or `none`."""
+    """A cell as a ROS node; `state_publisher` is the path of robot_state_publisher, `auto` or `none`."""
 
     def __init__(self, address: tuple[str, int], node: str, state_publisher: str) -> None:
         self._address = address
@@ -67,7 +67,7 @@ class Bridge:
         self._frames: StatePublisher | None = None
 
     def run(self) -> None:
-        """Carry messages until the cell ends, or a signal comes. The process ends here."""
+        """Carry messages until the cell ends, or a signal comes; then end the process."""
         run_process(self._serve, before=self._begin_to_end, after=self._end)
 
     def _serve(self) -> int:
@@ -106,7 +106,7 @@ class Bridge:
         if self._frames is not None:
             self._wait_for_frames(master, self._frames)
         for publication in publications:
-            if publication.name == CLOCK:  # programs take it for the sign that all is there
+            if publication.name == CLOCK:  # for programs it is the sign that everything is ready
                 with stop_deferred():
                     publication.register()
         MasterWatch(
@@ -117,9 +117,9 @@ class Bridge:
         )
 
     def _start_state_publisher(self, *, in_lockstep: bool) -> StatePublisher | None:
-        """Start it if it is wanted and there; without it the bridge publishes the arm's frames itself.
+        """Start it if it is requested and installed; without it the bridge publishes the arm's frames.
 
-        In lockstep it is left out: it acts when it gets to it, and time would not wait.
+        In lockstep it does not run, because time does not wait for it.
         """
         program = find_state_publisher() if self._program == AUTO else self._program
         if program == NONE or in_lockstep:
@@ -132,7 +132,7 @@ class Bridge:
         return StatePublisher(self._loop, program)
 
     def _publications(self, topics: list[dict[str, Any]]) -> list[Publication]:
-        """What the node publishes: all that leaves the cell, but for what robot_state_publisher does."""
+        """Return the publications: all that leaves the cell, except what robot_state_publisher publishes."""
         found = []
         for topic in topics:
             if topic["direction"] != "out":
@@ -148,7 +148,7 @@ class Bridge:
         return found
 
     def _hear(self, topics: list[dict[str, Any]]) -> None:
-        """Subscribe to what the cell hears, and to what the original's node hears of itself."""
+        """Subscribe to the cell's commands, and to the node's own topics that the original's node subscribes to."""
         limit_messages(ThrottledLog(self._loop, "{count} messages on {subject} are too long, and not taken").count)
         in_lockstep = self._sent is not None
         self._heard = {
@@ -162,9 +162,9 @@ class Bridge:
             for topic in topics
             if topic["direction"] == "in"
         }
-        by_itself = {*HEARD_BY_ITSELF, *([] if self._frames is not None else [HEARD_FOR_FRAMES])}
+        own = {*OWN_TOPICS, *([] if self._frames is not None else [FRAME_SOURCE])}
         for topic in topics:
-            if topic["name"] in by_itself and topic["direction"] == "out":
+            if topic["name"] in own and topic["direction"] == "out":
                 OwnSubscription(topic["name"], topic["type"]).register()
 
     def _services(self, services: list[dict[str, Any]]) -> list[Service]:
@@ -175,9 +175,9 @@ class Bridge:
         return found
 
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
-        """Wait a while until robot_state_publisher has come up, so that whoever finds the cell finds its frames."""
+        """Wait until robot_state_publisher is up, so that programs that find the cell find its frames."""
         end = time.monotonic() + _PUBLISHER_PATIENCE
-        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=HEARD_FOR_FRAMES):
+        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=FRAME_SOURCE):
             if time.monotonic() > end or not frames.is_alive:
                 report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
                 return

@@ -1,4 +1,4 @@
-"""Connections that never block: address, receiving, a buffered connection, and the client of a cell's server."""
+"""Connections without blocking: address, receiving, a buffered connection, and the client of a cell's server."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, Fram
 
 
 def address_of(text: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT`, for an option."""
+    """Return host and port of `HOST:PORT`, for an option."""
     host, _, port = text.rpartition(":")
     if not host or not port.isdigit() or not 0 < int(port) < 1 << 16:
         raise argparse.ArgumentTypeError(f"{text!r} is no address: it must look like 127.0.0.1:11399")
     return host, int(port)
 
 
-def receive_nowait(connection: socket.socket, most: int) -> bytes | None:
-    """What has come, up to so many bytes: None when it is nothing yet, empty when nothing will come any more."""
+def receive_nowait(connection: socket.socket, max_bytes: int) -> bytes | None:
+    """Return received data, up to `max_bytes` bytes: None if there is none yet, empty at the end of the stream."""
     try:
-        return connection.recv(most)
+        return connection.recv(max_bytes)
     except (BlockingIOError, InterruptedError):
         return None
     except OSError:
         return b""
 
 
-LATE = 0.1  # data that waits for longer [s] is late
-HOPELESS = 5.0  # with data waiting for longer [s] the other side does not count as behind any more
+LATE = 0.1  # data that waits longer [s] is late
+GIVE_UP_TIME = 5.0  # if data waits longer [s], the peer no longer counts as behind
 
 
 _PIECE = 1 << 18
 
 
 class BufferedConnection:
-    """A connection whose data waits until the other side takes it. `send` is for any thread, all else for the loop's.
+    """Connection whose data waits until the peer takes it. `send` is for any thread, all else for the loop's.
 
-    A piece is sent whole or not at all, so that what is dropped is always a whole message. At most `limit` pieces and
-    `most` bytes wait, but one piece always may; the oldest ones make room, and `on_drop` is called for each. `on_end`
-    is called when the other side has hung up and the connection is closed.
+    A piece is sent whole or not at all, so that only whole messages are dropped. At most `limit` pieces and `max_bytes`
+    bytes wait, but always at least one piece. The oldest pieces make room, with a call of `on_drop` for each. `on_end`
+    is called when the peer has hung up and the connection is closed.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class BufferedConnection:
         on_end: Callback = nothing,
         *,
         limit: int | None = None,
-        most: int | None = None,
+        max_bytes: int | None = None,
         on_drop: Callback = nothing,
     ) -> None:
         self._loop = loop
@@ -62,11 +62,11 @@ class BufferedConnection:
         self._on_data = on_data
         self._on_end = on_end
         self._limit = limit
-        self._most = most
-        self._bytes = 0  # of pieces that wait
+        self._max_bytes = max_bytes
+        self._bytes = 0  # of waiting pieces
         self._on_drop = on_drop
         self._lock = threading.Lock()
-        self._rest = b""  # the part of a piece whose beginning has been sent
+        self._rest = b""  # unsent part of a piece whose beginning was sent
         self._waiting: deque[bytes] = deque()
         self._on_empty: Callback | None = None
         self._waits_since: float | None = None
@@ -75,17 +75,17 @@ class BufferedConnection:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing waits to be sent."""
+        """True if nothing waits to be sent."""
         return not self._rest and not self._waiting
 
     @property
     def is_behind(self) -> bool:
-        """Whether data has waited longer than LATE; False again after HOPELESS: nobody reads there."""
+        """True if data has waited longer than LATE, but not longer than HOPELESS: then the peer does not read."""
         since = self._waits_since
-        return since is not None and LATE < time.monotonic() - since < HOPELESS
+        return since is not None and LATE < time.monotonic() - since < GIVE_UP_TIME
 
     def send(self, data: bytes) -> None:
-        """Send a piece, now or when the other side takes it. That it is gone is found out by reading."""
+        """Send a piece, now or when the peer takes it. Only reading detects that the peer is gone."""
         with self._lock:
             if self.is_closed:
                 return
@@ -105,7 +105,7 @@ class BufferedConnection:
             self._on_drop()
 
     def close_when_empty(self) -> None:
-        """Close the connection once everything has been sent; what comes in until then is read and thrown away."""
+        """Close the connection once everything has been sent; data received until then is dropped."""
         with self._lock:
             if not self.is_empty:
                 self._on_empty = self.close
@@ -113,7 +113,7 @@ class BufferedConnection:
         self.close()
 
     def close(self) -> None:
-        """Close the connection, whatever waits."""
+        """Close the connection, and drop what waits."""
         with self._lock:
             if self.is_closed:
                 return
@@ -125,9 +125,9 @@ class BufferedConnection:
         self._connection.close()
 
     def _is_full(self, more: int) -> bool:
-        """Whether so many bytes in one piece more are too much."""
+        """True if there is no room for one more piece of so many bytes."""
         is_crowded = self._limit is not None and len(self._waiting) >= self._limit
-        return is_crowded or (self._most is not None and self._bytes + more > self._most)
+        return is_crowded or (self._max_bytes is not None and self._bytes + more > self._max_bytes)
 
     def _receive(self) -> None:
         data = receive_nowait(self._connection, _PIECE)
@@ -138,12 +138,12 @@ class BufferedConnection:
             self._on_end()
 
     def _sent(self, data: bytes) -> bytes:
-        """Send what is taken at once; the rest."""
+        """Send what the socket takes at once; return the rest."""
         try:
             sent = self._connection.send(data)
         except (BlockingIOError, InterruptedError):
             return data
-        except OSError:  # it is gone: reading says so as well, and then it is closed
+        except OSError:  # the peer is gone: reading detects it too, and closes
             return b""
         return data[sent:] if sent < len(data) else b""
 
@@ -167,7 +167,7 @@ class BufferedConnection:
             self._loop.watch(self._connection, self._receive, self._flush)
 
 
-PATIENCE = 10.0  # how long the cell may take to answer HELLO [s]
+PATIENCE = 10.0  # time for the cell to answer HELLO [s]
 _PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
@@ -175,10 +175,10 @@ Answered = Callable[[Frame], None]  # takes the frame that answers a request; ca
 
 
 class LinkClient:
-    """A connection to a cell, as a node; a MissingError if nobody answers there, or not as a cell does.
+    """Connection of a node to a cell; a MissingError if there is no answer, or it is not a cell's.
 
-    Requests may be made from any thread; answers and messages are delivered by the loop's. `on_end` is called once:
-    with the reason when the cell has ended, with None when it is gone without a word.
+    Any thread may send requests; the loop's thread delivers answers and messages. It calls `on_end` once, with the
+    reason if the cell has ended, and with None if the connection broke.
     """
 
     def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
@@ -203,7 +203,7 @@ class LinkClient:
         self._connection = BufferedConnection(loop, connection, self._read, lambda: self._end(None))
 
     def request(self, kind: Kind, answered: Answered | None, **fields: Any) -> int:
-        """Send a request, whose answer goes to `answered`; its number."""
+        """Send a request, whose answer goes to `answered`; return its number."""
         with self._lock:
             self._number = number = self._number % _NUMBERS + 1
             if answered is not None:
@@ -217,31 +217,32 @@ class LinkClient:
         return number
 
     def ask_again(self, number: int, answered: Answered) -> None:
-        """Have another answer to a request given to `answered`; to be called while the one before it is taken."""
+        """Expect another answer to a request, for `answered`; call it while handling the previous answer."""
         with self._lock:
             self._answers[number] = answered
 
     def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None], answered: Answered) -> int:
-        """Have the messages of a topic given to `listener`, from one publishing node or from all (empty).
+        """Subscribe `listener` to the messages of a topic from one publishing node, or from all (empty).
 
-        The number of the subscription; its answer goes to `answered`, after what is latched.
+        Returns:
+            The number of the subscription; its answer goes to `answered`, after latched messages.
         """
         number = self.request(Kind.SUBSCRIBE, answered, name=topic, node=node)
         self._listeners[number] = listener
         return number
 
     def unsubscribe(self, number: int) -> None:
-        """End a subscription; what is still on its way is not delivered any more."""
+        """End a subscription; messages in transit are no longer delivered."""
         self._listeners.pop(number, None)
         self._connection.send(Frame(Kind.UNSUBSCRIBE, number).encode())
 
     def keep_up(self, is_behind: Callable[[], bool]) -> None:
-        """Ask the cell to let time stand while this end is behind: while messages that came are still on their way."""
+        """Ask the cell to hold time while this end is behind: while received messages are not delivered yet."""
         self._is_behind = is_behind
         self._pong(0)
 
     def close(self) -> None:
-        """Let go of the cell."""
+        """Close the connection."""
         self._has_ended = True
         self._connection.close()
 
@@ -281,7 +282,7 @@ class LinkClient:
                 answered(frame)
 
     def _answer(self, ping: int) -> None:
-        """Answer a PING once all that came before is on its way."""
+        """Answer a PING once all earlier messages are sent."""
         if self._has_ended:
             return
         if self._is_behind():

@@ -10,7 +10,7 @@ _NO_FIELD = re.compile(r"^\s*(?:#.*)?$|^\s*\w+\s+\w+\s*=")  # comments and const
 
 
 def has_header(definition: str) -> bool:
-    """Whether messages of this definition begin with a header, whose first four bytes count them."""
+    """True if messages of this definition begin with a header, whose first four bytes count them."""
     for line in definition.splitlines():
         if not _NO_FIELD.match(line):
             return _HEADER.match(line) is not None
@@ -27,7 +27,12 @@ _COUNT = struct.Struct("<I")
 
 
 def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:
-    """The duration [ns] of a request, and the numbers of messages published by topic; else struct.error, ValueError."""
+    """Read a request: its duration [ns], and numbers of messages published by topic.
+
+    Raises:
+        struct.error: the bytes are no request.
+        ValueError: the same.
+    """
     seconds, nanoseconds = _DURATION.unpack_from(data)
     names, numbers, end = _read_counts(data, _DURATION.size)
     if numbers and len(numbers) != len(names):
@@ -38,12 +43,12 @@ def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:
 
 
 def step_request(duration: int, published: dict[str, int]) -> bytes:
-    """The bytes of a request; `duration` in nanoseconds, not negative."""
+    """Return the bytes of a request; `duration` in nanoseconds, not negative."""
     return _DURATION.pack(*divmod(duration, _NANOSECONDS)) + _counts(list(published.items()))
 
 
 def read_step_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
-    """Why it failed (empty if it did not), simulation time [ns], and topics with numbers of messages sent."""
+    """Read a response: its error (empty for success), simulation time [ns], and numbers of messages sent by topic."""
     succeeded = bool(data[0]) if data else False
     message, position = _read_text(data, 1)
     seconds, nanoseconds = _TIME.unpack_from(data, position)
@@ -53,19 +58,19 @@ def read_step_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
 
 
 def step_response(failure: str, now: int, sent: list[tuple[str, int]]) -> bytes:
-    """The bytes of an answer: a success unless a failure is told; `now` in nanoseconds."""
+    """Return the bytes of a response: a success if `failure` is empty; `now` in nanoseconds."""
     return bytes([not failure]) + _text(failure) + _TIME.pack(*divmod(now, _NANOSECONDS)) + _counts(sent)
 
 
 def _counts(counts: list[tuple[str, int]]) -> bytes:
-    """A list of topics, and a list of their numbers of messages."""
+    """Return the bytes of a list of topics, and of a list of their numbers of messages."""
     size = _COUNT.pack(len(counts))
     names = b"".join(_text(name) for name, _ in counts)
     return size + names + size + struct.pack(f"<{len(counts)}Q", *(count for _, count in counts))
 
 
 def _read_counts(data: bytes, position: int) -> tuple[list[str], tuple[int, ...], int]:
-    """The topics and the numbers of messages at a position, and where they end."""
+    """Read topics and numbers of messages at a position; return them with their end."""
     (size,) = _COUNT.unpack_from(data, position)
     position += _COUNT.size
     names = []
@@ -84,7 +89,7 @@ def _text(text: str) -> bytes:
 
 
 def _read_text(data: bytes, position: int) -> tuple[str, int]:
-    """The text at a position, and where it ends."""
+    """Read the text at a position; return it with its end."""
     (length,) = _COUNT.unpack_from(data, position)
     begin = position + _COUNT.size
     end = begin + length
@@ -94,27 +99,27 @@ def _read_text(data: bytes, position: int) -> tuple[str, int]:
 
 
 class DeliveryCounter:
-    """Counts by caller and topic, since the caller connected."""
+    """Counter of messages sent, by caller and topic, since the caller connected."""
 
     def __init__(self) -> None:
         self._counts: dict[str, dict[str, int]] = {}
 
     def begin(self, caller: str, topic: str) -> None:
-        """A caller has connected to a topic; if it did before, that connection does not count any more."""
+        """Note that a caller connected to a topic; this resets the count of an earlier connection."""
         self._counts.setdefault(caller, {})[topic] = 0
 
     def end(self, caller: str, topic: str) -> None:
-        """A caller has left a topic."""
+        """Note that a caller left a topic."""
         counts = self._counts.get(caller, {})
         counts.pop(topic, None)
         if not counts:
             self._counts.pop(caller, None)
 
     def count(self, caller: str, topic: str) -> None:
-        """A caller is being sent one message more."""
+        """Count one message to a caller."""
         counts = self._counts[caller]
         counts[topic] = counts.pop(topic) + 1
 
     def of(self, caller: str) -> list[tuple[str, int]]:
-        """Topics and how many messages the caller was sent, the topic of the newest message last."""
+        """Return topics with numbers of messages sent to the caller; the topic of the newest message comes last."""
         return list(self._counts.get(caller, {}).items())

@@ -26,14 +26,14 @@ from rospy.impl.tcpros_pubsub import TCPROSSub
 from cellwright.middleware.ros1.bridge.loop import MissingError, nothing, report
 from cellwright.middleware.wire.frames import LONGEST_SAID
 
-MAX_REQUEST_BYTES = 1 << 20  # bytes of the longest request; those of nodes and masters have some hundreds
+MAX_REQUEST_BYTES = 1 << 20  # longest request; those of nodes and masters have some hundreds of bytes
 
 REQUEST_TIMEOUT = 120.0
-"""How long [s] a connection may say nothing; each has a thread of its own. Nodes leave theirs after half a minute."""
+"""Longest silence [s] of a connection; each has its own thread. Nodes leave theirs after half a minute."""
 
 
 def limit_requests() -> None:
-    """Have requests refused that say they are too long, or not how long, and silent connections closed."""
+    """Refuse requests that are too long or have no length, and close silent connections."""
     post = SilenceableXMLRPCRequestHandler.do_POST
 
     def do_post(self: SilenceableXMLRPCRequestHandler) -> None:
@@ -41,7 +41,7 @@ def limit_requests() -> None:
         if said.isascii() and said.isdigit() and len(said) < 10 and int(said) <= MAX_REQUEST_BYTES:
             post(self)
             return
-        self.close_connection = True  # what follows would be taken for another request
+        self.close_connection = True  # else the rest would be read as another request
         self.send_error(413)
 
     SilenceableXMLRPCRequestHandler.do_POST = do_post
@@ -51,29 +51,29 @@ def limit_requests() -> None:
 _LENGTH = struct.Struct("<I")
 
 
-def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> None:
-    """Have connections cut, and made anew, on which a message of more bytes than `longest` is announced.
+def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = LONGEST_SAID) -> None:
+    """Reset connections that announce a message of more bytes than `max_bytes`.
 
-    `tell` is told of it, with the name of the topic; by threads of rospy's.
+    Threads of rospy call `on_oversize` with the name of the topic.
     """
     read = TCPROSSub.read_messages
 
     def read_messages(self: Any, buffer: Any, messages: Any, connection: Any) -> None:
         with buffer.getbuffer() as view:
             (length,) = _LENGTH.unpack_from(view)
-        if length > longest:
+        if length > max_bytes:
             buffer.seek(0)
-            buffer.truncate()  # else what has come would be taken for the next handshake
-            tell(self.resolved_name)
+            buffer.truncate()  # else its bytes would be read as the next handshake
+            on_oversize(self.resolved_name)
             raise TransportException(f"a message of {length} bytes is too long")
         read(self, buffer, messages, connection)
 
     TCPROSSub.read_messages = read_messages
 
 
-HEARD_BY_ITSELF = ("/ariac/gripper/state", "/ariac/trays")
+OWN_TOPICS = ("/ariac/gripper/state", "/ariac/trays")
 """Topics that the original's own task manager, a part of /gazebo, subscribes to."""
-HEARD_FOR_FRAMES = "/ariac/joint_states"  # what the node that makes the arm's frames subscribes to
+FRAME_SOURCE = "/ariac/joint_states"  # subscribed to by the node that publishes the arm's frames
 
 
 class ManagedTopic:
@@ -86,46 +86,46 @@ class ManagedTopic:
         self.ref_count = 1
 
     def register(self) -> None:
-        """Announce it to the master."""
+        """Register it with the master."""
         manager = get_topic_manager()
         manager._add(self, manager.pubs if self._kind == Registration.PUB else manager.subs, self._kind)
 
     def check(self) -> None:
-        """Called by rospy twice a second to find dead connections; the loop finds them by itself."""
+        """Do nothing: rospy calls this twice a second to find dead connections, but the loop detects them."""
 
     def close(self) -> None:
-        """Called by rospy when the node ends; the connections end with the process."""
+        """Do nothing: rospy calls this at the node's end, and the connections end with the process."""
 
 
 class OwnSubscription(ManagedTopic):
-    """A subscription to what the node itself publishes: known to the graph, but without a connection."""
+    """Subscription to a topic of the node itself: part of the graph, but without a connection."""
 
     def __init__(self, name: str, type_name: str) -> None:
         super().__init__(Registration.SUB, name, type_name)
 
     def has_connection(self, _uri: str) -> bool:
-        """Whether there is a connection to a publisher: none is needed."""
+        """Return True: no connection to a publisher is needed."""
         return True
 
     def get_stats_info(self) -> list[Any]:
-        """Both ends of what is no connection, as a node in C++ tells of it when it hears itself."""
+        """Return both ends of the missing connection, as a C++ node reports it for its own topics."""
         within = ("INTRAPROCESS", self.name, True, "")
         return [(0, rospy.core.get_node_uri(), "i", *within), (0, rospy.get_name(), "o", *within)]
 
     def get_stats(self) -> Any:
-        """What was received over each connection: nothing."""
+        """Return the statistics of no connections."""
         return self.name, []
 
 
-SIGN_OFF_TIMEOUT = 1.5  # how long signing off may take [s]; it takes some 10 ms where nothing hangs
+SIGN_OFF_TIMEOUT = 1.5  # limit of the sign-off [s], which usually takes some 10 ms
 
 
 class StoppedError(BaseException):
-    """A signal has come before there was a loop to stop."""
+    """A signal came before there was a loop to stop."""
 
 
 def stop_by_exception() -> None:
-    """Let SIGINT and SIGTERM raise a StoppedError; until `stop_by` is called."""
+    """Let SIGINT and SIGTERM raise a StoppedError, until `stop_by` is called."""
 
     def stop(_number: int, _frame: Any) -> None:
         raise StoppedError
@@ -136,10 +136,10 @@ def stop_by_exception() -> None:
 
 @contextlib.contextmanager
 def stop_deferred() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise a StoppedError at the end of the block, and not within it; then `stop_by_exception`.
+    """Defer the StoppedError of SIGINT and SIGTERM to the end of the block; then `stop_by_exception`.
 
-    For calls of rospy: an exception amid a registration leaves rospy's connection to the master unusable, and with it
-    nothing can be taken back. Where the block hangs, the process ends after `PATIENCE`.
+    It is for calls of rospy: an exception during a registration leaves rospy's connection to the master unusable, so
+    that nothing can be unregistered. If the block hangs, the process ends after `SIGN_OFF_TIMEOUT`.
     """
     came: list[bool] = []
 
@@ -164,13 +164,13 @@ def stop_by(function: Callable[[], None]) -> None:
 def begin_node(name: str) -> None:
     """Become the node of an absolute name. The master must answer.
 
-    Time stays the wall's: what carries messages has no use for another, and a subscription to /clock would show.
+    The node uses wall time: the bridge needs no other, and a subscription to /clock would show in the graph.
     """
     threading.excepthook = _thread_failed
     limit_requests()
-    sys.setswitchinterval(0.0005)  # Python's own 5 ms would show in the time that a message takes
+    sys.setswitchinterval(0.0005)  # Python's own 5 ms would add to the latency of messages
     namespace, _, base = name.rpartition("/")
-    rospy.names._set_caller_id(f"{namespace}/unnamed")  # in place of what ROS_NAMESPACE said when rospy was loaded
+    rospy.names._set_caller_id(f"{namespace}/unnamed")  # instead of ROS_NAMESPACE at rospy's import
     with stop_deferred():
         rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 
@@ -178,10 +178,14 @@ def begin_node(name: str) -> None:
 def run_process(
     serve: Callable[[], int], *, before: Callable[[], None] = nothing, after: Callable[[], None] = nothing
 ) -> None:
-    """Serve until it is over, sign off at the master and end the process, however that goes.
+    """Serve until the end, sign off at the master and end the process in any case.
 
-    `serve` returns the exit status; it is 0 after a signal, and 1 where something is missing. `before` is called then,
-    and `after` when the node has signed off. rospy leaves threads behind that wait for others; nothing is waited for.
+    rospy leaves waiting threads behind; the process does not wait for them.
+
+    Args:
+        serve: returns the exit status. It is 0 after a signal, and 1 if something is missing.
+        before: called when `serve` has ended.
+        after: called when the node has signed off.
     """
     status = 1
     try:
@@ -199,7 +203,7 @@ def run_process(
     sys.stderr.flush()
     sys.stderr = open(os.devnull, "w")  # noqa: SIM115 - what threads say of connections that break now is no news
     before()
-    # rospy says that it is shut down once it has signed off; then it would wait half a second for threads of its own
+    # rospy is shut down once it has signed off; then it would wait half a second for its own threads
     threading.Thread(target=rospy.core.signal_shutdown, args=["the bridge ends"], daemon=True).start()
     end = time.monotonic() + SIGN_OFF_TIMEOUT
     while not rospy.core.is_shutdown() and time.monotonic() < end:
@@ -209,24 +213,24 @@ def run_process(
 
 
 def _thread_failed(arguments: Any) -> None:
-    """One line in place of a traceback, which goes to the log."""
+    """Report a thread's error in one line; its traceback goes to the log."""
     error = arguments.exc_value
     rospy.core.rospyerr("a thread has failed", exc_info=(type(error), error, arguments.exc_traceback))
     report(f"a connection has failed: {type(error).__name__}: {error}")
 
 
-MASTER_TIMEOUT = 2.0  # how long the master may take to answer [s]
-MASTER_PERIOD = 1.0  # how often it is looked after [s]
+MASTER_TIMEOUT = 2.0  # time for the master to answer [s]
+MASTER_PERIOD = 1.0  # time between two checks of it [s]
 _LOOPBACK = ("localhost", "::1")
 _RETRY = 0.25
 
 
 class MasterGoneError(MissingError):
-    """The master does not answer; the text says where."""
+    """The master does not answer; the text has its address."""
 
 
 class Master:
-    """The master that the environment names; a MasterGoneError when it takes too long to answer, or does not."""
+    """The environment's master; calls raise a MasterGoneError if it takes too long to answer, or does not."""
 
     def __init__(self, node: str) -> None:
         self.uri: str = rosgraph.get_master_uri()
@@ -234,7 +238,7 @@ class Master:
         self._server = xmlrpc.client.ServerProxy(self.uri, transport=_Transport())
 
     def ask(self, method: str, *arguments: Any) -> Any | None:
-        """Call a method of the master's API; its value, None when it says that it cannot."""
+        """Call a method of the master's API; return its value, None if it fails."""
         try:
             code, _, value = getattr(self._server, method)(self._node, *arguments)
         except (OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError, TypeError) as error:
@@ -242,7 +246,7 @@ class Master:
         return value if code == 1 else None
 
     def wait(self, patience: float) -> None:
-        """Wait until it answers, for so long [s] at most."""
+        """Wait until it answers, for `patience` [s] at most."""
         end = time.monotonic() + patience
         while True:
             try:
@@ -254,7 +258,7 @@ class Master:
             time.sleep(_RETRY)
 
     def knows(self, node: str, *, publishes: str, hears: str) -> bool:
-        """Whether a node is known to publish one topic and to subscribe to another."""
+        """True if a node is registered as publisher of one topic and as subscriber of another."""
         state = self.ask("getSystemState")
         if state is None:
             return False
@@ -263,9 +267,9 @@ class Master:
 
 
 class MasterWatch:
-    """Looks after the master in a thread of its own, for a node that should be known there by its `uri`.
+    """Watch of the master in its own thread, for a node that should be registered there with its `uri`.
 
-    `on_new` is called when there is a master that does not know us, `on_replaced` when another node has our name.
+    `on_new` is called if the master does not know the node, and `on_replaced` if another node has its name.
     """
 
     def __init__(self, node: str, uri: str, on_new: Callable[[], None], on_replaced: Callable[[], None]) -> None:
@@ -305,7 +309,7 @@ class MasterWatch:
 
 
 def listen_on_loopback() -> None:
-    """Have the node listen on loopback only when the master does and nothing else was said."""
+    """Listen on loopback only, if the master does and the environment names no other address."""
     environment = os.environ
     if any(environment.get(name) for name in ("ROS_IP", "ROS_HOSTNAME", "ROS_IPV6")):
         return
@@ -315,7 +319,7 @@ def listen_on_loopback() -> None:
 
 
 class _Transport(xmlrpc.client.Transport):
-    """XML-RPC with a limit to how long an answer may take."""
+    """XML-RPC transport with a timeout."""
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)

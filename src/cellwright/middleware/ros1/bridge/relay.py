@@ -1,8 +1,8 @@
-"""The way of a client that has no rospy to a cell in ROS 1; run by the path of this file under the python3 that has it.
+"""Relay between a client without rospy and a cell in ROS 1; run by the path of this file under the python3 with rospy.
 
-It waits until there is a simulator, and then prints `ready PORT`: there one client may connect, and speak as to a cell
-(`cellwright.middleware.wire.frames`). It ends when the client hangs up, when whoever started it closes its stdin, or
-when the simulator has ended. There is one while somebody publishes /clock, or another topic that is named as its sign.
+It waits for a simulator, and then prints `ready PORT`: one client may connect there, and use the protocol of a cell
+(`cellwright.middleware.wire.frames`). It ends when the client hangs up, when its stdin is closed, or when the simulator
+has ended. A simulator is present while /clock has a publisher, or another topic that an option names as its sign.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 if __name__ == "__main__":
-    # Cellwright's own package is not installed here, and needs what is not either: only these parts of it are loaded.
+    # Cellwright and its dependencies are not installed here: load only these parts of it.
     sys.path[:] = [folder for folder in sys.path if folder != str(Path(__file__).parent)]
     cellwright = types.ModuleType("cellwright")
     cellwright.__path__ = [str(Path(__file__).resolve().parents[3])]
@@ -42,10 +42,10 @@ from cellwright.middleware.ros1.bridge.node import (
 )
 from cellwright.middleware.ros1.bridge.ros_client import (
     CLOCK,
-    HeardTopic,
+    PublishedTopic,
     ServiceClient,
     ServiceGoneError,
-    SpokenTopic,
+    SubscribedTopic,
     discover_interface,
 )
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
@@ -53,9 +53,9 @@ from cellwright.middleware.ros1.bridge.tcpros import raw_type
 from cellwright.middleware.wire.frames import LONGEST_FRAME, Decoder, Frame, FrameError, Kind, read_advance, time_frame
 
 DECLARE = "relay:type"
-"""A service of the relay itself: the client tells it of a type that it will publish, as JSON: type, md5, definition."""
+"""Service of the relay itself: the client declares a type that it will publish, as JSON: type, md5, definition."""
 
-PATIENCE = 5.0  # how long connections may take to come about, and messages to come over them [s]
+PATIENCE = 5.0  # time for connections to be established, and for messages to arrive [s]
 _NAP = 0.002
 _SIMULATOR_NAP = 0.05
 _LOOK_AFTER = 0.5
@@ -64,11 +64,11 @@ _CLOCK_BYTES = 8
 
 
 class TimeStandsError(Exception):
-    """In lockstep, time will not pass any more; the text says why."""
+    """Lockstep time cannot advance any more; the text has the reason."""
 
 
 class Relay:
-    """Serves one client, which is told `welcome` first, for as long as somebody publishes the topic `sign`."""
+    """Server of one client, as long as the topic `sign` has a publisher; `welcome` is its first answer."""
 
     def __init__(
         self,
@@ -92,8 +92,8 @@ class Relay:
             for service in welcome["services"]
         }
         self._definitions: dict[str, dict[str, str]] = {}
-        self._heard: dict[str, HeardTopic] = {}
-        self._spoken: dict[str, SpokenTopic] = {}
+        self._heard: dict[str, SubscribedTopic] = {}
+        self._spoken: dict[str, PublishedTopic] = {}
         self._lockstep = bool(welcome["lockstep"])
         self._lock = threading.Lock()
         self._mail: dict[str, deque[tuple[tuple[int, ...], bytes]]] = {}
@@ -105,13 +105,13 @@ class Relay:
         loop.later(_LOOK_AFTER, self._look_after)
 
     def end(self, reason: str) -> None:
-        """Tell the client that it is over, and why; the relay ends as well."""
-        self._say(Frame(Kind.ENDED, payload=reason.encode()))
+        """Send the client the reason of the end, and end the relay."""
+        self._send(Frame(Kind.ENDED, payload=reason.encode()))
         self._connection.close_when_empty()
         self._loop.stop(0)
 
     def _look_after(self) -> None:
-        """See whether the cell is still there: it has signed off, or neither master nor sign is there any more."""
+        """Check that the cell still exists; end if it has signed off, or if master and sign are gone."""
         try:
             self._looks = _MOST_LOOKS if is_simulator_gone(self._master, self._sign) else 0
         except MasterGoneError:
@@ -128,7 +128,7 @@ class Relay:
                 self._act(frame)
         except FrameError as error:
             report(f"what the client says makes no sense: {error}")
-            self._say(_refusal(0, "UsageError", str(error)))
+            self._send(_refusal(0, "UsageError", str(error)))
             self._connection.close_when_empty()
             self._loop.stop(1)
 
@@ -154,10 +154,10 @@ class Relay:
         except MasterGoneError as error:
             answer = _refusal(frame.number, "ServiceFailedError", str(error))
         if answer is not None:
-            self._say(answer)
+            self._send(answer)
 
     def _answer_later(self, number: int, reason: str, end: float) -> None:
-        """Answer a call whose service hung up: the cell may be ending, and signs off a moment later."""
+        """Answer a call whose service hung up: the cell may be ending, and sign off a moment later."""
         try:
             is_over = is_simulator_gone(self._master, self._sign)
         except MasterGoneError:
@@ -165,11 +165,11 @@ class Relay:
         if is_over:
             self.end("the cell has ended")
         elif time.monotonic() > end:
-            self._say(_refusal(number, "ServiceFailedError", reason))
+            self._send(_refusal(number, "ServiceFailedError", reason))
         else:
             self._loop.later(_LOOK_AFTER / 5, lambda: self._answer_later(number, reason, end))
 
-    def _say(self, frame: Frame) -> None:
+    def _send(self, frame: Frame) -> None:
         self._connection.send(frame.encode())
 
     def _greet(self, frame: Frame) -> Frame:
@@ -182,10 +182,10 @@ class Relay:
         if topic is None:
             name = frame.name
             self._mail[name] = deque()
-            topic = HeardTopic(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
+            topic = SubscribedTopic(name, self._types.get(name, ""), lambda *message: self._take(name, *message))
             self._heard[name] = topic
         topic.add(frame.number)
-        if self._types.get(frame.name):  # one that nobody has is waited for, however long
+        if self._types.get(frame.name):  # an unknown topic is awaited without limit
             _wait(lambda: topic.is_connected)
         return Frame(Kind.DONE, frame.number)
 
@@ -196,7 +196,7 @@ class Relay:
                 topic.close()
 
     def _take(self, name: str, numbers: tuple[int, ...], data: bytes) -> None:
-        """Take a message, from a thread of rospy's."""
+        """Take a message, in a thread of rospy."""
         if self._lockstep:
             with self._lock:
                 self._mail[name].append((numbers, data))
@@ -205,7 +205,7 @@ class Relay:
 
     def _pass_on(self, numbers: tuple[int, ...], data: bytes) -> None:
         for number in numbers:
-            self._say(Frame(Kind.MESSAGE, number, payload=data))
+            self._send(Frame(Kind.MESSAGE, number, payload=data))
 
     def _publish(self, frame: Frame) -> Frame | None:
         if frame.name not in self._hearers:
@@ -218,7 +218,7 @@ class Relay:
                 return _refusal(frame.number, "MessageError", f"{frame.name} takes {theirs}, not {frame.type}")
             if known_type is None:
                 return _refusal(frame.number, "UsageError", f"the type {frame.type} has not been declared")
-            topic = SpokenTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
+            topic = PublishedTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
             self._spoken[frame.name] = topic
         elif topic.type != frame.type:
             return _refusal(frame.number, "MessageError", f"{frame.name} takes {topic.type}, not {frame.type}")
@@ -237,8 +237,8 @@ class Relay:
             known = ", ".join(sorted(self._services))
             return _refusal(frame.number, "UnknownNameError", f"unknown service {frame.name!r} (known: {known})")
         if self._lockstep and self._barrier != self._count():
-            self._step(0)  # what was published before must not be overtaken
-        # in lockstep no time passes while this waits: what needs some to be answered never would be
+            self._step(0)  # the call must not overtake earlier messages
+        # in lockstep no time passes during this wait: a service that needs some would never answer
         succeeded, payload = service.call(frame.payload, PATIENCE if self._lockstep else None)
         if succeeded:
             return Frame(Kind.ANSWER, frame.number, payload=payload)
@@ -251,12 +251,12 @@ class Relay:
         if not self._lockstep:
             return _refusal(frame.number, "UsageError", "time passes by itself here")
         while self._now < until:
-            if self._step(1) or each_tick:  # a nanosecond: that is the next tick
+            if self._step(1) or each_tick:  # a nanosecond: advances to the next tick
                 break
         return time_frame(frame.number, self._now)
 
     def _step(self, duration: int) -> bool:
-        """Let time pass [ns], and pass on what has come by then; whether there was anything. Else a TimeStandsError."""
+        """Advance time [ns], and deliver what arrived; True if there was anything. A TimeStandsError if it fails."""
         published = {topic.name: topic.published for topic in self._spoken.values()}
         self._barrier = self._count()
         try:
@@ -274,7 +274,7 @@ class Relay:
         return self._deliver([name for name, _ in sent])
 
     def _deliver(self, order: list[str]) -> bool:
-        """Pass on the mail, in the order of the topics' newest messages; whether there was any."""
+        """Deliver received messages, in the order of the topics' newest ones; return whether there were any."""
         has_mail = False
         for name in (*(name for name in self._mail if name not in order), *order):
             with self._lock:
@@ -292,7 +292,7 @@ class Relay:
 
 
 def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
-    """Whether nobody has a clock, or another sign, to publish any more."""
+    """True if the topic /clock, or another sign, has no publisher any more."""
     state = master.ask("getSystemState")
     return state is not None and all(name != sign for name, _ in state[0])
 
@@ -302,7 +302,7 @@ def _refusal(number: int, error: str, reason: str) -> Frame:
 
 
 def _wait(condition: Callable[[], bool]) -> bool:
-    """Wait a while for a connection; whether there is one."""
+    """Wait for a connection, for `PATIENCE` at most; return whether there is one."""
     end = time.monotonic() + PATIENCE
     while not condition():
         if time.monotonic() > end:
@@ -312,7 +312,7 @@ def _wait(condition: Callable[[], bool]) -> bool:
 
 
 def serve(node: str, patience: float, sign: str) -> int:
-    """Wait for a simulator [s], then for a client, and serve it; the exit status."""
+    """Wait for a simulator, for `patience` [s] at most, then for a client, and serve it; return the exit status."""
     listen_on_loopback()
     loop = Loop()
     loop.watch(sys.stdin, lambda: loop.stop(0) if not os.read(0, 4096) else None)
@@ -334,7 +334,7 @@ def serve(node: str, patience: float, sign: str) -> int:
 
 
 def _accept(loop: Loop, listener: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str) -> None:
-    """Take the one client on."""
+    """Accept the one client."""
     connection, _ = listener.accept()
     loop.forget(listener)
     listener.close()
@@ -353,7 +353,7 @@ def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dic
 
 
 def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int:
-    """Simulation time [ns]; 0 where nobody tells it."""
+    """Return simulation time [ns]; 0 if it has no publisher."""
     if welcome["lockstep"]:
         try:
             _, data = ServiceClient(master, node, STEP).call(step_request(0, {}))

@@ -1,4 +1,4 @@
-"""ROS client side of the relay: service calls, interface discovery, topics heard and published."""
+"""ROS client side of the relay: service calls, interface discovery, subscribed and published topics."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import PROTOCOL
 
-CONNECT_TIMEOUT = 5.0  # how long the other node may take to answer the handshake [s]
+CONNECT_TIMEOUT = 5.0  # time for the other node to answer the handshake [s]
 _LENGTH = struct.Struct("<I")
 _LONGEST = 16 << 20
 
 
 class ServiceGoneError(Exception):
-    """The service cannot be reached; the text says why."""
+    """The service cannot be reached; the text has the reason."""
 
 
 class ServiceClient:
-    """One service as a caller sees it; its checksum may be `*`, for whatever it has. It blocks."""
+    """Blocking client of one service; the checksum `*` accepts any type."""
 
     def __init__(self, master: Master, node: str, name: str, md5: str = ANY) -> None:
         self._master = master
@@ -38,17 +38,22 @@ class ServiceClient:
         self._connection: socket.socket | None = None
 
     def ask_type(self) -> tuple[str, str]:
-        """Name and checksum of the service's type; a ServiceGoneError if it cannot be reached."""
+        """Return name and checksum of the service's type; a ServiceGoneError if it cannot be reached."""
         connection, header = self._connect({"probe": "1"})
         connection.close()
         return header.get("type", ""), header.get("md5sum", "")
 
     def call(self, request: bytes, patience: float | None = None) -> tuple[bool, bytes]:
-        """Whether the call succeeded, and the response, or the reason why not.
+        """Call the service; return True and the response, or False and the error.
 
-        The answer may take so long [s], or for ever, for a step of time may take long. A connection that was broken
-        meanwhile is made anew, but a request is not sent twice. A ServiceGoneError if it cannot be reached, or went
-        before it answered.
+        A broken connection is opened again, but a request is not sent twice.
+
+        Args:
+            request: bytes of the request.
+            patience: timeout [s]; None for none, since a step of time may take long.
+
+        Raises:
+            ServiceGoneError: the service cannot be reached, or ended before it answered.
         """
         if self._connection is not None and _is_broken(self._connection):
             self.close()
@@ -100,8 +105,8 @@ class ServiceClient:
 
 
 def _is_broken(connection: socket.socket) -> bool:
-    """Whether the other side has hung up. It says nothing unasked."""
-    connection.setblocking(False)  # a limit of time that an earlier call has set would be waited for
+    """True if the peer has hung up. It sends nothing without a request."""
+    connection.setblocking(False)  # else `recv` would wait for the timeout of an earlier call
     try:
         return connection.recv(1, socket.MSG_PEEK) == b""
     except (BlockingIOError, InterruptedError):
@@ -132,7 +137,7 @@ _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
 def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
-    """WELCOME for what is there, without the time; None while nobody publishes the topic `sign`."""
+    """Return WELCOME for the present interface, without the time; None while the topic `sign` has no publisher."""
     state, types = master.ask("getSystemState"), dict(master.ask("getTopicTypes") or ())
     if state is None:
         return None
@@ -160,7 +165,7 @@ def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str
             continue
         try:
             type_name, md5 = ServiceClient(master, node, name).ask_type()
-        except ServiceGoneError:  # left behind by a node that is gone
+        except ServiceGoneError:  # registered by a node that is gone
             continue
         services.append({"name": name, "type": type_name, "md5": md5, "node": servers[name][0]})
     return {
@@ -175,10 +180,10 @@ def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str
     }
 
 
-class HeardTopic:
-    """A topic that the client listens to, by any number of subscriptions.
+class SubscribedTopic:
+    """Topic with any number of the client's subscriptions.
 
-    `deliver` takes their numbers and a message, from rospy's threads.
+    Threads of rospy call `deliver` with their numbers and a message.
     """
 
     def __init__(self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]) -> None:
@@ -193,35 +198,35 @@ class HeardTopic:
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a publisher that it gets messages of: one that has answered its handshake."""
+        """True if a publisher has answered the handshake, and so sends messages."""
         return any(connection.header for connection in self._subscriber.impl.connections)
 
     @property
     def is_wanted(self) -> bool:
-        """Whether there is a subscription."""
+        """True if there is a subscription."""
         return bool(self._numbers)
 
     def add(self, number: int) -> None:
-        """Add a subscription; what is latched comes at once."""
+        """Add a subscription; a latched message comes at once."""
         with self._changed:
             self._numbers = (*self._numbers, number)
             if self._latched is not None:
                 self._deliver((number,), self._latched)
 
     def remove(self, number: int) -> bool:
-        """Remove a subscription; whether it was one of this topic."""
+        """Remove a subscription; return whether it was one of this topic."""
         with self._changed:
             was_there = number in self._numbers
             self._numbers = tuple(each for each in self._numbers if each != number)
         return was_there
 
     def wait_for(self, count: int, patience: float) -> bool:
-        """Wait until so many messages have come since the publisher was connected to; whether they did in time [s]."""
+        """Wait until `count` messages have come since the connection to the publisher; False after `patience` [s]."""
         with self._changed:
             return self._changed.wait_for(lambda: self._received >= count, patience)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         self._subscriber.unregister()
 
     def _take(self, message: Any) -> None:
@@ -236,22 +241,22 @@ class HeardTopic:
             self._changed.notify_all()
 
 
-class SpokenTopic:
-    """A topic that the client publishes on."""
+class PublishedTopic:
+    """Topic that the client publishes."""
 
     def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:
         self.name = name
         self.type = type_name
-        self.published = 0  # how many messages there were
+        self.published = 0  # number of messages
         self._has_header = has_header(definition)
         self._class = raw_type(type_name, md5, definition)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it recommends a queue; nothing is to wait here
+            warnings.simplefilter("ignore")  # it recommends a queue; here nothing must wait
             self._publisher = rospy.Publisher(name, self._class, tcp_nodelay=True, queue_size=None)
 
     @property
     def is_connected(self) -> bool:
-        """Whether somebody hears it."""
+        """True if it has a subscriber."""
         return bool(self._publisher.get_num_connections())
 
     def publish(self, data: bytes) -> None:

@@ -1,11 +1,11 @@
-"""Services of the bridge: calls passed on to the cell, and time in lockstep as a service.
+"""Services of the bridge: calls forwarded to the cell, and lockstep time as a service.
 
-A service that takes a request and gives no answer fails the call as a C++ service does that returns false. A request
-that is refused fails it too, with the reason.
+A service without an answer fails the call, like a C++ service that returns false. A refused request also fails it, with
+the reason.
 
-A caller may say how many messages it has published on which topics; then the step waits for them, since they come by
-other connections and might be overtaken. The answer says how many messages the caller has been sent on each topic that
-it subscribes to, so that it can wait for them in turn: the same program gets the same result on any host.
+A caller may give the number of messages that it has published on each topic. Then the step waits for them, since they
+use other connections, which it might overtake. The response has the number of messages sent to the caller on each of
+its topics, so that the caller can wait for them: the same program gets the same result on any host.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_byte
 from cellwright.middleware.ros1.bridge.topics import CommandTopic
 from cellwright.middleware.wire.frames import LONGEST_SAID, Frame, FrameError, Kind, advance, read_time
 
-NO_ANSWER = "ServiceFailedError"  # the error of a service that gives no answer, which is told without a reason
+NO_ANSWER = "ServiceFailedError"  # error of a service without an answer; it is reported without a reason
 _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BI")
 
 Handler = Callable[["Caller", bytes], None]
-"""Takes who calls, to be responded to, and the request; called by the loop's thread."""
+"""Takes the caller to respond to, and the request; called by the loop's thread."""
 
 
 class Service:
@@ -49,11 +49,11 @@ class Service:
         self.uri = f"rosrpc://{host}:{port}"
 
     def register(self) -> None:
-        """Announce the service to the master."""
+        """Register the service with the master."""
         get_service_manager().register(self.resolved_name, self)
 
     def take(self, connection: socket.socket, header: Header) -> str | None:
-        """Take on a caller's connection, or say why not."""
+        """Accept a caller's connection; else return the reason."""
         if header["md5sum"] not in (ANY, self.md5sum):
             return f"{self.resolved_name} has md5sum {self.md5sum}, not {header['md5sum']}"
         Caller(self, self._loop, connection, header)
@@ -61,7 +61,7 @@ class Service:
 
 
 class Caller:
-    """A connection of somebody who calls: one request, or one after the other on a persistent one."""
+    """Connection of a caller: for one request, or for consecutive ones if it is persistent."""
 
     def __init__(self, service: Service, loop: Loop, connection: socket.socket, header: Header) -> None:
         self._service = service
@@ -88,11 +88,11 @@ class Caller:
 
     @property
     def is_gone(self) -> bool:
-        """Whether nobody waits for a response any more."""
+        """True if the caller has hung up."""
         return self._connection.is_closed
 
     def respond(self, succeeded: bool, response: bytes) -> None:  # noqa: FBT001
-        """Answer the request with a response, or with the reason why there is none."""
+        """Answer the request with a response, or with an error."""
         self._connection.send(_HEAD.pack(succeeded, len(response)) + response)
         if not self._is_persistent:
             self._connection.close_when_empty()
@@ -107,7 +107,7 @@ class Caller:
         self._handle()
 
     def _handle(self) -> None:
-        """Hand the next request over, if it is there and none is being answered."""
+        """Handle the next request, if it has arrived and none is pending."""
         data = self._data
         if self._is_busy or self._connection.is_closed or len(data) < _LENGTH.size:
             return
@@ -125,12 +125,12 @@ class Caller:
 
 
 def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Service:
-    """The service, as WELCOME describes it, that passes everything on to the cell."""
+    """Return a service that WELCOME describes, which forwards everything to the cell."""
     name, type_name = service["name"], service["type"]
 
     def handle(caller: Caller, request: bytes) -> None:
         def answered(frame: Frame) -> None:
-            if frame.kind is Kind.DONE:  # in lockstep: it takes time, which others may let pass
+            if frame.kind is Kind.DONE:  # in lockstep: it takes time, which other callers may advance
                 link.ask_again(frame.number, answered)
             elif frame.kind is Kind.ANSWER:
                 caller.respond(True, frame.payload)
@@ -146,33 +146,33 @@ def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Servi
 
 
 def one_line(text: str) -> bytes:
-    """A reason as ROS carries it."""
+    """Return a reason as one line of bytes, as ROS carries it."""
     return " ".join(text.split()).encode()
 
 
 STEP_SERVICE = "/cellwright/step"
-MESSAGE_TIMEOUT = 5.0  # how long published messages may take to come [s]
+MESSAGE_TIMEOUT = 5.0  # time for published messages to arrive [s]
 
 FRESH = 0.05
-"""How long [s] of wall time the last answer of the cell tells the time, after which it is asked again: there may be
-others that let time pass. Those that do so at the same moment wait for the same time."""
+"""Wall time [s] for which the cell's last answer counts as the current time; others may advance it too, so it is
+requested again then. Callers that step at the same moment wait for the same time."""
 
 _NANOSECONDS = 1_000_000_000
 
 
 @dataclass
 class Step:
-    """A step that somebody has asked for."""
+    """Requested step of time."""
 
     caller: Caller
     duration: int  # [ns]
-    published: dict[str, int]  # how many messages the caller has published, by topic
-    end: float = 0.0  # when the step fails for lack of messages; wall time [s]
+    published: dict[str, int]  # number of messages that the caller has published, by topic
+    end: float = 0.0  # wall time [s] at which the step fails for lack of messages
     until: int | None = None  # simulation time at its end [ns]; None before it has begun
 
 
 class StepService:
-    """Carries out steps, one after the other; `topics` are those that the cell hears."""
+    """Service that carries out steps, one after the other; `topics` are those that the cell receives."""
 
     def __init__(self, loop: Loop, link: LinkClient, topics: dict[str, CommandTopic], sent: DeliveryCounter) -> None:
         self._loop = loop
@@ -205,7 +205,7 @@ class StepService:
                 self._begin()
 
     def look(self) -> None:
-        """See whether the messages have come that the step waits for. Called by the loop's thread."""
+        """Check whether the messages that the step waits for have come. Called by the loop's thread."""
         if not self._steps or self._is_advancing:
             return
         step = self._steps[0]

@@ -1,4 +1,4 @@
-"""ROS's own robot_state_publisher as a child of the bridge: it makes the frames of the arm of joint states."""
+"""ROS's own robot_state_publisher as a child of the bridge: it computes the arm's frames from joint states."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _LONGEST_PAUSE = 30.0
 _STAYED = 10.0
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _EXPECTED = re.compile(r"root link \S+ has an inertia")
-"""It warns of that with every robot whose base is described with a mass, and there is nothing to be done about it."""
+"""Its harmless warning for every robot whose base has a mass."""
 
 
 def find_state_publisher() -> str | None:
-    """The path of the program; None if it is not installed."""
+    """Return the path of the program; None if it is not installed."""
     prefixes = [prefix for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if prefix.startswith("/")]
     for root in (*PLACES, *(f"{prefix}/lib/robot_state_publisher" for prefix in prefixes)):
         for folder in sorted(Path("/").glob(root.lstrip("/"))):
@@ -38,7 +38,7 @@ def find_state_publisher() -> str | None:
 
 
 class StatePublisher:
-    """The program, started again when it ends."""
+    """Child process of the program, started again when it ends."""
 
     def __init__(self, loop: Loop, program: str) -> None:
         self._loop = loop
@@ -55,17 +55,17 @@ class StatePublisher:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it runs at this moment."""
+        """True if it runs."""
         return self._process.poll() is None
 
     def begin_to_stop(self) -> None:
-        """Tell it to end; it then signs off at the master."""
+        """Send it the signal to end; it then signs off at the master."""
         self._is_stopping = True
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
 
     def stop(self, patience: float) -> None:
-        """Wait until it has ended [s], and end it by force after that."""
+        """Wait for its end, and kill it after `patience` [s]."""
         try:
             self._process.wait(patience)
         except subprocess.TimeoutExpired:
@@ -78,7 +78,7 @@ class StatePublisher:
         tether = [str(Path(link.__file__).with_name("tether.py")), str(os.getpid()), str(int(signal.SIGINT))]
         command = [sys.executable, "-I", "-S", *tether, *self._arguments]
         self._began = time.monotonic()
-        # its name is absolute: a namespace of the shell, or of a group in a launch file, is for other nodes
+        # its name is absolute: namespaces of the shell, or of a group in a launch file, are for other nodes
         environment = {name: value for name, value in os.environ.items() if name != "ROS_NAMESPACE"}
         self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603 - a program found on this machine
             command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
@@ -104,7 +104,7 @@ class StatePublisher:
         self._pipe.close()
         try:
             status = self._process.wait(1.0)
-        except subprocess.TimeoutExpired:  # it has closed its output, and lives: of no use any more
+        except subprocess.TimeoutExpired:  # it has closed its output, and still runs: useless now
             self._process.kill()
             status = self._process.wait()
         if self._is_stopping:

@@ -1,7 +1,7 @@
 """TCPROS: handshakes, opaque message classes, and the server where other nodes connect.
 
-It stands in for rospy's server, which reads a handshake in the thread that accepts, so that one silent connection shuts
-out all others, and which has a thread for each connection from then on.
+The server replaces rospy's, which reads a handshake in the thread that accepts: one silent connection blocks all
+others. From then on, rospy's has a thread for each connection.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from cellwright.middleware.ros1.bridge.loop import Loop
 
 
 def handshake_bytes(fields: Mapping[str, str]) -> bytes:
-    """The bytes of a handshake."""
+    """Return the bytes of a handshake."""
     return bytes(encode_ros_handshake_header(fields))
 
 
-ANY = "*"  # checksum and type that stand for whatever the other side has
+ANY = "*"  # checksum and type that match any
 
 
 def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
-    """A message class of rospy's whose messages hold their bytes as `data` and are otherwise opaque."""
+    """Return a rospy message class whose messages have their bytes as `data` and are otherwise opaque."""
     namespace = {
         "__slots__": (),
         "__init__": _hold,
@@ -46,19 +46,19 @@ def _hold(self: Any, data: bytes = b"") -> None:
     self._buff = data
 
 
-LONGEST_HANDSHAKE = 1 << 20
-HANDSHAKE_TIMEOUT = 10.0  # how long a connection may take to say what it wants [s]
+MAX_HANDSHAKE_BYTES = 1 << 20
+HANDSHAKE_TIMEOUT = 10.0  # time for a connection to complete its handshake [s]
 _PIECE = 1 << 16
 _LENGTH = struct.Struct("<I")
 _PAUSE = 0.5
 
 Header = Dict[str, str]
 Taker = Callable[[socket.socket, Header], Optional[str]]
-"""Takes a connection over, with what its handshake said; or says why not."""
+"""Takes over a connection with its handshake's header; else returns the reason."""
 
 
 class TcprosServer:
-    """Accepts connections and gives them to the topic or service that they name."""
+    """Server that accepts connections and hands them to the topic or service that they name."""
 
     def __init__(self, loop: Loop) -> None:
         self.topics: dict[str, Taker] = {}
@@ -74,11 +74,11 @@ class TcprosServer:
         self._watch()
 
     def get_full_addr(self) -> tuple[str, int]:
-        """Host and port, as rospy tells them to other nodes."""
+        """Return host and port, as rospy reports them to other nodes."""
         return rosgraph.network.get_host_name(), self._listener.getsockname()[1]
 
     def shutdown(self) -> None:
-        """Called by rospy when the node ends; the sockets end with the process."""
+        """Do nothing: rospy calls this at the node's end, and the sockets end with the process."""
 
     def _watch(self) -> None:
         self._loop.watch(self._listener, self._accept)
@@ -88,17 +88,17 @@ class TcprosServer:
             connection, address = self._listener.accept()
         except (BlockingIOError, InterruptedError, ConnectionError):
             return
-        except OSError:  # too many are open: some may be gone in a while
+        except OSError:  # too many are open: some may close soon
             self._loop.forget(self._listener)
             self._loop.later(_PAUSE, self._watch)
             return
         connection.setblocking(False)
-        with contextlib.suppress(OSError):  # it is gone again: reading will tell
+        with contextlib.suppress(OSError):  # it is gone again: reading detects it
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         Handshake(self._loop, connection, lambda header: self._route(connection, address, header))
 
     def _route(self, connection: socket.socket, address: Any, header: Header) -> None:
-        """Give a connection to whom it is for, or tell it why not."""
+        """Hand a connection to its topic or service, or refuse it with the reason."""
         kind = "topic" if "topic" in header else "service"
         takers, theirs = {
             "topic": (self.topics, self._rospy.topic_connection_handler),
@@ -109,7 +109,7 @@ class TcprosServer:
             refuse(self._loop, connection, f"the handshake lacks the field {missing[0]}")
             return
         taker = takers.get(header[kind])
-        if taker is None:  # one of rospy's own: the logs, and the services that set their level
+        if taker is None:  # rospy's own: the logs, and the services that set their level
             self._loop.forget(connection)
             threading.Thread(target=_give_away, args=(theirs, connection, address, header), daemon=True).start()
             return
@@ -120,7 +120,7 @@ class TcprosServer:
 
 
 class Handshake:
-    """A connection that has not said yet what it wants; given up after a while."""
+    """Pending handshake of a connection, closed after a timeout."""
 
     def __init__(self, loop: Loop, connection: socket.socket, on_header: Callable[[Header], None]) -> None:
         self._loop = loop
@@ -142,7 +142,7 @@ class Handshake:
         if len(self._data) < _LENGTH.size:
             return
         (length,) = _LENGTH.unpack_from(self._data)
-        if length > LONGEST_HANDSHAKE:
+        if length > MAX_HANDSHAKE_BYTES:
             self._give_up()
         elif len(self._data) >= _LENGTH.size + length:
             try:
@@ -161,19 +161,19 @@ class Handshake:
 
 
 def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
-    """Tell the other side why its connection is not taken, and close it."""
+    """Send the peer the reason of the refusal, and close its connection."""
     refused = BufferedConnection(loop, connection)
     refused.send(handshake_bytes({"error": reason}))
     refused.close_when_empty()
 
 
 def _give_away(handler: Callable[..., str | None], connection: socket.socket, address: Any, header: Header) -> None:
-    """Let rospy handle a connection; it may block."""
+    """Hand a connection to rospy; this may block."""
     try:
         connection.settimeout(HANDSHAKE_TIMEOUT)
         reason = handler(connection, address, header)
         if reason is not None:
             connection.sendall(handshake_bytes({"error": reason}))
             connection.close()
-    except Exception:  # whatever rospy makes of a connection that breaks: it costs that connection
+    except Exception:  # any error of rospy with a broken connection: it costs only that connection
         connection.close()

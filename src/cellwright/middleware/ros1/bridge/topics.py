@@ -1,15 +1,15 @@
 """Topics of the bridge: publications of the cell in ROS, and ROS commands to the cell.
 
-The cell is asked for a topic only while somebody subscribes to it, since what nobody hears is not worth making. What
-is announced once, such as an order, is listened to all the time. All of this belongs to the loop's thread: that a
-subscriber is there and what is published never cross, so that it gets what is latched once, and nothing twice.
+The bridge subscribes to a topic of the cell only while it has a subscriber in ROS, since building messages costs time.
+To topics with single events, such as orders, it subscribes all the time. All of this belongs to the loop's thread:
+there is no race between new subscribers and messages, so that each gets the latched message once, and nothing twice.
 
-A subscriber's handshake is answered when the cell has answered the bridge's own subscription, and so after what is
-latched has come. In lockstep a program connects to one topic after another, and gets what is latched in that order,
-whether others listened to a topic before or not.
+A subscriber's handshake is answered when the cell has answered the bridge's own subscription, and so after latched
+messages have come. In lockstep a program connects to one topic after another, and gets latched messages in that order,
+even if a topic had other subscribers before.
 
-The cell carries commands out at its own pace. Of each topic one message is with the cell, the others wait here: up to a
-number, beyond which the oldest is dropped and counted.
+The cell carries out commands at its own pace. Of each topic one message is with the cell, and the others wait here, up
+to a limit; beyond it the oldest is dropped and counted.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_byte
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 
 PUBLICATION_QUEUE = 1000
-"""So many messages wait for a subscriber that does not read; then the oldest is dropped."""
-MAX_PUBLICATION_BYTES = 64 << 20  # so many bytes of them at most: pictures are large
-LOCKSTEP_QUEUE = 1_000_000  # the same in lockstep, where nothing must be lost
+"""Messages that may wait for a subscriber that does not read; then the oldest is dropped."""
+MAX_PUBLICATION_BYTES = 64 << 20  # bytes of them: pictures are large
+LOCKSTEP_QUEUE = 1_000_000  # the same number in lockstep, where nothing must be lost
 _PREFIX = struct.Struct("<I")
 _COUNTED = struct.Struct("<II")
 _identities = itertools.count(1)
 
 
 class Publication(ManagedTopic):
-    """One topic, described by WELCOME, as rospy's topic manager and the TCPROS server know it.
+    """Published topic from WELCOME, for rospy's topic manager and the TCPROS server.
 
-    With a `node` only messages of that node in the cell are wanted. In lockstep `sent` counts what callers were sent.
+    With a `node` it carries only messages of that node in the cell. In lockstep `sent` counts messages to callers.
     """
 
     def __init__(
@@ -66,17 +66,17 @@ class Publication(ManagedTopic):
         self._newest: bytes | None = None
         self._count = 0
         self._peers: list[Peer] = []
-        self._waiting: list[Peer] = []  # whose handshakes are not answered yet
+        self._waiting: list[Peer] = []  # without an answer to their handshakes yet
         self._subscription: int | None = None
-        self._is_answered = False  # whether the cell has answered the subscription
-        self._tally = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
+        self._is_answered = False  # true if the cell has answered the subscription
+        self._drops = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
         self.md5sum = topic["md5"]
         self.definition = topic["definition"]
         if self._always:
             self._listen()
 
     def take(self, connection: socket.socket, header: Header) -> str | None:
-        """Take on a subscriber, which gets what is latched at once; or say why not."""
+        """Accept a subscriber, which gets a latched message at once; else return the reason."""
         for field, mine in (("type", self.type), ("md5sum", self.md5sum)):
             theirs = header.get(field, ANY)
             if theirs not in (ANY, mine):
@@ -97,7 +97,7 @@ class Publication(ManagedTopic):
 
     @property
     def is_behind(self) -> bool:
-        """Whether messages wait for a subscriber that reads."""
+        """True if messages wait for a subscriber that reads."""
         return any(peer.connection.is_behind for peer in self._peers)
 
     def lost(self, peer: Peer) -> None:
@@ -111,23 +111,23 @@ class Publication(ManagedTopic):
         if not (self._peers or self._waiting or self._always) and self._subscription is not None:
             self._link.unsubscribe(self._subscription)
             self._subscription = None
-            self._newest = None  # it would be old by the time that somebody comes
+            self._newest = None  # it would be outdated for the next subscriber
 
     def dropped(self, peer: Peer) -> None:
-        """Count a message that a subscriber did not read in time."""
-        self._tally.count(f"{peer.caller} on {self.name}")
+        """Count a message that was dropped because a subscriber is too slow."""
+        self._drops.count(f"{peer.caller} on {self.name}")
 
     def _listen(self) -> None:
         self._is_answered = False
         self._subscription = self._link.subscribe(self.name, self._node, self._publish, self._answered)
 
     def _answered(self, answer: Frame) -> None:
-        if answer.number == self._subscription:  # else it is that of one that was ended since
+        if answer.number == self._subscription:  # else it is the answer of an ended subscription
             self._is_answered = True
             self._welcome()
 
     def _welcome(self) -> None:
-        """Answer the handshakes of those who wait; each gets what is latched at once."""
+        """Answer the handshakes of waiting subscribers; each gets a latched message at once."""
         waiting, self._waiting = self._waiting, []
         header = {
             "topic": self.name,
@@ -146,7 +146,7 @@ class Publication(ManagedTopic):
                 self._give(peer, self._newest)
 
     def _publish(self, payload: bytes) -> None:
-        if self._has_header:  # it begins with the number of the message, which only its publisher knows
+        if self._has_header:  # it begins with the message's number, which only its publisher knows
             data = _COUNTED.pack(len(payload), self._count) + payload[4:]
             self._count = (self._count + 1) & 0xFFFFFFFF
         else:
@@ -164,21 +164,21 @@ class Publication(ManagedTopic):
             self._sent.count(peer.caller, self.name)
 
     def get_stats_info(self) -> list[Any]:
-        """The connections, as `rosnode info` wants to know them."""
+        """Return the connections, for `rosnode info`."""
         return [
             (peer.identity, peer.caller, "o", "TCPROS", self.name, True, peer.description)
             for peer in tuple(self._peers)
         ]
 
     def get_stats(self) -> Any:
-        """How much was sent, as the slave API's getBusStats wants to know it."""
+        """Return the amount of sent data, for the slave API's getBusStats."""
         peers = tuple(self._peers)
         total = sum(peer.bytes for peer in peers)
         return self.name, total, [(peer.identity, peer.bytes, peer.messages, True) for peer in peers]
 
 
 class Peer:
-    """A subscriber's connection, for which `queue` messages may wait."""
+    """Connection of a subscriber, for which `queue` messages may wait."""
 
     def __init__(
         self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
@@ -188,18 +188,18 @@ class Peer:
         self.messages = 0
         self.bytes = 0
         self.description = _describe_connection(connection)
-        self.connection = BufferedConnection(  # a subscriber has nothing to say but that it leaves
+        self.connection = BufferedConnection(  # a subscriber sends nothing and only hangs up
             loop,
             connection,
             on_end=lambda: publication.lost(self),
             limit=queue,
-            most=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
+            max_bytes=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
             on_drop=lambda: publication.dropped(self),
         )
 
 
 def _describe_connection(connection: socket.socket) -> str:
-    """A connection as `rosnode info` reads it."""
+    """Return the text of a connection that `rosnode info` reads."""
     try:
         here, there = connection.getsockname(), connection.getpeername()
     except OSError:
@@ -207,15 +207,15 @@ def _describe_connection(connection: socket.socket) -> str:
     return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {connection.fileno()}]"
 
 
-COMMAND_QUEUE = 100  # so many messages of a topic wait for the cell
-MAX_COMMAND_BYTES = 64 << 20  # so many bytes of them at most, also where their number has no limit
+COMMAND_QUEUE = 100  # messages of a topic that may wait for the cell
+MAX_COMMAND_BYTES = 64 << 20  # bytes of them, even if their number has no limit
 
 
 class CommandTopic:
-    """One topic, described by WELCOME and subscribed to in ROS.
+    """Command topic from WELCOME, subscribed to in ROS.
 
     Messages come in rospy's threads, one for each publisher. At most `queue` of them wait for the cell. In lockstep
-    they are counted, and `on_handed_over` is called when one has been given to the cell.
+    they are counted, and `on_handed_over` is called after each message to the cell.
     """
 
     def __init__(
@@ -235,7 +235,7 @@ class CommandTopic:
         self._bytes = 0
         self._is_busy = False
         self._counts: dict[str, tuple[Header, int]] = {}
-        self._tally = ThrottledLog(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
+        self._drops = ThrottledLog(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
         self._unfit = ThrottledLog(loop, "{count} messages on {subject} are too long to be carried, and not taken")
         self.name = topic["name"]
         self._type = topic["type"]
@@ -243,7 +243,7 @@ class CommandTopic:
         self._subscriber = rospy.Subscriber(self.name, data_class, self._take, tcp_nodelay=True)
 
     def handed_over(self, caller: str) -> int:
-        """How many messages of a node have been given to the cell since it connected; in lockstep."""
+        """Return the number of a node's messages to the cell since it connected; in lockstep."""
         with self._lock:
             _, count = self._counts.get(caller, ({}, 0))
             return count
@@ -261,15 +261,15 @@ class CommandTopic:
             if not self._is_busy:
                 self._hand_over()
         for _ in range(dropped):
-            self._tally.count(self.name)
+            self._drops.count(self.name)
 
     def _is_full(self, more: int) -> bool:
-        """Whether there is no room for a message of so many bytes."""
+        """True if there is no room for a message of so many bytes."""
         is_crowded = self._queue is not None and len(self._waiting) >= self._queue
         return is_crowded or self._bytes + more > MAX_COMMAND_BYTES
 
     def _hand_over(self) -> None:
-        """Give the cell the message that has waited longest; under the lock."""
+        """Send the cell the message that has waited longest; under the lock."""
         while self._waiting:
             header, data = self._waiting.popleft()
             self._bytes -= len(data)
@@ -288,7 +288,7 @@ class CommandTopic:
         self._is_busy = False
 
     def _count(self, header: Header) -> None:
-        """Count a message of a node as done with; in lockstep."""
+        """Count a message of a node as handled; in lockstep."""
         if self._on_handed_over is not None:
             caller = header.get("callerid", "")
             before, count = self._counts.get(caller, (header, 0))
@@ -296,7 +296,7 @@ class CommandTopic:
             self._on_handed_over()
 
     def _answered(self, _frame: Frame) -> None:
-        """The cell is done with one; that it was refused, and why, the cell says itself."""
+        """Send the next message after an answer; the cell itself reports refusals."""
         with self._lock:
             self._is_busy = False
             self._hand_over()

@@ -1,6 +1,6 @@
-"""What the process of a cell, or of a robot, does for ROS 1: finds it, has a master, keeps the bridge going.
+"""ROS 1 side of a cell's or robot's process: finds ROS 1, provides a master, and supervises the bridge.
 
-Nothing of ROS is imported here: the bridge is a process of its own, under the interpreter that has rospy.
+Nothing of ROS is imported here: the bridge is a separate process, under the interpreter that has rospy.
 """
 
 from cellwright.middleware.ros1.host.ros1 import Ros1

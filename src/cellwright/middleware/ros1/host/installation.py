@@ -1,4 +1,4 @@
-"""Where ROS 1 is on this machine: an interpreter that has rospy, and its programs."""
+"""Installation of ROS 1 on this machine: an interpreter that has rospy, and its programs."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from pathlib import Path
 from cellwright.util.errors import UsageError
 
 PYTHON_VARIABLE = "CELLWRIGHT_ROS1_PYTHON"
-"""Environment variable: the interpreter to take, whatever else there is."""
+"""Environment variable: the interpreter that takes precedence over all others."""
 
 SYSTEM_PYTHON = "/usr/bin/python3"
 HOW_TO_GET_IT = (
     "on Debian 12 and Ubuntu: scripts/install-ros1, or apt install ros-core ros-robot-state-publisher; "
     f"another Python that has rospy is named by {PYTHON_VARIABLE}"
 )
-"""The end of a sentence that begins with what is missing."""
+"""End of a sentence that begins with the missing part."""
 
 _LOOK = "import importlib.util, sys; sys.exit(importlib.util.find_spec('rospy') is None)"
 _PATIENCE = 20.0  # [s]
@@ -27,18 +27,18 @@ _PATIENCE = 20.0  # [s]
 
 @dataclass(frozen=True)
 class Installation:
-    """An installation of ROS 1: an interpreter that has rospy, and the whole environment that programs need."""
+    """Installation of ROS 1: an interpreter that has rospy, and the whole environment that programs need."""
 
     python: str
     environment: Mapping[str, str]
     prefixes: tuple[Path, ...]  # folders with `lib/<package>/<program>`
 
     def program(self, name: str) -> str | None:
-        """The path of a program on the search path; None if it is not there."""
+        """Return the path of a program on the search path; None if it does not exist."""
         return shutil.which(name, path=self.environment.get("PATH"))
 
     def node(self, package: str, name: str) -> str | None:
-        """The path of a node; None if it is not there."""
+        """Return the path of a node; None if it does not exist."""
         for prefix in self.prefixes:
             path = prefix / "lib" / package / name
             if os.access(path, os.X_OK):
@@ -47,10 +47,10 @@ class Installation:
 
 
 def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/opt/ros")) -> Installation:
-    """The ROS 1 of this machine: the one that is named, else the one of the shell, of /opt/ros, of the system.
+    """Return the ROS 1 of this machine: of `PYTHON_VARIABLE`, else of the shell, of /opt/ros, of the system.
 
     Raises:
-        UsageError: there is none; the text says how to get one.
+        UsageError: there is none; the text has installation instructions.
     """
     here = dict((os.environ if environment is None else environment).items())
     here.pop("PYTHONHOME", None)
@@ -72,7 +72,7 @@ def _installation(python: str, environment: Mapping[str, str]) -> Installation:
 
 
 def _sourced(root: Path, environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
-    """The environment after each installation's own setup, the newest first by name."""
+    """Yield the environment after each installation's own setup, the newest first by name."""
     for setup in sorted(root.glob("*/setup.bash"), reverse=True):
         if not (setup.parent / "bin" / "rosmaster").exists():  # ROS 2 installs itself there too
             continue
@@ -88,7 +88,7 @@ def _has_rospy(python: str, environment: Mapping[str, str]) -> bool:
 
 
 def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.CompletedProcess[bytes] | None:
-    """What a program did; None if it could not be started, or took too long."""
+    """Run a program; return None if it could not be started, or took too long."""
     try:
         return subprocess.run(  # noqa: S603
             command,
@@ -97,7 +97,7 @@ def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.Compl
             capture_output=True,
             timeout=_PATIENCE,
             check=False,
-            start_new_session=True,  # a Ctrl-C on the terminal would make it say no
+            start_new_session=True,  # else a Ctrl-C on the terminal would make it fail
         )
     except (OSError, subprocess.TimeoutExpired):
         return None
@@ -105,28 +105,28 @@ def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.Compl
 
 @dataclass(frozen=True, slots=True)
 class RosSystem:
-    """An installation of ROS 1: its prefix (`/usr` is Debian's), and the interpreter with rospy and the generators."""
+    """Prefix of a ROS 1 installation (`/usr` is Debian's), and the interpreter with rospy and the generators."""
 
     prefix: Path
     python: Path
 
     @property
     def generators(self) -> Path:
-        """The folder of genpy's programs."""
+        """Folder of genpy's programs."""
         return self.prefix / "lib" / "genpy"
 
     @property
     def share(self) -> Path:
-        """The folder of ROS packages."""
+        """Folder of ROS packages."""
         return self.prefix / "share"
 
     def has_package(self, name: str) -> bool:
-        """Whether it has a package of this name."""
+        """True if it has a package of this name."""
         return (self.share / name / "package.xml").is_file()
 
 
 def find_system() -> RosSystem:
-    """The ROS 1 of this machine.
+    """Return the ROS 1 of this machine.
 
     Raises:
         UsageError: there is none, or it cannot generate messages.
@@ -140,7 +140,7 @@ def find_system() -> RosSystem:
 
 
 def tool_environment(ros: RosSystem) -> dict[str, str]:
-    """The environment in which ROS's tools are started: this process's, but with ROS's Python modules alone."""
+    """Return the environment for ROS's tools: this process's, but with only ROS's Python modules."""
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
     modules = ros.prefix / "lib" / "python3" / "dist-packages"
     if modules.is_dir():

@@ -1,6 +1,6 @@
-"""ROS master: XML-RPC client with a timeout, and a master of our own where there is none.
+"""ROS master: XML-RPC client with a timeout, and an own master if there is none.
 
-They are started one by one and not by `roscore`, which would leave them behind if it were killed.
+Master and rosout are started separately, not by `roscore`, which would leave them behind if it were killed.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from cellwright.util.errors import CellwrightError, UsageError
 
 URI_VARIABLE = "ROS_MASTER_URI"
 DEFAULT_URI = "http://localhost:11311"
-CALL_TIMEOUT = 3.0  # how long [s] a call may last in all
+CALL_TIMEOUT = 3.0  # timeout of a whole call [s]
 _CALLER = "/cellwright"
 
 
 class MasterError(CellwrightError):
-    """The master gave no answer, or not the one that it should; the text says which."""
+    """The master gave no answer, or an unexpected one; the text says which."""
 
 
 class _Transport(xmlrpc.client.Transport):
-    """XML-RPC over a connection on which no single read or write lasts long."""
+    """XML-RPC transport with a timeout of each read and write."""
 
     def __init__(self, patience: float) -> None:
         super().__init__()
@@ -43,9 +43,12 @@ class _Transport(xmlrpc.client.Transport):
 
 
 class Master:
-    """A ROS master, which may be there or not, at an address as ROS_MASTER_URI has it (else a UsageError).
+    """Client of a ROS master, which may or may not run.
 
-    All calls that do not say otherwise raise a MasterError when it does not answer, or refuses.
+    Unless documented otherwise, all calls raise a MasterError if it does not answer, or refuses.
+
+    Raises:
+        UsageError: the address is not of the form of ROS_MASTER_URI.
     """
 
     def __init__(self, uri: str, patience: float = CALL_TIMEOUT) -> None:
@@ -61,14 +64,14 @@ class Master:
 
     @property
     def is_local(self) -> bool:
-        """Whether the address is one of this machine: a master that is missing there can be started."""
+        """True if the address is one of this machine, where a missing master can be started."""
         if self.host in ("localhost", "127.0.0.1", "::1"):
             return True
         names = {socket.gethostname(), socket.gethostname().partition(".")[0]}
         return self.host in names or self.host.startswith("127.")
 
     def answers(self) -> bool:
-        """Whether there is a master."""
+        """Return whether the master answers."""
         try:
             self._call(self.uri, "getPid")
         except MasterError:
@@ -76,7 +79,7 @@ class Master:
         return True
 
     def is_port_taken(self) -> bool:
-        """Whether something listens at the address, be it a master or not."""
+        """Return whether something listens at the address, a master or not."""
         try:
             socket.create_connection((self.host, self.port), timeout=self._patience).close()
         except OSError:
@@ -84,18 +87,19 @@ class Master:
         return True
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Set a parameter, or with a dictionary all that lie under a name."""
+        """Set a parameter, or with a dictionary all parameters under a name."""
         self._call(self.uri, "setParam", name, value)
 
     def parameter(self, name: str) -> Any | None:
-        """The value of a parameter; None if nobody has set it."""
+        """Return the value of a parameter; None if it is not set."""
         code, _, value = self._answer(self.uri, "getParam", name)
         return value if code == 1 else None
 
     def set_parameters(self, parameters: Mapping[str, Any]) -> None:
         """Set many parameters, nested in dictionaries by their names.
 
-        What others have beside them stays, down to the second level: `/gazebo` is not ours alone, `/ariac/arm` is.
+        Other parameters beside them stay, down to the second level: `/gazebo` may have some of other programs, but
+        `/ariac/arm` has not.
         """
         for name, value in parameters.items():
             if isinstance(value, Mapping):
@@ -105,7 +109,7 @@ class Master:
                 self.set_parameter(f"/{name}", value)
 
     def living_node(self, name: str) -> str | None:
-        """The address of a node that is registered and answers; None if there is none."""
+        """Return the address of a node that is registered and answers; None if there is none."""
         code, _, uri = self._answer(self.uri, "lookupNode", name)
         if code != 1:
             return None
@@ -116,7 +120,7 @@ class Master:
         return str(uri)
 
     def living_publishers(self, topic: str) -> list[str]:
-        """The nodes that publish a topic and answer."""
+        """Return the nodes that publish a topic and answer."""
         published, _, _ = self._call(self.uri, "getSystemState")
         nodes: list[Any] = next((nodes for name, nodes in published if name == topic), [])
         return [node for node in map(str, nodes) if self.living_node(node) is not None]
@@ -128,7 +132,7 @@ class Master:
         return value
 
     def _answer(self, uri: str, method: str, *arguments: Any) -> tuple[int, str, Any]:
-        """Code, text and value of an answer. A thread waits for it: a name can take minutes to look up."""
+        """Return code, text and value of an answer. A thread waits for it: a name can take minutes to resolve."""
         found: list[Any] = []
 
         def ask() -> None:
@@ -136,7 +140,7 @@ class Master:
                 with xmlrpc.client.ServerProxy(uri, _Transport(self._patience)) as proxy:
                     code, text, value = getattr(proxy, method)(_CALLER, *arguments)
                     found.append((int(code), str(text), value))
-            except Exception as error:  # the library raises all kinds of them when nonsense comes
+            except Exception as error:  # the library raises all kinds of errors for invalid answers
                 found.append(MasterError(f"{uri} gave no answer: {error}"))
 
         thread = threading.Thread(target=ask, name="ros-master", daemon=True)
@@ -150,15 +154,15 @@ class Master:
         return answer
 
 
-START_LIMIT = 15.0  # how long [s] a master may take to answer
+START_LIMIT = 15.0  # time [s] for a master to answer after its start
 _NAP = 0.02
 
 
 class OwnMaster:
-    """Runs a master, and again when it ends; `report` takes lines about that.
+    """Supervisor of an own master, which it starts again when it ends; `report` takes lines about that.
 
     Raises:
-        UsageError: there is no program to run, or something else listens at the address.
+        UsageError: rosmaster is not installed, or something else listens at the address.
     """
 
     def __init__(self, installation: Installation, master: Master, report: Callable[[str], None]) -> None:
@@ -174,14 +178,14 @@ class OwnMaster:
         self._patience = RestartDelay()
         self._again = 0.0
         self._is_left_to_others = False
-        self._said = ""
+        self._last_line = ""
         self._rosout: Child | None = None
         self._rosout_patience = RestartDelay()
         self._rosout_again: float | None = None
         self._child: Child | None = self._start()
 
     def wait(self, is_stopped: Callable[[], bool], *, limit: float = START_LIMIT) -> None:
-        """Wait until it answers, or until there is a wish to stop.
+        """Wait until it answers, or `is_stopped`.
 
         Raises:
             UsageError: it ended, or did not answer in time.
@@ -193,16 +197,16 @@ class OwnMaster:
             status = None if self._child is None else self._child.poll()
             if status is not None or time.monotonic() > end:
                 how = "does not answer" if status is None else how_it_ended(status)
-                raise UsageError(f"the ROS master that was started at {self._master.uri} {how}: {self._said}")
+                raise UsageError(f"the ROS master that was started at {self._master.uri} {how}: {self._last_line}")
             time.sleep(_NAP)
         self._start_rosout()
 
     def mark(self) -> None:
-        """Give the run an id, as `roslaunch` expects of a master."""
+        """Set the id of the run, as `roslaunch` expects of a master."""
         self._master.set_parameter("/run_id", str(uuid.uuid1()))
 
     def poll(self) -> None:
-        """Look after it; to be called often."""
+        """Check the processes, and restart those that ended; call it often."""
         if self._child is not None:
             status = self._child.poll()
             if status is None:
@@ -222,19 +226,19 @@ class OwnMaster:
                 self._start_rosout()
 
     def stop(self) -> None:
-        """End it."""
+        """End master and rosout."""
         self._stop_children()
 
     def _start(self) -> Child:
         return self._run([self._program, "--core", "-p", str(self._master.port)])
 
     def _start_rosout(self) -> None:
-        """The node that collects what others log; it waits for the master by itself."""
+        """Start the node that collects logs; it waits for the master."""
         if rosout := self._installation.node("rosout", "rosout"):
             self._rosout = self._run([rosout])
 
     def _look_after_rosout(self) -> None:
-        """Start it again if it alone has ended; without it what programs log is lost, and nothing else."""
+        """Restart rosout if it alone has ended; without it only the logs of programs are lost."""
         if self._rosout is not None and (status := self._rosout.poll()) is not None:
             self._rosout_again = time.monotonic() + self._rosout_patience.after(time.monotonic() - self._rosout.started)
             self._report(f"the node /rosout {how_it_ended(status)}; it is started again")
@@ -247,7 +251,7 @@ class OwnMaster:
         return Child(command, self._installation.environment, python=self._installation.python, on_error=self._hear)
 
     def _hear(self, line: str) -> None:
-        self._said = line
+        self._last_line = line
 
     def _stop_children(self) -> None:
         for child in (self._rosout, self._child):

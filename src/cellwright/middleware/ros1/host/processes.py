@@ -1,7 +1,7 @@
 """Child processes: tied to this process, read without blocking, restarted with a back-off.
 
-Everything here is called by one thread, the one that starts the children and lives as long as the process: the tie to
-it is one to a thread. Nothing waits longer than it says.
+One thread calls everything here: it starts the children and lives as long as the process, since a child is tied to the
+thread that starts it. No call waits longer than documented.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _PIECE = 1 << 16
 _LONGEST_LINE = 1 << 14
 _NAP = 0.01  # [s]
 
-KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)  # so that this can be loaded under Windows
+KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)  # Windows has no SIGKILL
 
 STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (KILL, 1.0))
-"""What a child is told to end with, and how long [s] it is given for it."""
+"""Signals that end a child, and the time [s] that each leaves it."""
 
 
 class Lines:
-    """The lines that come through a pipe, without ever waiting for one."""
+    """Reader of lines from a pipe without blocking."""
 
     def __init__(self, pipe: int, take: Callable[[str], None]) -> None:
         os.set_blocking(pipe, False)
@@ -36,7 +36,7 @@ class Lines:
         self._rest = b""
 
     def read(self) -> bool:
-        """Take what has come, a piece at most: who says much must not stop everything else. Whether there was any."""
+        """Read at most one piece, so that much output does not block the rest; return whether there was any."""
         try:
             data = os.read(self._pipe, _PIECE)
         except OSError:
@@ -51,10 +51,13 @@ class Lines:
 
 
 class Child:
-    """One child process, in a session of its own: a Ctrl-C on the terminal is for its parent alone.
+    """Child process in its own session: a Ctrl-C on the terminal goes to its parent only.
 
-    It is started through `python` with the whole `environment`, and sent `parting` when this process is gone. The lines
-    of its stderr go to `on_error`, those of its stdout to `on_output` or nowhere. An OSError if it cannot be started.
+    It starts through `python` with the whole `environment`, and gets the signal `parting` when this process is gone.
+    The lines of its stderr go to `on_error`, those of its stdout to `on_output` or nowhere.
+
+    Raises:
+        OSError: it cannot be started.
     """
 
     def __init__(
@@ -68,7 +71,7 @@ class Child:
         on_error: Callable[[str], None] = lambda _line: None,
     ) -> None:
         tied = [python, "-I", "-S", str(_TETHER), str(os.getpid()), str(int(parting)), *command]
-        self.started = time.monotonic()  # when it was started [s] of `time.monotonic`
+        self.started = time.monotonic()  # time of its start [s] of `time.monotonic`
         self._process = subprocess.Popen(  # noqa: S603
             tied,
             env=dict(environment),
@@ -85,19 +88,19 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process id."""
         return self._process.pid
 
     def poll(self) -> int | None:
-        """Pass on what it has said; its exit status, minus the signal that ended it, or None while it runs."""
+        """Forward its output; return its exit status, minus the signal that ended it, or None while it runs."""
         status = self._process.poll()
         for pipe in self._pipes:
-            while pipe.read() and status is not None:  # of one that has ended, all that is left
+            while pipe.read() and status is not None:  # once it has ended: all remaining output
                 pass
         return status
 
     def stop(self, stopping: Sequence[tuple[signal.Signals, float]] = STOPPING) -> None:
-        """End it: politely, then less so, within the times given. What it says until then is passed on."""
+        """End it by each signal of `stopping` in turn, with the time for it, and forward its output until then."""
         for number, patience in stopping:
             if self.poll() is not None:
                 break
@@ -112,7 +115,7 @@ class Child:
 
 
 def how_it_ended(status: int) -> str:
-    """An exit status in words."""
+    """Return an exit status in words."""
     if status >= 0:
         return f"ended with status {status}"
     try:
@@ -121,18 +124,18 @@ def how_it_ended(status: int) -> str:
         return f"was ended by signal {-status}"
 
 
-_FIRST_WAIT, _LONGEST_WAIT = 0.25, 8.0  # [s]
-_FORGIVEN = 10.0  # [s]: what lasts so long is tried again at once, as if for the first time
+_FIRST_WAIT, _MAX_WAIT = 0.25, 8.0  # [s]
+_FORGIVEN = 10.0  # [s]: after a run this long, the next failure counts as the first
 
 
 class RestartDelay:
-    """How long to wait [s] before something that fails over and over is tried again."""
+    """Back-off of a repeated failure [s]."""
 
     def __init__(self) -> None:
         self._next = 0.0
 
     def after(self, lasted: float) -> float:
-        """How long to wait [s] after a failure of what has `lasted` so long [s]."""
+        """Return the delay [s] after a failure of something that `lasted` this long [s]."""
         wait = 0.0 if lasted >= _FORGIVEN else self._next
-        self._next = min(_LONGEST_WAIT, max(_FIRST_WAIT, 2 * wait))
+        self._next = min(_MAX_WAIT, max(_FIRST_WAIT, 2 * wait))
         return wait

@@ -1,8 +1,8 @@
 """ROS 1 side of a served cell or robot: node identity, parameters, bridge process and its supervision.
 
 The order is that of the original's launch: `/use_sim_time` first, because programs read it once at their start; then
-the cell is built; then the other parameters, then the bridge. No time passes before all of that is there, so that the
-first /clock tells that the cell is ready.
+the cell is built; then the other parameters, then the bridge. No time passes before all of this is ready, so that the
+first /clock is the sign that the cell is ready.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ _MAX_NAME_LENGTH = 255
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """A node, and what it stands for at the master."""
+    """Identity of a node at the master."""
 
     node: str
-    what: str  # in a word
-    tells_time: bool = True  # whether programs take their time from it: it publishes /clock, and /use_sim_time is set
-    makes_frames: bool = True  # whether robot_state_publisher, or in its place the node, makes frames of joint states
-    shared: tuple[str, ...] = ()  # parameters of its own that are set for everybody too where nobody else has
-    alone_on: str = ""  # a topic on which nobody else should speak; empty for none
+    kind: str  # its kind, in a word
+    tells_time: bool = True  # true if it publishes /clock, with /use_sim_time set
+    makes_frames: bool = True  # true if robot_state_publisher, or else the node, computes frames from joint states
+    shared: tuple[str, ...] = ()  # own parameters that it also sets globally, unless another program has
+    exclusive_topic: str = ""  # a topic on which no other node should publish; empty for none
 
 
-SIMULATOR = Identity("/gazebo", "cell")  # the node that the simulator of 2017 was
+SIMULATOR = Identity("/gazebo", "cell")  # the node of the 2017 simulator
 
 
 def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
-    """A robot's controller node, by its name with or without the slash in front.
+    """Return the identity of a robot's controller node, by its name with or without the slash in front.
 
     Raises:
-        UsageError: nobody can be called so.
+        UsageError: ROS does not accept the name.
     """
     return Identity(
         node_name(node),
@@ -55,12 +55,12 @@ def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
         tells_time=sim_time,
         makes_frames=False,
         shared=("robot_description",),
-        alone_on="/io_teleop/joint_states",
+        exclusive_topic="/io_teleop/joint_states",
     )
 
 
 def node_name(text: str) -> str:
-    """A node's absolute name; a UsageError if ROS takes no such name."""
+    """Return a node's absolute name; a UsageError if ROS does not accept the name."""
     if not _NODE_NAME.fullmatch(text) or len(text) > _MAX_NAME_LENGTH:
         raise UsageError(
             f"{text!r:.80} is no name for a node: it must be of letters, digits and _, a letter first, "
@@ -70,21 +70,21 @@ def node_name(text: str) -> str:
 
 
 MASTER_IS_BACK = 75
-"""The bridge's exit status when the master was lost and answers again: everything has to be registered anew."""
+"""The bridge's exit status if a lost master answers again: everything has to be registered again."""
 
 _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
 _READY_LINE = "ready"
 
 
 class Bridge(Child):
-    """One run of the bridge to what is served at an address; `say` takes what it says, a line at a time."""
+    """One run of the bridge to the server at an address; `on_line` takes its output, line by line."""
 
     def __init__(
-        self, installation: Installation, identity: Identity, address: tuple[str, int], say: Callable[[str], None]
+        self, installation: Installation, identity: Identity, address: tuple[str, int], on_line: Callable[[str], None]
     ) -> None:
-        self.is_ready = False  # whether everything is registered
+        self.is_ready = False  # true if everything is registered
         self.last_line = ""
-        self._say = say
+        self._on_line = on_line
         host, port = address
         if ip_address(host).is_unspecified:
             host = "127.0.0.1"
@@ -109,20 +109,20 @@ class Bridge(Child):
 
     def _hear(self, line: str) -> None:
         self.last_line = line
-        self._say(line)
+        self._on_line(line)
 
 
-READY_LIMIT = 20.0  # how long [s] the bridge may take to have everything registered
+READY_LIMIT = 20.0  # time [s] for the bridge to register everything
 _NAP = 0.02
-_AGAIN = 0.5  # [s] between two attempts to reach a master that is away
+_AGAIN = 0.5  # time [s] between two attempts to reach a lost master
 
-Serve = Callable[[float], object]  # serves the cell's guests for so many seconds
+Serve = Callable[[float], object]  # serves the cell's clients for some time [s]
 
 
 class Ros1:
-    """Has what is served known in ROS 1. Close it, or use it in a `with`: what it started ends then.
+    """Presents a served cell or robot in ROS 1. Close it, or use it in a `with`: this ends all that it started.
 
-    `report` takes a line about what goes wrong or comes back; nothing is waited for once it `is_stopped`.
+    `report` takes a line about a failure or a recovery; no call waits once it `is_stopped`.
     """
 
     def __init__(
@@ -141,9 +141,9 @@ class Ros1:
         self.master = Master(here.get(URI_VARIABLE) or DEFAULT_URI)
         own = {URI_VARIABLE: self.master.uri}
         if self.master.is_local and not here.get("ROS_IP") and not here.get("ROS_HOSTNAME"):
-            own["ROS_IP"] = "127.0.0.1"  # nobody outside of this machine is let in who was not asked to
+            own["ROS_IP"] = "127.0.0.1"  # no access from other machines unless requested
         self.for_programs: Mapping[str, str] = own
-        """What a program of ROS 1 needs in its environment to come to the same master."""
+        """Environment that leads a program of ROS 1 to the same master."""
         self._installation = replace(self._installation, environment={**here, **own})
         self._own_master: OwnMaster | None = None
         self._bridge: Bridge | None = None
@@ -162,15 +162,15 @@ class Ros1:
         self.close()
 
     def prepare(self) -> None:
-        """Have a master, and say that time is simulated, if it is; before anything that takes long.
+        """Ensure a master, and set `/use_sim_time` if time is simulated; call it before anything slow.
 
         Raises:
-            UsageError: there is no master and none can be started, or another node of our name is there.
+            UsageError: there is no master and none can be started, or another node has the same name.
         """
         try:
             if self.master.answers():
                 self._refuse_another()
-                topic = self.identity.alone_on
+                topic = self.identity.exclusive_topic
                 for rival in self.master.living_publishers(topic) if topic else ():
                     where = f"{topic} at {self.master.uri}"
                     self.report(f"{rival} publishes {where} as well: programs will hear both, and command both")
@@ -191,13 +191,18 @@ class Ros1:
             raise UsageError(f"the ROS master could not be started: {error}") from None
 
     def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> bool:
-        """Set the parameters, start the bridge, and serve guests until all is registered.
+        """Set the parameters, start the bridge, and serve clients until all is registered.
 
-        Whether all is there; not if there was a wish to end before. The parameters lie in nested dictionaries; `serve`
-        serves guests, of which the bridge is one.
+        Args:
+            address: host and port of the server.
+            parameters: nested dictionaries.
+            serve: serves clients, of which the bridge is one.
+
+        Returns:
+            True if everything is registered; False if it was stopped before.
 
         Raises:
-            UsageError: it did not work; the text says why.
+            UsageError: it failed; the text has the reason.
         """
         self._address, self._parameters = address, parameters
         if self._is_stopped():
@@ -221,14 +226,14 @@ class Ros1:
 
     @property
     def bridge_pid(self) -> int | None:
-        """Process id of the bridge; None while there is none."""
+        """Process id of the bridge; None if it does not run."""
         return None if self._bridge is None else self._bridge.pid
 
     def poll(self) -> None:
-        """Look after master and bridge, and start anew what has ended; to be called often, and by the same thread."""
+        """Check master and bridge, and restart what has ended; call it often, and from the same thread."""
         try:
             self._look_after()
-        except OSError as error:  # no memory, no process, no file left on this machine
+        except OSError as error:  # no memory, process or file descriptor left on this machine
             self._again = time.monotonic() + self._patience.after(0.0)
             self.report(f"a program of ROS 1 could not be started: {error}; it is tried again")
 
@@ -261,17 +266,17 @@ class Ros1:
             self.report(f"the ROS 1 bridge {how_it_ended(status)}; it is started again")
 
     def _prepare_again(self) -> None:
-        """What a bridge needs at its start: a master with the parameters, and that nobody else is the simulator."""
-        has_said = False
+        """Prepare the start of a bridge: a master with the parameters, and no other node as the simulator."""
+        has_reported = False
         while not self._closed.is_set():
             try:
                 if self.master.living_node(self.identity.node) is not None:
-                    if not has_said:
+                    if not has_reported:
                         self.report(
                             f"another node has taken the place of {self.identity.node}; "
-                            f"the {self.identity.what}'s comes back when it ends"
+                            f"the {self.identity.kind}'s comes back when it ends"
                         )
-                    has_said = True
+                    has_reported = True
                     self._closed.wait(_AGAIN)
                     continue
                 if self._own_master is not None:
@@ -282,7 +287,7 @@ class Ros1:
                 self._closed.wait(_AGAIN)
 
     def close(self) -> None:
-        """End what was started, the bridge first: it takes leave of the master."""
+        """End all that was started, the bridge first: it unregisters at the master."""
         self._closed.set()
         bridge, self._bridge = self._bridge, None
         if bridge is not None:
@@ -292,11 +297,11 @@ class Ros1:
             own.stop()
 
     def _start_bridge(self) -> Bridge:
-        self._bridge = Bridge(self._installation, self.identity, self._address, self._say)
+        self._bridge = Bridge(self._installation, self.identity, self._address, self._on_line)
         return self._bridge
 
-    def _say(self, line: str) -> None:
-        """Pass on what the bridge says; not what it complains of when it is cut off at the end."""
+    def _on_line(self, line: str) -> None:
+        """Forward the bridge's output, except complaints about its disconnection at the end."""
         if not self._is_stopped():
             self.report(f"ROS 1: {line}")
 
@@ -312,7 +317,7 @@ class Ros1:
         )
 
     def _settle_time(self) -> None:
-        """Have programs take the right time: they ask once, when they start."""
+        """Set `/use_sim_time` for programs, which read it once at their start."""
         if self.identity.tells_time:
             self.master.set_parameter("/use_sim_time", value=True)
         elif self.master.parameter("/use_sim_time"):
@@ -323,9 +328,9 @@ class Ros1:
             )
 
     def _set_parameters(self) -> None:
-        """Set what belongs to the node, and for everybody what nobody else has set.
+        """Set the node's parameters, and the global ones that no other program has set.
 
-        What is there for everybody and says the same as the node's own is from an earlier run of ours, and gives way.
+        A global parameter with the same value as the node's own is from an earlier run, and is replaced.
         """
         own, master = self.identity.node, self.master
         free = [

@@ -1,8 +1,7 @@
-"""Contents of the ROS 1 packages: their files, and how they are written to a folder.
+"""Contents of the ROS 1 packages: their files, and functions that write them to a folder.
 
-What another room already holds is not written down again: message definitions come from
-`cellwright.middleware.messages`, bundled trials and robots from `cellwright.config`. Some files name paths of this
-installation, which are put in here.
+Message definitions come from `cellwright.middleware.messages`, bundled trials and robots from `cellwright.config`. Some
+files have placeholders for paths of this installation, which are filled in here.
 """
 
 from __future__ import annotations
@@ -18,16 +17,16 @@ from cellwright.util.errors import UnknownNameError
 
 IO_TELEOP = "io_teleop_robot_control_node"
 PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", IO_TELEOP, "osrf_gear")
-MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")  # those that define messages or services
+MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")  # packages that define messages or services
 
 CONFIGURATIONS = "config"
-"""Where a package keeps trials, as the launcher is given them: `$(find osrf_gear)/config/sample.yaml`."""
+"""A package's folder of trials, for the launcher: `$(find osrf_gear)/config/sample.yaml`."""
 
 ROBOTS = "io_teleop_robot_descriptions"
-"""Where the io_teleop package keeps robots, a folder each: `OpenLoong/vr_configs.yml`."""
+"""The io_teleop package's folder of robots, with a folder for each: `OpenLoong/vr_configs.yml`."""
 
 VENDORS_NAMES = {"qinglong": "OpenLoong"}
-"""Bundled robots that the io_teleop workspace has under a name of its own."""
+"""Bundled robots with another name in the io_teleop workspace."""
 
 _QINGLONG, _ANY_ROBOT = "openloong_controller_node.py", "general_sim_robot_control_node.py"
 
@@ -35,12 +34,12 @@ _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLW
 
 
 def provided_packages(ros: RosSystem) -> list[str]:
-    """Names of our packages that a shell is to have; the messages of controllers only where ROS itself lacks them."""
+    """Return the names of Cellwright's packages; the messages of controllers only if ROS itself lacks them."""
     return [name for name in PACKAGES if name != "control_msgs" or not ros.has_package(name)]
 
 
 def package_files(package: str, programs: Path) -> dict[str, bytes]:
-    """Every file of a package by its path in it, sorted; shells are given the folder `programs` for `python`.
+    """Return every file of a package by its path in it, sorted; shells use `python` from the folder `programs`.
 
     Raises:
         UnknownNameError: there is no such package.
@@ -59,7 +58,7 @@ def package_files(package: str, programs: Path) -> dict[str, bytes]:
         for path, content in _read(Path(FOLDER) / "config" / "robot" / "catalogue").items():
             robot, _, rest = path.partition("/")
             found[f"{ROBOTS}/{VENDORS_NAMES.get(robot, robot)}/{rest}"] = content
-        found[f"scripts/{_ANY_ROBOT}"] = (  # it finds the robot by its own name and its options
+        found[f"scripts/{_ANY_ROBOT}"] = (  # it finds the robot by its own file name and its options
             found[f"scripts/{_QINGLONG}"]
             .replace(b"The QingLong's", b"Any robot's")
             .replace(_QINGLONG.encode(), _ANY_ROBOT.encode() + b" --robot_name NAME")
@@ -68,13 +67,13 @@ def package_files(package: str, programs: Path) -> dict[str, bytes]:
 
 
 def _read(folder: Path) -> dict[str, bytes]:
-    """Every file in a folder by its path in it."""
+    """Return every file in a folder by its path in it."""
     paths = [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def _placed(content: bytes, programs: Path) -> bytes:
-    """The content with the paths of this installation in it."""
+    """Return the content with the paths of this installation filled in."""
     place = str(Path(FOLDER).parent)
     for mark, text in ((_PYTHON, repr(sys.executable)), (_PLACE, repr(place)), (_BIN, str(programs))):
         content = content.replace(mark.encode(), text.encode())
@@ -84,15 +83,15 @@ def _placed(content: bytes, programs: Path) -> bytes:
 def write_package(package: str, folder: Path, programs: Path) -> None:
     """Bring a package in a folder up to date.
 
-    What is as it should be is left alone, so that nothing is built again for nothing. A file that says something else
-    is kept beside under its name with a tilde; files that are not the package's own are not touched.
+    Files that are up to date stay untouched, so that builds do not repeat. A file with other content is kept under its
+    name with a tilde; files that do not belong to the package stay.
     """
     for path, content in package_files(package, programs).items():
         write_file(folder / path, content)
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file unless it is there as it should be; another one in its place is kept with a tilde."""
+    """Write a file unless it is up to date; another file in its place is kept with a tilde."""
     mode = 0o755 if content.startswith(b"#!") else 0o644
     if path.is_file():
         if path.read_bytes() == content:
@@ -105,7 +104,7 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 def write_programs(folder: Path, python: Path) -> None:
-    """Links for a shell: `python`, as programs of the time ask for, and `python3` are ROS's Python."""
+    """Write links for a shell: `python`, for programs of 2017, and `python3` are ROS's Python."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("python", "python3"):
         link = folder / name

@@ -1,11 +1,11 @@
-"""A folder with everything that a shell needs to use ROS's tools on a cell, and the lines that put it on the paths.
+"""Tree: a folder with everything that a shell needs to use ROS's tools on a cell, and the lines that set its variables.
 
-share/    the packages, and stubs of packages that ROS's tools would not see   -> ROS_PACKAGE_PATH
-python/   modules of messages, and ariac_example                              -> PYTHONPATH
-bin/      python and python3: the interpreter that has ROS                    -> PATH
+- share/    the packages, and stubs of packages that ROS's tools would not see   -> ROS_PACKAGE_PATH
+- python/   modules of messages, and ariac_example                              -> PYTHONPATH
+- bin/      python and python3: the interpreter that has ROS                    -> PATH
 
-Debian has the definitions of standard messages in packages without a manifest, unless their files for C++ are there
-too. Then `rosmsg show std_msgs/String` knows no such package. A manifest beside a link to the definitions is enough.
+Debian has the definitions of standard messages in packages without a manifest, unless their C++ files are installed
+too. Then `rosmsg show std_msgs/String` finds no such package. A manifest beside a link to the definitions is enough.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from cellwright.middleware.ros1.host.installation import RosSystem, tool_environ
 from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 
-SHELLS = ("sh", "fish")  # whose language the lines are in; bash and zsh understand `sh` as well
+SHELLS = ("sh", "fish")  # syntaxes of the lines; bash and zsh understand `sh` as well
 
 
 def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
-    """Where trees are kept if nobody says otherwise."""
+    """Return the default folder of trees."""
     base = variables.get("XDG_CACHE_HOME", "")
     return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "cellwright" / "ros1"
 
 
 def ensure_tree(ros: RosSystem, folder: Path) -> Path:
-    """The tree of this version of Cellwright on this machine, made in a folder if it is not there yet.
+    """Return the tree of this version of Cellwright on this machine; create it in a folder if it is missing.
 
-    Its name carries the version and a digest of all that it is made of, so a tree is never stale. It appears whole or
-    not at all, and two that are made at once do not harm each other.
+    Its name has the version and a digest of all its sources, so a tree is never stale. It appears completely or not at
+    all, and concurrent calls do not interfere.
 
     Raises:
         UsageError: the folder cannot be written, or a generator failed.
@@ -54,7 +54,7 @@ def ensure_tree(ros: RosSystem, folder: Path) -> Path:
             try:
                 new.rename(tree)
             except OSError:
-                if not tree.is_dir():  # else somebody else was faster
+                if not tree.is_dir():  # else another process was faster
                     raise
     except OSError as error:
         raise UsageError(f"{folder}: ROS packages cannot be laid out here: {error.strerror or error}") from None
@@ -73,7 +73,7 @@ def _make(ros: RosSystem, new: Path, tree: Path) -> None:
 
 
 def _digest(ros: RosSystem) -> str:
-    """A digest of everything that a tree is made of."""
+    """Return a digest of all sources of a tree."""
     digest = hashlib.sha256()
     for item in (ros.prefix, ros.python, ros.python.resolve(), *packages_without_manifest(ros.share)):
         digest.update(f"{item}\0".encode())
@@ -85,7 +85,7 @@ def _digest(ros: RosSystem) -> str:
 
 
 def variables(tree: Path, ros: RosSystem, present: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """What a shell's variables are to be, with the tree in front; trees that were there before are left out."""
+    """Return a shell's variables with the tree in front; earlier trees are removed."""
 
     def with_tree(name: str, part: str, otherwise: str = "") -> str:
         entries = (present.get(name) or otherwise).split(os.pathsep)
@@ -105,7 +105,7 @@ def _is_of_a_tree(entry: str, folder: Path) -> bool:
 
 
 def shell_lines(values: Mapping[str, str], shell: str) -> str:
-    """Lines that set variables, for one of `SHELLS` to evaluate."""
+    """Return lines that set variables, for one of `SHELLS` to evaluate."""
     lines = []
     for name, value in values.items():
         if shell == "fish":
@@ -117,14 +117,14 @@ def shell_lines(values: Mapping[str, str], shell: str) -> str:
     return "\n".join(lines)
 
 
-_PATIENCE = 120.0  # [s] for one generator
+_PATIENCE = 120.0  # timeout of one generator [s]
 
 
 def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modules: Path) -> None:
-    """Write the modules of packages (`from osrf_gear.msg import Order`) to a folder that is to be on Python's path.
+    """Write the modules of packages (`from osrf_gear.msg import Order`) to a folder for Python's path.
 
     Raises:
-        UsageError: a generator failed; the error has what it said last.
+        UsageError: a generator failed; the error has its last line.
     """
     search = [f"-I{name}:{packages / name / 'msg'}" for name in names]
     search += [f"-I{folder.parent.name}:{folder}" for folder in sorted(ros.share.glob("*/msg")) if folder.is_dir()]
@@ -171,7 +171,7 @@ STUB_MANIFEST = """<?xml version="1.0"?>
 
 
 def packages_without_manifest(share: Path) -> list[str]:
-    """The packages in a folder that define messages or services and have no manifest, sorted."""
+    """Return the packages in a folder that define messages or services and have no manifest, sorted."""
     folders = {
         path.parent for kind in ("msg", "srv") for path in share.glob(f"*/{kind}") if any(path.glob(f"*.{kind}"))
     }
@@ -179,7 +179,7 @@ def packages_without_manifest(share: Path) -> list[str]:
 
 
 def write_stubs(share: Path, packages: Path) -> list[str]:
-    """Make each package of `share` that has no manifest known, in the folder `packages`; their names."""
+    """Write a stub in the folder `packages` for each package of `share` without a manifest; return their names."""
     names = packages_without_manifest(share)
     for name in names:
         stub = packages / name

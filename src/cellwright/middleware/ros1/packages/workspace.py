@@ -1,10 +1,10 @@
-"""A catkin workspace with our packages as sources, for programs that are built with catkin.
+"""Catkin workspace with Cellwright's packages as sources, for programs that are built with catkin.
 
-src/ariac/            the packages of the cell, where the workspaces of 2017 had them
-src/io_teleop/        the package of the robot controller node
-src/CMakeLists.txt    catkin's top level, which takes ROS's Python whatever `python3` is on the path
-install/setup.bash    as `devel/setup.bash`, until `catkin_make install` writes its own
-.cellwright/bin/      python and python3: the interpreter that has ROS
+- src/ariac/            the packages of the cell, as in the workspaces of 2017
+- src/io_teleop/        the package of the robot controller node
+- src/CMakeLists.txt    catkin's top level, which uses ROS's Python whichever `python3` is on the path
+- install/setup.bash    as `devel/setup.bash`, until `catkin_make install` writes its own
+- .cellwright/bin/      python and python3: the interpreter that has ROS
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cellwright.middleware.ros1.host.installation import RosSystem, tool_environ
 from cellwright.middleware.ros1.packages import contents
 from cellwright.util.errors import UsageError
 
-GROUP, GROUP_OF_ROBOTS = "ariac", "io_teleop"  # folders among the sources: of our packages, of a robot's node
+GROUP, GROUP_OF_ROBOTS = "ariac", "io_teleop"  # folders among the sources: of Cellwright's packages, of a robot's node
 
 NEEDED = {
     "actionlib_msgs": "libactionlib-msgs-dev",
@@ -28,13 +28,13 @@ NEEDED = {
     "message_generation": "ros-message-generation",
     "message_runtime": "ros-message-runtime",
     "roscpp": "libroscpp-dev",
-    "rospy": "",  # it is there wherever ROS 1 was found
+    "rospy": "",  # part of every ROS 1 that was found
     "sensor_msgs": "libsensor-msgs-dev",
     "std_msgs": "libstd-msgs-dev",
     "std_srvs": "libstd-srvs-dev",
     "trajectory_msgs": "libtrajectory-msgs-dev",
 }
-"""Packages of ROS that ours, and the lesson's, are built with, and the package of Debian that brings each."""
+"""ROS packages that Cellwright's, and the lesson's, are built with, and the Debian package of each."""
 
 _TOP_LEVEL = """\
 # Catkin's top level. ROS's Python is named here, for the first python3 on the path may be one without ROS.
@@ -59,7 +59,7 @@ _LAST_LINES = 30  # of the output of a build that failed
 
 
 def lay_out(ros: RosSystem, folder: Path) -> None:
-    """Lay the sources out in a folder, or bring them up to date there; other sources are not touched.
+    """Write the sources to a folder, or bring them up to date there; other sources stay untouched.
 
     Raises:
         UsageError: the folder cannot be written.
@@ -86,28 +86,28 @@ def lay_out(ros: RosSystem, folder: Path) -> None:
 
 
 def missing(ros: RosSystem) -> list[str]:
-    """What catkin would not find here: packages of ROS by name, and programs."""
+    """Return what catkin would not find here: ROS packages by name, and programs."""
     packages = [name for name in NEEDED if not any(_configurations(ros, name))]
     return packages + [name for name in ("cmake", "make", "g++") if shutil.which(name) is None]
 
 
 def _configurations(ros: RosSystem, name: str) -> Iterator[Path]:
-    """Where CMake finds a package of ROS; Debian has those with libraries in a folder by architecture."""
+    """Yield CMake's configuration of a ROS package; Debian has those with libraries in a folder by architecture."""
     for folder in (f"share/{name}/cmake", f"lib/*/cmake/{name}"):
         yield from ros.prefix.glob(f"{folder}/{name}Config.cmake")
 
 
 def lack(names: Iterable[str]) -> str:
-    """A sentence that says how to get what is missing."""
+    """Return an error text with the missing names, and the command that installs them."""
     remedy = f"apt-get install {' '.join(sorted(filter(None, {'g++', *NEEDED.values()})))}"
     return f"catkin cannot build here, for want of {', '.join(names)}; on Debian: {remedy}"
 
 
 def build(ros: RosSystem, folder: Path) -> None:
-    """Build all that lies in the workspace, with `catkin_make`.
+    """Build the whole workspace with `catkin_make`.
 
     Raises:
-        UsageError: something is missing, or the build failed; the error ends with the last that catkin said.
+        UsageError: something is missing, or the build failed; the error ends with catkin's last lines.
     """
     if names := missing(ros):
         raise UsageError(lack(names))
@@ -129,6 +129,6 @@ def build(ros: RosSystem, folder: Path) -> None:
 
 
 def _write(path: Path, text: str) -> None:
-    if path.is_symlink():  # as catkin_init_workspace makes it
+    if path.is_symlink():  # from catkin_init_workspace
         path.unlink()
     contents.write_file(path, text.encode())
