@@ -93,7 +93,7 @@ def test_a_floor_without_end_has_one() -> None:
 
 
 def test_meshes_that_are_too_large_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exported, "MOST_CORNERS", 2 * WEDGE.faces.size)
+    monkeypatch.setattr(exported, "MAX_CORNERS", 2 * WEDGE.faces.size)
     shape = Shape(1, Form.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, 0)
     found = Markers(Scene("many", ("world", "cart"), (shape,) * 3, (WEDGE,)))
     assert (len(found.message.markers), found.left_out) == (2, 1)

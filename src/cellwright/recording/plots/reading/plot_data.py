@@ -13,7 +13,7 @@ from cellwright.util.errors import MessageError, RecordingError
 
 
 def load_plot_data(recording: Recording) -> Story:
-    """What is to be drawn; a message that is damaged is left out."""
+    """Load the plot data of a recording; damaged messages are skipped."""
     return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
 
 
@@ -47,9 +47,9 @@ def _robot(recording: Recording) -> Story:
     about, commands = About(), Commands()
     warning = _read(recording, (measured, applied, grippers, tips, status, about, commands))
     end = recording.end_time / SECOND
-    seen, told, units = measured.curves(), applied.curves(), about.units()
+    actual, targets, units = measured.curves(), applied.curves(), about.units()
     joints = {
-        name: JointTrack(name, units.get(name, "rad"), *curve, *told.get(name, ())) for name, curve in seen.items()
+        name: JointTrack(name, units.get(name, "rad"), *curve, *targets.get(name, ())) for name, curve in actual.items()
     }
     groups = {
         group[:1].upper() + group[1:]: [joints[name] for name in names if name in joints]
@@ -58,7 +58,7 @@ def _robot(recording: Recording) -> Story:
     sides = about.grippers()
     closed = [
         JointTrack(f"{sides[number]} gripper".strip() if number < len(sides) else name, "closed 0..1", *curve)
-        for number, (name, curve) in enumerate(grippers.curves().items())  # the topic only counts them
+        for number, (name, curve) in enumerate(grippers.curves().items())  # the topic only numbers them
     ]
     states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
     return Story(
@@ -75,14 +75,14 @@ def _robot(recording: Recording) -> Story:
 
 
 def _read(recording: Recording, readers: Sequence[Reader]) -> str:
-    """Show each message to those who want it; what is wrong with the recording, if anything."""
-    wanted: dict[str, list[Reader]] = {}
+    """Pass each message to the readers of its topic; return what is wrong with the recording, if anything."""
+    by_topic: dict[str, list[Reader]] = {}
     for reader in readers:
         for topic in reader.topics:
-            wanted.setdefault(topic, []).append(reader)
+            by_topic.setdefault(topic, []).append(reader)
     try:
-        for message in recording.messages(wanted):
-            for reader in wanted[message.topic]:
+        for message in recording.messages(by_topic):
+            for reader in by_topic[message.topic]:
                 with suppress(MessageError):
                     reader.take(message)
     except RecordingError as error:
@@ -91,7 +91,7 @@ def _read(recording: Recording, readers: Sequence[Reader]) -> str:
 
 
 def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
-    """The line below the title: who, with which seed, what it was worth, and how long it took."""
+    """Return the line below the title: agent, seed, score and duration."""
     words = [str(facts["agent"])] if facts.get("agent") else []
     if facts.get("seed") is not None:
         words.append(f"seed {facts['seed']}")
