@@ -11,7 +11,7 @@ from cellwright.robot.ee_poses import VELOCITY_SHARE
 from cellwright.robot.inverse_kinematics import TURN_WEIGHT
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
-from cellwright.robot.servos import UNSAID_TURN
+from cellwright.robot.servos import DEFAULT_TURN_SPEED
 from cellwright.util.pose import Pose
 from tests.robot.bundled import apart, posture_near_home, qinglong, tandem, tips
 from tests.robot.robots import two_arms
@@ -276,4 +276,4 @@ def test_a_joint_that_the_urdf_sets_no_speed_for_is_sent_no_faster_than_it_is_dr
         fastest = max(fastest, abs(node.commander.applied[number] - before) * 240.0)
         before = node.commander.applied[number]
     assert before == pytest.approx(1.7, abs=1e-3)
-    assert fastest == pytest.approx(VELOCITY_SHARE * UNSAID_TURN, rel=1e-6)
+    assert fastest == pytest.approx(VELOCITY_SHARE * DEFAULT_TURN_SPEED, rel=1e-6)

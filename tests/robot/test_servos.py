@@ -11,7 +11,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.robot.model import TIMESTEP, build_robot
-from cellwright.robot.servos import FASTEST, GAIN, JointServos, Motion, fastest
+from cellwright.robot.servos import GAIN, MAX_SPEED, JointServos, Motion, fastest
 from tests.robot.bundled import qinglong
 from tests.robot.robots import two_arms
 
@@ -267,7 +267,7 @@ def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) ->
 
 def test_no_joint_is_driven_faster_than_the_engine_can_follow() -> None:
     turning = Joint("a", JointType.REVOLUTE, "base", "link", limits=Limits(velocity=1e9))
-    assert fastest(turning) == FASTEST
+    assert fastest(turning) == MAX_SPEED
     assert fastest(replace(turning, limits=Limits(velocity=3.0))) == 3.0
     assert fastest(replace(turning, limits=Limits())) == 10.0
     assert fastest(replace(turning, limits=Limits(), type=JointType.PRISMATIC)) == 1.0

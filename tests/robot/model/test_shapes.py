@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model import DEFAULT_COLOUR, FLOOR, LEAST_LENGTH, build_robot
+from cellwright.robot.model import DEFAULT_COLOUR, FLOOR, MIN_HALF_LENGTH, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.model.robots import one_link
@@ -36,12 +36,12 @@ def built(*shapes: ModelShape, self_collision: bool = False) -> tuple[mujoco.MjM
         ("sphere", (0.5, 0.0, 0.0), [0.5, 0.0, 0.0]),
         ("cylinder", (0.5, 2.0, 0.0), [0.5, 1.0, 0.0]),
         ("capsule", (0.5, 2.0, 0.0), [0.5, 1.0, 0.0]),
-        ("box", (1.0, 2.0, 1e-9), [0.5, 1.0, LEAST_LENGTH]),
+        ("box", (1.0, 2.0, 1e-9), [0.5, 1.0, MIN_HALF_LENGTH]),
     ],
 )
 def test_simple_shapes(kind: str, size: Vector3, half: list[float]) -> None:
     model, (geom,) = built(ModelShape(kind, size, Pose((1.0, 2.0, 3.0))))  # type: ignore[arg-type]
-    assert model.geom(geom).size == pytest.approx(half, abs=LEAST_LENGTH)
+    assert model.geom(geom).size == pytest.approx(half, abs=MIN_HALF_LENGTH)
     assert model.geom(geom).pos.tolist() == [1.0, 2.0, 3.0]
     assert model.geom(geom).rgba == pytest.approx(DEFAULT_COLOUR)
     assert model.body("stone").mass[0] == 1.0  # shapes weigh nothing
@@ -107,7 +107,7 @@ def test_a_flat_mesh_is_touched_as_a_box(tmp_path: Path) -> None:
     assert built(shape)[0].nmesh == 1
     model, (geom,) = built(shape, self_collision=True)
     assert model.geom(geom).type[0] == mujoco.mjtGeom.mjGEOM_BOX
-    assert model.geom(geom).size == pytest.approx([0.5, 1.0, LEAST_LENGTH])
+    assert model.geom(geom).size == pytest.approx([0.5, 1.0, MIN_HALF_LENGTH])
     assert model.geom(geom).pos.tolist() == [0.5, 1.0, 0.0]
 
 
