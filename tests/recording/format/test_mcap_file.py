@@ -1,4 +1,4 @@
-"""A file that grows while a run goes on: other programs read it, and nothing of it is lost."""
+"""MCAP file that grows during a run: other programs read it, and nothing is lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page holds what was asked for, and is written whole, in three formats."""
+"""Figures: requested panels, written atomically, in three formats."""
 
 import re
 from dataclasses import replace
@@ -56,7 +56,7 @@ def test_each_part_alone(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
-def test_names_of_a_hostile_recording_are_drawn_and_told_to_no_terminal(
+def test_names_of_a_hostile_recording_are_drawn_and_reach_no_terminal(
     suffix: str, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     hostile = "$\\frac{ \x1b[2J 漢 \x00"
@@ -140,7 +140,7 @@ def test_a_long_name_is_whole_and_widens_the_page(tmp_path: Path) -> None:
 
 
 def width(svg: str) -> float:
-    """Width of a picture [pt]."""
+    """Return the width of a picture [pt]."""
     (found,) = re.findall(r'<svg[^>]* width="([0-9.]+)pt"', svg)
     return float(found)
 

@@ -1,4 +1,4 @@
-"""The score as stairs, with what happened beside it."""
+"""Score as stairs, with labels of events."""
 
 from dataclasses import replace
 
@@ -38,6 +38,6 @@ def test_words_do_not_lie_on_each_other() -> None:
     (axes,) = figure.axes
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in axes.texts if text.get_text().startswith("order")]
-    assert 2 <= len(boxes) < 30  # every one has its line, and those for which there is room have their words
+    assert 2 <= len(boxes) < 30  # every event has a line, and those with room have a label
     assert not any(one.overlaps(other) for n, one in enumerate(boxes) for other in boxes[:n])
     assert sum(len(line.get_xdata()) == 2 for line in axes.lines) >= 30  # type: ignore[arg-type]

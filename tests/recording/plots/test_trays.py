@@ -1,4 +1,4 @@
-"""A bar for each part."""
+"""Bars of parts on trays."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ def drawn(story: Story) -> Figure:
     return figure
 
 
-def test_what_was_said_of_a_part_is_told_in_the_legend() -> None:
+def test_the_legend_explains_verdicts() -> None:
     (axes,) = drawn(cell()).axes
     legend = axes.get_legend()
     assert legend is not None
@@ -29,7 +29,7 @@ def test_an_empty_tray_has_its_row_too() -> None:
     assert [text.get_text() for text in axes.get_yticklabels()] == [AGV_1, AGV_2]
 
 
-def test_a_full_tray_is_told_as_far_as_there_is_room() -> None:
+def test_a_full_tray_shows_its_first_parts() -> None:
     many = [TrayPart(AGV_1, f"gear {n}", n / 10, 60.0) for n in range(MAX_PARTS + 5)]
     story = replace(cell(), tray_parts=many)
     assert tray_rows(story) == MAX_PARTS + 1

@@ -55,7 +55,9 @@ def test_each_message_of_a_fast_topic_comes_once() -> None:
 
     recorded.simulation.step_until(4 * SECOND)
 
-    assert times == list(range(SECOND // 50, 4 * SECOND + 1, SECOND // 50)), "that of the begin was before anybody came"
+    assert times == list(range(SECOND // 50, 4 * SECOND + 1, SECOND // 50)), (
+        "that of the begin was before the first subscriber"
+    )
 
 
 def test_a_late_listener_is_given_what_is_latched() -> None:
@@ -93,7 +95,7 @@ def test_commands_and_calls_are_refused_and_counted() -> None:
     assert "refused /ariac/arm/command from /me: this is a recording" in lines[0]
 
 
-def test_a_topic_of_an_unknown_type_is_told_of_and_the_rest_is_played() -> None:
+def test_a_topic_of_an_unknown_type_is_reported_and_the_rest_is_played() -> None:
     memory = a_recording()
     memory.topics["/odd"] = RecordedTopic("/odd", "elsewhere_msgs/Odd")
     memory.list.insert(3, RecordedMessage("/odd", 0, b"\x00\x01\x00\x00"))

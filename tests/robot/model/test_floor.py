@@ -1,4 +1,4 @@
-"""The floor under a robot: seen, at the lowest point, and touched by nothing."""
+"""The floor under a robot: visible, at the lowest point, and without contacts."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Few lines, whatever comes."""
+"""Notices: few lines, whatever happens."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
     assert lines[-1] == "commands are switched off"
 
 
-def test_time_that_begins_anew_is_no_reason_for_silence() -> None:
+def test_time_that_restarts_is_no_reason_for_silence() -> None:
     notices, clock, lines = made()
     clock.now = 100 * SECOND
     notices.log_throttled("limits", "first")
@@ -48,7 +48,7 @@ def test_time_that_begins_anew_is_no_reason_for_silence() -> None:
     assert lines == ["first", "second"]
 
 
-def test_names_are_told_once_and_do_not_eat_the_memory() -> None:
+def test_names_are_logged_once_and_their_memory_is_limited() -> None:
     notices, _, lines = made()
     for _ in range(2):
         for number in range(1000):
