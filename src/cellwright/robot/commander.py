@@ -141,7 +141,7 @@ class Commander(Device):
         self.limiter.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
         self.taken += 1
 
-    def leads(self, topic: str, joints: Iterable[int]) -> bool:
+    def is_source_of(self, topic: str, joints: Iterable[int]) -> bool:
         """Return True if these joints follow a topic: no other has commanded them since, and none was held."""
         return bool((self.limiter.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
 

@@ -110,7 +110,7 @@ class EePoses(Device):
         for arm, pose in zip(self._arms, poses, strict=True):
             if pose is None:
                 continue
-            if arm.target is None or not self._commander.leads(TARGET_EE_POSES, arm.numbers):
+            if arm.target is None or not self._commander.is_source_of(TARGET_EE_POSES, arm.numbers):
                 arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
                 self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
             arm.target = pose
@@ -126,7 +126,7 @@ class EePoses(Device):
         commander = self._commander
         moving = []
         for arm in self._arms:
-            if arm.target is not None and commander.leads(TARGET_EE_POSES, arm.numbers):
+            if arm.target is not None and commander.is_source_of(TARGET_EE_POSES, arm.numbers):
                 moving.append((arm, arm.target))
             else:
                 arm.target = None

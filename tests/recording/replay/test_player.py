@@ -159,11 +159,11 @@ def test_whatever_was_sought_before_the_moment_looks_as_if_it_had_been_played_to
 
     assert jumping.simulation.now == straight.simulation.now
     assert jumping.simulation.clock.tick == straight.simulation.clock.tick
-    frame, other = jumping.sight.frame(), straight.sight.frame()
+    frame, other = jumping.cursor.frame(), straight.cursor.frame()
     assert frame is not None
     assert other is not None
     assert frame.encode() == other.encode()
-    assert jumping.sight.panel() == straight.sight.panel()
+    assert jumping.cursor.panel() == straight.cursor.panel()
     assert _latched(jumping) == _latched(straight)
 
 

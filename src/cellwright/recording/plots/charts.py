@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cellwright.recording.plots.tracks import Array, JointTrack, ScoreTrack, Span, Story, ToolTrack, TrayPart
+from cellwright.recording.plots.tracks import Array, JointTrack, PlotData, ScoreTrack, Span, ToolTrack, TrayPart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -156,9 +156,9 @@ def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack]) -> None:
 _LABEL_ROWS = 4  # rows of labels, for events close in time
 
 
-def draw_score(axes: Axes, score: ScoreTrack, story: Story) -> None:
+def draw_score(axes: Axes, score: ScoreTrack, data: PlotData) -> None:
     """Draw the score as stairs; the time limits of the axes are set."""
-    times = np.append(score.times, max(story.end, score.times[-1]))
+    times = np.append(score.times, max(data.end, score.times[-1]))
     points = np.append(score.points, score.points[-1])
     axes.step(times, points, where="post", color=COLOURS[0], linewidth=1.6)
     axes.fill_between(times, 0.0, points, step="post", color=COLOURS[0], alpha=0.12, linewidth=0)
@@ -172,17 +172,17 @@ def draw_score(axes: Axes, score: ScoreTrack, story: Story) -> None:
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.set_title("Score")
     axes.set_ylabel("points")
-    _label_marks(axes, story)
+    _label_marks(axes, data)
 
 
-def _label_marks(axes: Axes, story: Story) -> None:
+def _label_marks(axes: Axes, data: PlotData) -> None:
     """Write the labels of marks at their times, in rows without overlaps."""
-    width = max(story.end - story.begin, 1e-9)
-    free = [story.begin - width] * _LABEL_ROWS
-    for mark in sorted(story.marks, key=lambda mark: mark.time):
+    width = max(data.end - data.begin, 1e-9)
+    free = [data.begin - width] * _LABEL_ROWS
+    for mark in sorted(data.marks, key=lambda mark: mark.time):
         axes.axvline(mark.time, color=FAINT, linewidth=0.6)
         needed = 0.0095 * len(mark.label) * width
-        is_late = mark.time + needed > story.end
+        is_late = mark.time + needed > data.end
         begin = mark.time - needed if is_late else mark.time
         row = next((row for row in range(_LABEL_ROWS) if free[row] <= begin), None)
         if row is None:
@@ -290,27 +290,27 @@ _LIGHT = 0.35
 _BLUE = (0.0, 0.447, 0.698)
 
 
-def command_rows(story: Story) -> int:
+def command_rows(data: PlotData) -> int:
     """Return the number of rows of the drawing."""
-    return len(story.states) + min(len(story.commands), MAX_COMMANDS)
+    return len(data.states) + min(len(data.commands), MAX_COMMANDS)
 
 
-def draw_commands(axes: Axes, story: Story) -> None:
+def draw_commands(axes: Axes, data: PlotData) -> None:
     """Draw states as bars with their names, and below them commands: the more came, the darker."""
     ticks, row = [], 0
-    for name, spans in story.states.items():
+    for name, spans in data.states.items():
         labels = list(dict.fromkeys(span.label for span in spans))
         for span in spans:
             colour = COLOURS[labels.index(span.label) % len(COLOURS)]
             width = span.end - span.begin
             axes.barh(row, width, left=span.begin, height=0.72, color=colour, alpha=_LIGHT, linewidth=0)
-            if width > 0.0095 * len(span.label) * (story.end - story.begin):
+            if width > 0.0095 * len(span.label) * (data.end - data.begin):
                 axes.text(span.begin + width / 2, row, span.label, ha="center", va="center", fontsize=6.5, color=INK)
         ticks.append(name)
         row += 1
-    frequent = sorted(story.commands, key=lambda track: -len(track.times))[:MAX_COMMANDS]
-    edges = np.linspace(story.begin, max(story.end, story.begin + 1e-9), _SLICES + 1)
-    for track in (track for track in story.commands if any(track is each for each in frequent)):
+    frequent = sorted(data.commands, key=lambda track: -len(track.times))[:MAX_COMMANDS]
+    edges = np.linspace(data.begin, max(data.end, data.begin + 1e-9), _SLICES + 1)
+    for track in (track for track in data.commands if any(track is each for each in frequent)):
         counts, _ = np.histogram(track.times, edges)
         maximum = max(int(counts.max()), 1)
         there = np.flatnonzero(counts)
@@ -322,7 +322,7 @@ def draw_commands(axes: Axes, story: Story) -> None:
         ticks.append(track.name.strip("/").partition("/")[2] or track.name)  # without its first part
         row += 1
     axes.set_yticks(range(len(ticks)), ticks, fontsize=7)
-    _finish_rows(axes, row, "States and commands" if story.states else "Commands")
+    _finish_rows(axes, row, "States and commands" if data.states else "Commands")
 
 
 def _finish_rows(axes: Axes, rows: int, title: str) -> None:
@@ -337,56 +337,56 @@ MAX_PARTS = 40
 """Maximum number of bars of each tray; the first ones are drawn."""
 
 
-def tray_rows(story: Story) -> int:
+def tray_rows(data: PlotData) -> int:
     """Return the number of rows of the drawing: one for each part, and at least one for each tray."""
-    counts = [sum(part.tray == tray for part in story.tray_parts) for tray in story.trays]
+    counts = [sum(part.tray == tray for part in data.tray_parts) for tray in data.trays]
     return sum(min(max(count, 1), MAX_PARTS) for count in counts)
 
 
-def draw_trays(axes: Axes, story: Story) -> None:
+def draw_trays(axes: Axes, data: PlotData) -> None:
     """Draw the trays one below another, the first at the top."""
     row, ticks = 0, []
-    for tray in story.trays:
-        parts = sorted((part for part in story.tray_parts if part.tray == tray), key=lambda part: part.begin)
+    for tray in data.trays:
+        parts = sorted((part for part in data.tray_parts if part.tray == tray), key=lambda part: part.begin)
         first = row
         for part in parts[:MAX_PARTS]:
             colour, hatch = VERDICTS.get(part.verdict, VERDICTS[""])
             length = part.end - part.begin
             axes.barh(row, length, left=part.begin, height=0.78, color=colour, hatch=hatch, edgecolor="white")
-            _name_part(axes, row, part, colour, story)
+            _name_part(axes, row, part, colour, data)
             row += 1
         row += not parts
         words = tray if len(parts) <= MAX_PARTS else f"{tray}: the first {MAX_PARTS} of {len(parts)}"
         ticks.append(((first + row - 1) / 2, words))
-        for mark in story.marks:
+        for mark in data.marks:
             if mark.tray == tray:
                 axes.plot([mark.time] * 2, [first - 0.5, row - 0.5], color=INK, linewidth=1.2)
         axes.axhline(row - 0.5, color=FAINT, linewidth=0.6)
     axes.set_yticks([place for place, _ in ticks], [words for _, words in ticks])
     _finish_rows(axes, row, "On the trays")
-    verdicts = {part.verdict for part in story.tray_parts}
+    verdicts = {part.verdict for part in data.tray_parts}
     handles: list[Any] = [
         axes.barh(-9, 0, color=colour, hatch=hatch, edgecolor="white", label=verdict or "not judged")
         for verdict, (colour, hatch) in VERDICTS.items()
         if verdict in verdicts
     ]
-    if any(mark.tray for mark in story.marks):
+    if any(mark.tray for mark in data.marks):
         handles += axes.plot([], [], color=INK, linewidth=1.2, label="kit judged")
     if handles:
         corner = (1.0, 1.0)
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=corner, ncols=5, borderpad=0, handlelength=1.4)
 
 
-def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, story: Story) -> None:
+def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, data: PlotData) -> None:
     """Write a part's name into its bar if it fits, else beside it."""
     from matplotlib.patheffects import withStroke
 
-    width = max(story.end - story.begin, 1e-9)
+    width = max(data.end - data.begin, 1e-9)
     needed, space = 0.0105 * len(part.name) * width, 0.005 * width  # for this font size and page width
     if part.end - part.begin >= needed:
         text = axes.text(part.begin + space, row, part.name, va="center", fontsize=6.5, color="white")
         text.set_path_effects([withStroke(linewidth=2.0, foreground=behind)])  # the bar may be hatched
-    elif part.begin - story.begin >= needed:
+    elif part.begin - data.begin >= needed:
         axes.text(part.begin - space, row, part.name, ha="right", va="center", fontsize=6.5)
     else:
         axes.text(part.end + space, row, part.name, va="center", fontsize=6.5)

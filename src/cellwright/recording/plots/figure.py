@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from cellwright.recording.plots import charts
 from cellwright.recording.plots.charts import INK, SETTINGS
-from cellwright.recording.plots.tracks import Story
+from cellwright.recording.plots.tracks import PlotData
 from cellwright.util.errors import UsageError, showable
 from cellwright.util.files import write_whole
 
@@ -47,7 +47,7 @@ class _Panel:
     is_over_time: bool = True
 
 
-def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
+def draw_figure(data: PlotData, what: Sequence[str] = PANELS) -> Figure:
     """Draw the page, with the parts that `what` names (see `PANELS`).
 
     Raises:
@@ -56,10 +56,10 @@ def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    panels = [panel for name in PANELS if name in what for panel in _panels(story, name)]
+    panels = [panel for name in PANELS if name in what for panel in _panels(data, name)]
     panels.sort(key=lambda panel: not panel.is_over_time)
     if not panels:
-        raise UsageError(f"{story.title}: holds nothing of {', '.join(what)} that could be drawn")
+        raise UsageError(f"{data.title}: holds nothing of {', '.join(what)} that could be drawn")
     with mpl.rc_context(SETTINGS):
         last = sum(panel.is_over_time for panel in panels) - 1
         gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
@@ -67,16 +67,16 @@ def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
         figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
         left, size = (
             _LEFT / _WIDTH,
-            13.0 * min(1.0, _TITLE / max(len(story.title), 1)),
+            13.0 * min(1.0, _TITLE / max(len(data.title), 1)),
         )  # a long title has a smaller font
-        figure.text(left, 1.0 - 0.24 / height, story.title, fontsize=size, fontweight="bold", va="center")
-        figure.text(left, 1.0 - 0.46 / height, story.note, fontsize=8, color=INK, va="center")
+        figure.text(left, 1.0 - 0.24 / height, data.title, fontsize=size, fontweight="bold", va="center")
+        figure.text(left, 1.0 - 0.46 / height, data.note, fontsize=8, color=INK, va="center")
         top = height - _HEAD
         for number, (panel, gap) in enumerate(zip(panels, [*gaps, 0.0], strict=True)):
             width = 1 - (_LEFT + _RIGHT) / _WIDTH
             axes = figure.add_axes((left, (top - panel.height) / height, width, panel.height / height))
             if panel.is_over_time:
-                axes.set_xlim(story.begin, max(story.end, story.begin + 1e-9))
+                axes.set_xlim(data.begin, max(data.end, data.begin + 1e-9))
                 axes.autoscale(enable=False, axis="x")
                 axes.tick_params(axis="x", labelbottom=number == last)
             panel.draw(axes)
@@ -123,39 +123,39 @@ def _shown(text: str) -> str:
     return line if len(line) <= _MAX_TEXT else f"{line[:half]}…{line[-half:]}"
 
 
-def _panels(story: Story, name: str) -> list[_Panel]:
+def _panels(data: PlotData, name: str) -> list[_Panel]:
     """Return the panels of one of the names in `PANELS`; empty if there is nothing to draw."""
     match name:
-        case "score" if story.score is not None and len(story.score.times):
-            found = story.score
-            return [_Panel(1.35, lambda axes: charts.draw_score(axes, found, story))]
-        case "trays" if story.tray_parts:
-            return [_Panel(0.17 * charts.tray_rows(story) + 0.1, lambda axes: charts.draw_trays(axes, story))]
+        case "score" if data.score is not None and len(data.score.times):
+            found = data.score
+            return [_Panel(1.35, lambda axes: charts.draw_score(axes, found, data))]
+        case "trays" if data.tray_parts:
+            return [_Panel(0.17 * charts.tray_rows(data) + 0.1, lambda axes: charts.draw_trays(axes, data))]
         case "joints":
-            return _joints(story)
-        case "tool" if any(len(each.times) for each in story.tools):
-            tools = [each for each in story.tools if len(each.times)]
+            return _joints(data)
+        case "tool" if any(len(each.times) for each in data.tools):
+            tools = [each for each in data.tools if len(each.times)]
             return [
                 _Panel(1.25, lambda axes: charts.draw_height(axes, tools)),
                 _Panel(_FROM_ABOVE, lambda axes: charts.draw_from_above(axes, tools), is_over_time=False),
             ]
-        case "commands" if charts.command_rows(story):
-            return [_Panel(0.17 * charts.command_rows(story) + 0.1, lambda axes: charts.draw_commands(axes, story))]
+        case "commands" if charts.command_rows(data):
+            return [_Panel(0.17 * charts.command_rows(data) + 0.1, lambda axes: charts.draw_commands(axes, data))]
         case _:
             return []
 
 
-def _joints(story: Story) -> list[_Panel]:
+def _joints(data: PlotData) -> list[_Panel]:
     """Return a panel for each unit of each group in which a joint moves; only the first if none does."""
     groups = [
         (group, [track for track in tracks if track.unit == unit and len(track.times)])
-        for group, tracks in story.joints.items()
+        for group, tracks in data.joints.items()
         for unit in dict.fromkeys(track.unit for track in tracks if len(track.times))
     ]
     moving = [each for each in groups if any(track.travel >= charts.STILL for track in each[1])] or groups[:1]
     drawn = []
     for group, tracks in moving:
         is_one = len(tracks) == 1
-        title = f"{group}: {tracks[0].name}" if is_one and len(story.joints[group]) > 1 else group
+        title = f"{group}: {tracks[0].name}" if is_one and len(data.joints[group]) > 1 else group
         drawn.append(_Panel(0.9 if is_one else 1.7, partial(charts.draw_joints, group=title, tracks=tracks)))
     return drawn

@@ -114,7 +114,7 @@ class CommandTrack:
 
 
 @dataclass(frozen=True)
-class Story:
+class PlotData:
     """Plot data of a recording; what it lacks is empty.
 
     Attributes:

@@ -275,11 +275,11 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
     if markers.left_out:
         missing.append(f"{markers.left_out} meshes are left out: they are too large for markers")
     file.add(file.channel(MARKERS), span.begin, to_cdr(markers.message))
-    transforms, channel, sight = Transforms(scene.bodies), file.channel(TRANSFORMS), Sight(recording)
-    sight.seek(span.begin - 1)
+    transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), Sight(recording)
+    cursor.seek(span.begin - 1)
 
     def write_frame(time: int) -> None:
-        frame = sight.frame()
+        frame = cursor.frame()
         changed = None if frame is None else transforms.take(replace(frame, time=time))
         if changed is not None:
             file.add(channel, time, to_cdr(changed))
@@ -287,7 +287,7 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
     write_frame(span.begin)
     for message in span.messages([*channels, FRAME], tell):
         if message.topic == FRAME:
-            sight.take(message)
+            cursor.take(message)
             write_frame(message.time)
         else:
             file.add(channels[message.topic], message.time, message.data)

@@ -23,7 +23,7 @@ from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 WHY_NOT = "this is a recording: it plays what was, and hears no commands"
 
 
-class DeafBus(Bus):
+class ReadOnlyBus(Bus):
     """Read-only bus: topics have subscribers as on any bus; every command and every call is refused."""
 
     def publish(self, topic: str, message: Message, *, node: str = "", is_decoded: bool = False) -> None:  # noqa: ARG002
@@ -84,7 +84,7 @@ class Recorded(Device):
     def __init__(self, source: Recording, *, report: Callable[[str], None] = lambda _line: None) -> None:
         super().__init__(source.header.name)
         self.source = source
-        self.sight = Sight(source)
+        self.cursor = Sight(source)
         self.cuts = 0
         """Number of seeks; frames before and after one are unrelated."""
         self.unreadable = 0
@@ -94,7 +94,7 @@ class Recorded(Device):
         self._coming: Iterator[RecordedMessage] = iter(())
         self._next = _NOTHING
         simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
-        self.bus = DeafBus(lambda: simulation.now, report)
+        self.bus = ReadOnlyBus(lambda: simulation.now, report)
         simulation.add(self)
         for name, topic in source.topics.items():
             if topic.is_own:
@@ -118,7 +118,7 @@ class Recorded(Device):
                 if publisher.latch or publisher.listeners:
                     self._publish(publisher, message_class, message)
             else:
-                self.sight.take(message)
+                self.cursor.take(message)
             self._next = next(self._coming, _NOTHING)
 
     def seek(self, time: int) -> int:
@@ -139,7 +139,7 @@ class Recorded(Device):
                     publisher.newest = None
                 elif publisher.newest is None or newest.data != self._latched[name]:
                     self._publish(publisher, message_class, newest)
-        self.sight.seek(now)
+        self.cursor.seek(now)
         self._coming = self.source.messages([*self._publishers, FRAME, PANEL], start=now + 1)
         self._next = next(self._coming, _NOTHING)
         return now

@@ -55,7 +55,7 @@ class RecordingServices:
 
     def frame(self) -> Frame:
         """Return the current frame; if it is unknown, all bodies but the world are hidden."""
-        frame = self._recorded.sight.frame()
+        frame = self._recorded.cursor.frame()
         if frame is not None and len(frame.poses) == self._bodies:
             return frame
         poses = np.zeros((self._bodies, 7), np.float32)
@@ -75,7 +75,7 @@ class RecordingServices:
             "time": seconds(recorded.simulation.now),
             "begin": seconds(playing.first),
             "end": seconds(playing.last),
-            "of": recorded.sight.panel(),
+            "of": recorded.cursor.panel(),
         }
 
     def _seek(self, request: dict[str, Any]) -> None:

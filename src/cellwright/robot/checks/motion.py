@@ -218,11 +218,11 @@ def _step_joint(rig: Rig, joint: Joint) -> Response:
     others = np.array([each != joint.name and rig.config.robot.joint(each).mimic is None for each in rig.numbers])
     start = float(begin[number])
     target = _aside(joint, start)
-    least = _min_time(abs(target - start), limits.velocity, rig.config.max_accelerations.get(joint.name, math.inf))
+    min_time = _min_time(abs(target - start), limits.velocity, rig.config.max_accelerations.get(joint.name, math.inf))
     rig.send({joint.name: target})
     settled, beyond, since = math.inf, 0.0, 0.0
     away = np.zeros(len(begin))
-    while since < least + SETTLING_TIMEOUT:
+    while since < min_time + SETTLING_TIMEOUT:
         positions = rig.step()
         away = np.maximum(away, np.abs(positions - begin))
         share = (float(positions[number]) - start) / (target - start)
@@ -236,7 +236,7 @@ def _step_joint(rig: Rig, joint: Joint) -> Response:
             break
     away[~others] = 0.0
     worst = int(away.argmax())
-    return Response(max(0.0, settled - least), beyond, float(away[worst]), tuple(rig.numbers)[worst])
+    return Response(max(0.0, settled - min_time), beyond, float(away[worst]), tuple(rig.numbers)[worst])
 
 
 def _min_time(way: float, speed: float, acceleration: float) -> float:
@@ -263,16 +263,16 @@ def _check_gripper(rig: Rig, number: int) -> Finding:
     ways = [joint.limits.upper - joint.limits.lower for joint in joints]
     rig.begin()
     rig.send_grippers([float(each == number) for each in range(len(rig.config.grippers))])
-    longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
-    _, positions = rig.run(min(longest, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
+    max_time = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
+    _, positions = rig.run(min(max_time, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
     short = [
         abs(gripper.way(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
         for way, joint in zip(ways, joints, strict=True)
     ]
     worst = max(range(len(short)), key=short.__getitem__)
     figure = 100 * short[worst]
-    what = f"{('right', 'left')[number] if number < 2 else number} gripper closes"
-    return Finding(what, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
+    title = f"{('right', 'left')[number] if number < 2 else number} gripper closes"
+    return Finding(title, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
 
 
 def _check_homing(rig: Rig) -> Finding:

@@ -17,7 +17,7 @@ from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.plots.reading.plot_data import load_plot_data
-from cellwright.recording.plots.tracks import Story
+from cellwright.recording.plots.tracks import PlotData
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.robot_panel import RobotPanel
@@ -64,7 +64,7 @@ def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def loaded(path: Path) -> Story:
+def loaded(path: Path) -> PlotData:
     with Recording(path) as recording:
         return load_plot_data(recording)
 

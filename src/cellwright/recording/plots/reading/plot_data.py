@@ -8,23 +8,23 @@ from cellwright.recording.format.reader import Recording
 from cellwright.recording.plots.reading.cell import Arm, BodyPath, Competition, Trays
 from cellwright.recording.plots.reading.reader import SECOND, Commands, Gripper, Reader
 from cellwright.recording.plots.reading.robot import About, JointStates, Status, Tips
-from cellwright.recording.plots.tracks import JointTrack, Story
+from cellwright.recording.plots.tracks import JointTrack, PlotData
 from cellwright.util.errors import MessageError, RecordingError
 
 
-def load_plot_data(recording: Recording) -> Story:
+def load_plot_data(recording: Recording) -> PlotData:
     """Load the plot data of a recording; damaged messages are skipped."""
     return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
 
 
-def _cell(recording: Recording) -> Story:
+def _cell(recording: Recording) -> PlotData:
     arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, "vacuum_gripper_link"), Trays()
     competition, commands = Competition(), Commands()
     warning = _read(recording, (arm, gripper, path, trays, competition, commands))
     end = recording.end_time / SECOND
     tool = path.track("vacuum gripper", gripper.on.until(end), gripper.attached.until(end))
     tracks, states = arm.tracks(), competition.states.until(end)
-    return Story(
+    return PlotData(
         title=recording.header.name,
         note=_note(recording, {**recording.header.facts, **competition.about}, competition),
         begin=recording.begin / SECOND,
@@ -41,7 +41,7 @@ def _cell(recording: Recording) -> Story:
     )
 
 
-def _robot(recording: Recording) -> Story:
+def _robot(recording: Recording) -> PlotData:
     measured, applied = JointStates("/io_teleop/joint_states"), JointStates("/io_teleop/applied_joint_cmd")
     grippers, tips, status = JointStates("/io_teleop/gripper_states"), Tips(), Status()
     about, commands = About(), Commands()
@@ -61,7 +61,7 @@ def _robot(recording: Recording) -> Story:
         for number, (name, curve) in enumerate(grippers.curves().items())  # the topic only numbers them
     ]
     states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
-    return Story(
+    return PlotData(
         title=recording.header.name,
         note=_note(recording, recording.header.facts),
         begin=recording.begin / SECOND,
