@@ -104,9 +104,7 @@ def test_the_work_for_a_message_that_is_refused_grows_with_its_length_alone() ->
     names = [Name(f"joint{number}") for number in range(MAX_ENTRIES)]
     with pytest.raises(RejectedCommandError, match="is named twice"):
         joint_targets(joint_state([*names[:-1], Name(names[-2])], [0.0] * MAX_ENTRIES, time=0))
-    assert (
-        MAX_ENTRIES <= Name.looks < 20 * MAX_ENTRIES
-    )  # a pass over all names for each of them would be MAX_ENTRIES**2
+    assert MAX_ENTRIES <= Name.looks < 20 * MAX_ENTRIES  # a pass for each name would be MAX_ENTRIES**2
 
 
 def test_another_type_is_refused(talk: Talk) -> None:

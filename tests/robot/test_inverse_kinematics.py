@@ -131,9 +131,7 @@ def test_where_the_target_leaves_a_choice_the_arm_goes_home_and_the_tip_stays(mo
         away.qpos[solver.qpos] += solver.step(away, target, STEP)
         refresh(model, away)
     assert apart(solver.pose(away), target) == pytest.approx((0.0, 0.0), abs=1e-4)
-    assert away.qpos[solver.qpos] == pytest.approx(
-        data.qpos[solver.qpos], abs=0.02
-    )  # a small error remains: it comes to rest
+    assert away.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # it rests with a small error
 
 
 def test_an_arm_that_is_stretched_out_comes_back_without_a_leap(model: mujoco.MjModel) -> None:

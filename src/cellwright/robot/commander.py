@@ -22,8 +22,8 @@ from cellwright.robot.servos import Array, MimicJoints, fastest
 class Commander(Device):
     """Targets of all joints.
 
-    Targets of commands pass the gate and become the desired positions. The applied positions follow these within limits
-    of position, speed and acceleration, and go to the driver. `max_accelerations` [rad/s^2; m/s^2] limits the
+    Targets of commands pass the gate and become the desired positions. The applied positions follow within limits of
+    position, speed and acceleration; the driver gets these. `max_accelerations` [rad/s^2; m/s^2] limits the
     acceleration of targets by joint; others are unlimited.
 
     Attributes:

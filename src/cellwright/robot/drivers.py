@@ -220,7 +220,7 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
 class Mirror(Device):
     """Device that sets the model's joints to the robot's positions before each step, in place of physics.
 
-    It calls `stop`, with the reason, when the driver has failed, and `stand` while it works: until its first target
+    It calls `stop`, with the reason, when the driver has failed, and `stand` while it works. Until the first target
     nothing holds the robot, and it may be moved by hand.
     """
 

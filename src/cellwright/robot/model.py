@@ -1,6 +1,6 @@
 """Robot model of the engine: bodies, joints and shapes of a URDF robot, contact exclusions, and the floor.
 
-`servos.py` drives the joints. Defaults for what a URDF omits are those of the original io_teleop node: a link without
+`servos.py` drives the joints. Defaults for what a URDF omits are those of the original io_teleop node. A link without
 mass weighs 1 kg, and a link that a gripper drives 0.1 kg. (Measured: with these the QingLong follows its recorded
 motion. Without them its wrists are four times too quick.)
 """
@@ -99,9 +99,7 @@ def put_floor_under(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     if len(corners):
         floor = model.geom(FLOOR).id
         model.geom_pos[floor, 2] = corners[:, 2].min()
-        model.geom_sameframe[floor] = (
-            mujoco.mjtSameFrame.mjSAMEFRAME_NONE
-        )  # otherwise the engine uses the world's height
+        model.geom_sameframe[floor] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else the engine uses the world's height
 
 
 def kinematics_of(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjData:
@@ -236,7 +234,7 @@ def body_of(link: str) -> str:
 class RobotWorld:
     """A robot and its engine model; joints and actuators have the names of joints, bodies those of `body_of`.
 
-    The actuators exert nothing. Their controls hold the targets of the joints [rad; m], which are so part of the
+    The actuators exert nothing. Their controls hold the targets of the joints [rad; m], and so are part of the
     engine's state and can be moved in its own window.
     """
 
@@ -246,7 +244,7 @@ class RobotWorld:
     def put_in_first_pose(self, data: mujoco.MjData) -> None:
         """Write the initial posture.
 
-        A joint that cannot be at 0 starts at the nearest limit: the original puts it at 0 all the same, and the first
+        A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
         command makes it jump. Mimic joints start where they follow their leader.
         """
         robot, positions = self.config.robot, dict(self.config.start)

@@ -391,7 +391,7 @@ class TargetLimiter:
         return beyond
 
     def _jumps(self, joints: Numbers, far: Array, first: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
-        """Select first targets beyond the start guard; refuse them if the guard does so."""
+        """Select first targets beyond the start guard; raise an error if the guard refuses them."""
         is_jump: NDArray[np.bool_] = first & (far > limit)
         if is_jump.any() and self._safety.guard is Guard.REFUSE:
             worst = int(np.argmax(np.where(is_jump, far, 0.0)))

@@ -3,7 +3,7 @@
 Each drive requests the velocity clip(24/s * error, +- URDF velocity) for each step, with at most the URDF's effort.
 (Measured at the original, PyBullet's position control at 240 Hz: its gain of 0.1 is 24/s.) As in the original, such a
 drive is a constraint with a limited force: the engine solves for all drives, joint limits and contacts at once. In
-MuJoCo it is the dry friction of a joint, whose reference is moved from rest to the requested velocity; `drive` does so
+MuJoCo it is the dry friction of a joint. Its reference is moved from rest to the requested velocity; `drive` does so
 between the two halves of a step.
 """
 

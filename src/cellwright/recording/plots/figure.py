@@ -65,10 +65,7 @@ def draw_figure(data: PlotData, what: Sequence[str] = PANELS) -> Figure:
         gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
         height = _HEAD + sum(panel.height for panel in panels) + sum(gaps) + _FOOT
         figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
-        left, size = (
-            _LEFT / _WIDTH,
-            13.0 * min(1.0, _TITLE / max(len(data.title), 1)),
-        )  # a long title has a smaller font
+        left, size = _LEFT / _WIDTH, 13.0 * min(1.0, _TITLE / max(len(data.title), 1))  # smaller for a long title
         figure.text(left, 1.0 - 0.24 / height, data.title, fontsize=size, fontweight="bold", va="center")
         figure.text(left, 1.0 - 0.46 / height, data.note, fontsize=8, color=INK, va="center")
         top = height - _HEAD
