@@ -1,4 +1,4 @@
-"""The robots that come along, and poses that their arms can reach."""
+"""The bundled robots, and poses that their arms can reach."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def tandem() -> RobotConfig:
 
 
 def tips(config: RobotConfig, positions: Mapping[str, float]) -> list[Pose]:
-    """reference_T_tip of each arm in a posture [rad; m]."""
+    """Return reference_T_tip of each arm in a posture [rad; m]."""
     found = link_poses(config.robot, positions)
     references = [name or config.robot.root for name in config.reference_links]
     return [
@@ -36,7 +36,7 @@ def tips(config: RobotConfig, positions: Mapping[str, float]) -> list[Pose]:
 
 
 def posture_near_home(config: RobotConfig, chance: np.random.Generator, spread: float) -> dict[str, float]:
-    """Positions of the arms' joints [rad; m], up to `spread` away from home and within their limits."""
+    """Return positions of the arms' joints [rad; m], up to `spread` away from home and within their limits."""
     found = {}
     for arm in config.arms:
         for name, home in zip(arm.joints, arm.home, strict=True):
@@ -46,7 +46,7 @@ def posture_near_home(config: RobotConfig, chance: np.random.Generator, spread: 
 
 
 def apart(a: Pose, b: Pose) -> tuple[float, float]:
-    """How far two poses are from each other [m, rad]."""
+    """Return the distance between two poses [m, rad]."""
     difference = a.inverse() @ b
     w, x, y, z = difference.quaternion
     return math.hypot(*difference.position), 2.0 * math.atan2(math.hypot(x, y, z), abs(w))

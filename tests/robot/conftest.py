@@ -8,7 +8,7 @@ from tests.waiting import TIMEOUT
 
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A driver whose thread gets no time from a busy machine has not failed."""
+    """Extend the timeout: a driver thread on a busy machine has not failed."""
     monkeypatch.setattr(drivers, "FIRST_READING_TIMEOUT", TIMEOUT)
     defaults = drivers.LiveDriver.__init__.__kwdefaults__
     assert defaults is not None

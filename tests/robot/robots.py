@@ -1,4 +1,4 @@
-"""Robots for tests, made of figures that one can work with in one's head."""
+"""Robots for tests, with figures for mental arithmetic."""
 
 from __future__ import annotations
 
@@ -82,10 +82,10 @@ def two_arms() -> RobotConfig:
 
 
 def fixed(config: RobotConfig, link: str = "base") -> RobotConfig:
-    """The same robot with a link fastened to the world."""
+    """Return the robot with a link fixed to the world."""
     return replace(config, fixed_link=link)
 
 
 def bare(config: RobotConfig) -> RobotConfig:
-    """The same robot as a plain URDF tells of it: without any group."""
+    """Return the robot as in a plain URDF: without groups."""
     return RobotConfig(robot=config.robot, name=config.name, path=config.urdf_path, urdf_path=config.urdf_path)

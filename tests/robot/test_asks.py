@@ -1,4 +1,4 @@
-"""What users of teleoperation have asked for elsewhere, each as a scene. (Where: the issue trackers of the field.)"""
+"""Requests of teleoperation users in other projects' issue trackers, each as a test."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_two_writers_on_one_topic_do_not_fight() -> None:
     talk.seconds(0.4)
     assert refused == 50
     assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
-    assert any("/b" in line and "/a commands here" in line for line in talk.lines), "it is told"
+    assert any("/b" in line and "/a commands here" in line for line in talk.lines), "it is not reported"
     talk.seconds(0.2)
     talk.joints({"waist": -0.5}, node="/b")
 
@@ -222,7 +222,7 @@ def test_switching_from_one_way_of_command_to_another_does_not_jump_where_a_guar
 
 
 def test_letting_go_and_taking_hold_again_elsewhere_moves_nothing() -> None:
-    """The clutch: whoever commands stops, moves the controller back, and goes on from there."""
+    """With the clutch a user stops, moves the controller back, and continues from there."""
     talk = Talk(safety=SafetySettings(clutch=True, silence=0.25))
     for number in range(50):
         talk.joints({"waist": 0.01 * number})

@@ -1,4 +1,4 @@
-"""Where the base goes."""
+"""Motion of the base."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> No
     assert talk.node.base.pose == stopped
 
 
-def test_a_run_that_begins_anew_begins_at_the_first_place() -> None:
+def test_a_reset_returns_to_the_first_place() -> None:
     talk = Talk()
     talk.base(1.0, 1.0)
     talk.node.simulation.reset()

@@ -1,4 +1,4 @@
-"""The cameras of a robot's node: pictures on its topics, while somebody listens."""
+"""Cameras of a robot's node: pictures on its topics, for subscribers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each topic and service does, and what is refused."""
+"""Command topics and services: effects and refusals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def talk() -> Talk:
 
 
 @pytest.mark.parametrize("topic", ["joint_cmd", "target_joint_from_vr", "target_finger_joints"])
-def test_joints_go_where_they_are_told_and_the_others_stay(topic: str, talk: Talk) -> None:
+def test_joints_go_to_their_targets_and_the_others_stay(topic: str, talk: Talk) -> None:
     talk.joints({"wrist_left": 0.4, "shoulder_right": -0.3}, topic)
     talk.seconds(1.0)
     assert talk.at("wrist_left") == pytest.approx(0.4, abs=1e-4)
@@ -44,7 +44,7 @@ def test_a_later_message_leaves_joints_that_it_does_not_name_on_their_way(talk: 
     assert talk.at("head") == pytest.approx(0.2, abs=1e-4)
 
 
-def test_names_that_the_robot_lacks_are_passed_over_and_told_once(talk: Talk) -> None:
+def test_unknown_names_are_ignored_and_reported_once(talk: Talk) -> None:
     for _ in range(100):
         talk.joints({"waist": 0.1, "no such joint": 1.0, "tip_left": 0.0, "antenna": 0.0, "thumb_left": 0.01})
         talk.seconds(0.1)
@@ -88,7 +88,7 @@ def test_what_makes_no_sense_is_refused_whole(
 
 def test_the_work_for_a_message_that_is_refused_grows_with_its_length_alone() -> None:
     class Name(str):
-        """A name that counts how often it is looked at."""
+        """A name that counts its comparisons."""
 
         __slots__ = ()
         looks = 0
@@ -104,7 +104,7 @@ def test_the_work_for_a_message_that_is_refused_grows_with_its_length_alone() ->
     names = [Name(f"joint{number}") for number in range(MAX_ENTRIES)]
     with pytest.raises(RejectedCommandError, match="is named twice"):
         joint_targets(joint_state([*names[:-1], Name(names[-2])], [0.0] * MAX_ENTRIES, time=0))
-    assert MAX_ENTRIES <= Name.looks < 20 * MAX_ENTRIES  # a walk over all names for each of them would be MOST * MOST
+    assert MAX_ENTRIES <= Name.looks < 20 * MAX_ENTRIES  # a pass for each name would be MAX_ENTRIES**2
 
 
 def test_another_type_is_refused(talk: Talk) -> None:
@@ -113,7 +113,7 @@ def test_another_type_is_refused(talk: Talk) -> None:
 
 
 def followed(multiplier: float, offset: float) -> RobotConfig:
-    """The robot of the tests, the head of which follows its right shoulder, which is put up at 0.5 rad."""
+    """Return the robot of the tests with a head that mimics its right shoulder, which starts at 0.5 rad."""
     config = two_arms()
     mimic = Mimic("shoulder_right", multiplier, offset)
     joints = (replace(joint, mimic=mimic) if joint.name == "head" else joint for joint in config.robot.joints)
@@ -124,10 +124,10 @@ def test_a_joint_that_follows_begins_where_it_belongs() -> None:
     talk = Talk(followed(-0.5, 0.3))
     applied = talk.listen("applied_joint_cmd")
     for _ in range(10):
-        assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "it moves and nobody has told it to"
+        assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "it moves without a command"
         talk.steps(1)
-    told = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
-    assert told["head"] == pytest.approx(0.05)
+    targets = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert targets["head"] == pytest.approx(0.05)
 
 
 def test_a_joint_that_follows_keeps_within_its_own_limits() -> None:
@@ -139,14 +139,14 @@ def test_a_joint_that_follows_keeps_within_its_own_limits() -> None:
         assert talk.at("head") < 1.5 + 0.01
     assert talk.at("shoulder_right") == pytest.approx(1.9, abs=1e-3)
     assert talk.at("head") == pytest.approx(1.5, abs=1e-3)
-    told = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
-    assert told["head"] == 1.5
+    targets = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert targets["head"] == 1.5
     talk.joints({"shoulder_right": 0.2})
     talk.seconds(1.5)
     assert talk.at("head") == pytest.approx(0.4, abs=1e-3)
 
 
-def test_targets_are_kept_within_limits_and_told(talk: Talk) -> None:
+def test_targets_are_kept_within_limits_and_reported(talk: Talk) -> None:
     applied = talk.listen("applied_joint_cmd")
     for _ in range(50):
         talk.joints({"waist": 7.0, "lift": -1.0, "elbow_left": -2.0001})
@@ -230,7 +230,7 @@ def test_a_plain_robot_has_no_grippers_and_all_joints_are_fingers() -> None:
 def test_switched_off_it_holds_and_counts_what_it_ignores(talk: Talk) -> None:
     talk.joints({"waist": 1.0})
     talk.seconds(0.1)
-    assert talk.enable(wanted=False).success
+    assert talk.enable(enabled=False).success
     held = talk.at("waist")
     talk.joints({"waist": -1.0})
     talk.grippers(1.0, 1.0)
@@ -245,7 +245,7 @@ def test_switched_off_it_holds_and_counts_what_it_ignores(talk: Talk) -> None:
     assert talk.at("waist") == pytest.approx(-0.5, abs=1e-4)
 
 
-def test_why_commands_are_ignored_is_told_once_for_each_reason() -> None:
+def test_each_reason_for_ignored_commands_is_reported_once() -> None:
     talk = Talk(safety=SafetySettings(start_disabled=True))
     for _ in range(20):
         talk.joints({"waist": 0.5})
@@ -258,13 +258,13 @@ def test_why_commands_are_ignored_is_told_once_for_each_reason() -> None:
     talk.clear()
     talk.enable()
     talk.joints({"waist": 0.5})
-    talk.enable(wanted=False)
+    talk.enable(enabled=False)
     talk.joints({"waist": 0.5})
     assert sum("commands are switched off (" in line for line in talk.lines) == 2
 
 
 def test_what_makes_no_sense_is_refused_also_when_it_would_be_ignored(talk: Talk) -> None:
-    talk.enable(wanted=False)
+    talk.enable(enabled=False)
     with pytest.raises(RejectedCommandError):
         talk.state("joint_cmd", ["waist"], [math.nan])
 

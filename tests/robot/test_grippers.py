@@ -1,4 +1,4 @@
-"""Grippers between open and closed: whichever limits these are."""
+"""Grippers between open and closed, at either limit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RANGE = (0.0, 0.04)
 
 
 def made(*open_ends: End) -> tuple[GripperRange, Array]:
-    """A gripper of two joints, and a place for the positions of all joints of its robot."""
+    """Return a gripper of two joints, and an array for the positions of all joints of its robot."""
     robot = two_arms().robot
     numbers = {joint.name: number for number, joint in enumerate(robot.driven)}
     return GripperRange(Gripper(FINGERS, open_ends), robot, numbers), np.zeros(len(numbers))

@@ -1,4 +1,4 @@
-"""The way home: answered when the robot is there, or will not be."""
+"""Homing: the response comes when the robot is home, or has failed."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
     talk.clear()
     later = talk.reset()
     talk.seconds(0.05)
-    talk.enable(wanted=False)
+    talk.enable(enabled=False)
     talk.steps(1)
     assert later.response.message == "the robot was held on its way: commands are switched off"
 
@@ -150,7 +150,7 @@ def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() ->
     assert talk.wait_for(second).success
 
 
-def test_who_waits_is_told_when_the_node_ends_or_begins_anew() -> None:
+def test_waiting_callers_get_a_response_when_the_node_stops_or_is_reset() -> None:
     talk = far_off()
     later = talk.reset()
     talk.node.simulation.reset()

@@ -1,4 +1,4 @@
-"""Whatever comes in, the node goes on: random messages of the right types, and bytes that are none."""
+"""Hostile input: random messages of the right types, and invalid bytes. The node goes on."""
 
 from __future__ import annotations
 
@@ -94,11 +94,11 @@ def test_bytes_that_are_no_message() -> None:
     talk = Talk()
     draw = np.random.default_rng(0)
     with served(talk.node) as hall:
-        guest = hall.guest()
+        client = hall.guest()
         for number in range(1, 300):
             topic = PREFIX + str(draw.choice(sorted(TOPICS)))
             frame = Frame(Kind.PUBLISH, number, topic, payload=draw.bytes(int(draw.integers(0, 200))))
-            assert guest.ask(frame).kind in (Kind.DONE, Kind.REFUSED)
+            assert client.ask(frame).kind in (Kind.DONE, Kind.REFUSED)
             talk.steps()
         assert len(hall.server.guests) == 1
     assert talk.node.refused > 200

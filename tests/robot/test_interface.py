@@ -34,7 +34,7 @@ def test_stray_characters_are_left_out(stray: str) -> None:
 
 
 @given(st.text())
-def test_whatever_the_file_holds_a_master_can_be_told(text: str) -> None:
+def test_a_master_accepts_the_urdf_of_any_file(text: str) -> None:
     (kept,) = ros_parameters(f"x{text}", node="/robot", sim_time=False)["robot"].values()
     sent = xmlrpc.client.dumps((kept,), "setParam").encode()
     ((came,), _) = xmlrpc.client.loads(sent)

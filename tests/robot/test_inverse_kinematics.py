@@ -90,9 +90,9 @@ def test_a_step_moves_the_tip_straight_to_the_target_by_its_share(model: mujoco.
     assert left == pytest.approx(before, abs=0.02 * float(np.abs(before).max()))
 
 
-@pytest.mark.parametrize(("caps", "most"), [((0.1, TIP_TURNING), (0.1, 9.9)), ((TIP_SPEED, 0.2), (2.0, 0.2))])
+@pytest.mark.parametrize(("caps", "limits"), [((0.1, TIP_TURNING), (0.1, 9.9)), ((TIP_SPEED, 0.2), (2.0, 0.2))])
 def test_caps_hold_way_and_turn_together(
-    model: mujoco.MjModel, caps: tuple[float, float], most: tuple[float, float]
+    model: mujoco.MjModel, caps: tuple[float, float], limits: tuple[float, float]
 ) -> None:
     solver, data = solver_of(model, caps=caps), at_home(model)
     start = solver.pose(data)
@@ -100,9 +100,9 @@ def test_caps_hold_way_and_turn_together(
     data.qpos[solver.qpos] += solver.step(data, target, STEP)
     refresh(model, data)
     way, turn = apart(start, solver.pose(data))
-    assert way <= most[0] * STEP * 1.02
-    assert turn <= most[1] * STEP * 1.02
-    assert max(way / most[0], turn / most[1]) > 0.9 * STEP
+    assert way <= limits[0] * STEP * 1.02
+    assert turn <= limits[1] * STEP * 1.02
+    assert max(way / limits[0], turn / limits[1]) > 0.9 * STEP
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -131,7 +131,7 @@ def test_where_the_target_leaves_a_choice_the_arm_goes_home_and_the_tip_stays(mo
         away.qpos[solver.qpos] += solver.step(away, target, STEP)
         refresh(model, away)
     assert apart(solver.pose(away), target) == pytest.approx((0.0, 0.0), abs=1e-4)
-    assert away.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # a little stays: it comes to rest
+    assert away.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # it rests with a small error
 
 
 def test_an_arm_that_is_stretched_out_comes_back_without_a_leap(model: mujoco.MjModel) -> None:
@@ -148,7 +148,7 @@ def test_an_arm_that_is_stretched_out_comes_back_without_a_leap(model: mujoco.Mj
 
 
 def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
-    # fastened at its right hand the robot moves all else with that arm: the torso, in whose frame its tip is given
+    # fixed at its right hand the robot moves all else with that arm: the torso, in whose frame its tip is given
     config = fixed(two_arms(), "hand_right")
     model = build_robot(config, timestep=Fraction(1, 240)).model
     arm = config.arms[0]

@@ -1,4 +1,4 @@
-"""Hands and grippers: which joints they are, and how far they are closed."""
+"""Hands and grippers: their joints, and how far they are closed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of robots: all of the robot is in them, and it fills them."""
+"""Pictures of robots: they show all of the robot, which fills them."""
 
 import math
 from pathlib import Path
@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model import build_robot, seen_corners
+from cellwright.robot.model import build_robot, visible_corners
 from cellwright.robot.pictures import camera_on, robot_heading, save_robot_picture
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -38,7 +38,7 @@ def test_the_whole_robot_is_in_the_picture_and_fills_it(
     world = build_robot(one_link(ModelShape("box", size, Pose(centre))))
     data = mujoco.MjData(world.model)
     camera = camera_on(world.model, data, heading, tilt, *shape)
-    column, row, depth = project(camera, seen_corners(world.model, data), *shape).T
+    column, row, depth = project(camera, visible_corners(world.model, data), *shape).T
     assert np.all(depth > 0)
     assert 0.02 <= column.min() / shape[0] <= column.max() / shape[0] <= 0.98
     assert 0.02 <= row.min() / shape[1] <= row.max() / shape[1] <= 0.98
@@ -67,7 +67,7 @@ def test_a_robot_of_which_nothing_is_seen_still_gives_a_picture(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("shape", [(0, 100), (100, 0), (100, 100_000)])
-def test_an_impossible_size_is_told(tmp_path: Path, shape: tuple[int, int]) -> None:
+def test_an_impossible_size_is_refused(tmp_path: Path, shape: tuple[int, int]) -> None:
     world = build_robot(one_link())
     with pytest.raises(UsageError, match="picture"):
         save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), *shape)

@@ -11,7 +11,7 @@ from cellwright.robot.ee_poses import VELOCITY_SHARE
 from cellwright.robot.inverse_kinematics import TURN_WEIGHT
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
-from cellwright.robot.servos import UNSAID_TURN
+from cellwright.robot.servos import DEFAULT_TURN_SPEED
 from cellwright.util.pose import Pose
 from tests.robot.bundled import apart, posture_near_home, qinglong, tandem, tips
 from tests.robot.robots import two_arms
@@ -30,7 +30,7 @@ def small() -> RobotNode:
 
 
 def run(node: RobotNode, seconds: float, each_tick: Callable[[float], None] = lambda _time: None) -> None:
-    """Let time pass, and call something before each tick with the time since the beginning [s]."""
+    """Run for a time, and call something before each tick with the time since the beginning [s]."""
     begin = node.simulation.time
     while node.simulation.time < begin + seconds - 1e-9:
         each_tick(node.simulation.time - begin)
@@ -54,7 +54,7 @@ def speed(node: RobotNode) -> float:
 
 
 def missed(tip: Pose, target: Pose) -> float:
-    """What is brought down: way and turn together [m]."""
+    """Return the error that the solver reduces: translation and rotation together [m]."""
     way, turn = apart(tip, target)
     return math.hypot(way, TURN_WEIGHT * turn)
 
@@ -125,7 +125,7 @@ def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None
 
     run(humanoid, 4.5, command)
     assert max(found) < 0.011  # 60 ms behind at 0.157 m/s
-    assert max(found) - min(found) < 0.002  # and evenly so
+    assert max(found) - min(found) < 0.002  # and evenly
 
 
 @pytest.mark.slow
@@ -276,4 +276,4 @@ def test_a_joint_that_the_urdf_sets_no_speed_for_is_sent_no_faster_than_it_is_dr
         fastest = max(fastest, abs(node.commander.applied[number] - before) * 240.0)
         before = node.commander.applied[number]
     assert before == pytest.approx(1.7, abs=1e-3)
-    assert fastest == pytest.approx(VELOCITY_SHARE * UNSAID_TURN, rel=1e-6)
+    assert fastest == pytest.approx(VELOCITY_SHARE * DEFAULT_TURN_SPEED, rel=1e-6)

@@ -1,4 +1,4 @@
-"""What the node says, and that saying it changes nothing."""
+"""Published topics: their content, and that publishing changes nothing."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
 
 
 def test_no_message_comes_before_the_clock_that_it_is_stamped_with() -> None:
-    talk, told = Talk(), list[float]()
+    talk, received = Talk(), list[float]()
     clock = 0.0
 
     def tick(message: Any) -> None:
@@ -50,22 +50,22 @@ def test_no_message_comes_before_the_clock_that_it_is_stamped_with() -> None:
         clock = message.clock.sec + message.clock.nanosec / 1e9
 
     def state(message: Any) -> None:
-        told.append(message.header.stamp.sec + message.header.stamp.nanosec / 1e9 - clock)
+        received.append(message.header.stamp.sec + message.header.stamp.nanosec / 1e9 - clock)
 
     talk.node.bus.subscribe("/io_teleop/joint_states", state)
     talk.node.bus.subscribe("/clock", tick)
     talk.seconds(0.5)
-    assert told == [0.0] * 50
+    assert received == [0.0] * 50
 
 
-def test_what_is_applied_is_told_with_those_that_follow() -> None:
+def test_applied_targets_include_mimic_joints() -> None:
     talk = Talk()
     heard = talk.listen("applied_joint_cmd")
     talk.joints({"finger_left": 0.03})
     talk.seconds(0.05)
-    told = dict(zip(heard[-1].name, heard[-1].position.tolist(), strict=True))
-    assert told["finger_left"] == told["thumb_left"] == 0.03
-    assert "antenna" not in told
+    targets = dict(zip(heard[-1].name, heard[-1].position.tolist(), strict=True))
+    assert targets["finger_left"] == targets["thumb_left"] == 0.03
+    assert "antenna" not in targets
 
 
 def test_stamps_are_of_the_time_that_was_asked_for() -> None:
@@ -75,7 +75,7 @@ def test_stamps_are_of_the_time_that_was_asked_for() -> None:
     talk.seconds(0.02)
     later.seconds(0.02)
     assert first[0].header.stamp.nanosec == 12_500_000
-    assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock no other is told"
+    assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock there is no other time"
 
 
 def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -> None:
@@ -99,7 +99,7 @@ def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -
     assert late == [heard[-1]], "it is latched"
 
 
-def test_the_status_counts_and_names_what_was_refused_and_passed_over() -> None:
+def test_the_status_counts_and_names_refused_and_ignored_input() -> None:
     talk = Talk()
     talk.joints({"nobody": 1.0, "waist": 0.1})
     with pytest.raises(Exception, match="names and"):
@@ -116,7 +116,7 @@ def test_the_status_counts_and_names_what_was_refused_and_passed_over() -> None:
     talk.clear()
     talk.seconds(0.2)
     assert heard[-1].message == "holds where it was stopped, until the next command"
-    talk.enable(wanted=False)
+    talk.enable(enabled=False)
     talk.seconds(0.2)
     assert heard[-1].message == "takes no commands: /io_teleop/set_enabled switches them on"
     talk.enable()
@@ -125,7 +125,7 @@ def test_the_status_counts_and_names_what_was_refused_and_passed_over() -> None:
 
 
 def scene(talk: Talk) -> str:
-    """Something of everything; the hash of the state in the end."""
+    """Run something of everything; return the state hash at the end."""
     for number in range(60):
         talk.joints({"waist": 0.5 - 0.01 * number, "elbow_left": 3.0}, node=f"/op{number % 2}")
         talk.steps(2)

@@ -1,4 +1,4 @@
-"""Links that may touch each other: two arms of a node that are told to cross."""
+"""Contacts between links: two arms of a node that are commanded to cross."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def gate() -> RobotConfig:
 
 
 @pytest.mark.parametrize("self_collision", [False, True])
-def test_bars_that_are_told_to_cross(self_collision: bool) -> None:
+def test_bars_that_are_commanded_to_cross(self_collision: bool) -> None:
     rig = Rig(RobotNode(gate(), self_collision=self_collision))
     rig.begin()
     rig.send({"left": 1.2, "right": -1.2})
@@ -40,11 +40,11 @@ def test_bars_that_are_told_to_cross(self_collision: bool) -> None:
     if not self_collision:
         assert last == pytest.approx([1.2, -1.2], abs=1e-3)
         return
-    # they lean on each other where their reaches add up; how far each is pushed back is not determined
+    # they lean on each other where their reaches add up; the share of each is not determined
     assert _reach(last[0]) + _reach(-last[1]) == pytest.approx(APART, abs=0.02)
-    assert np.abs(positions[-1] - positions[-240]).max() < 0.05  # and all but stay there
+    assert np.abs(positions[-1] - positions[-240]).max() < 0.05  # and almost stay there
 
 
 def _reach(angle: float) -> float:
-    """How far inward a bar reaches that is turned by an angle [rad] [m]."""
+    """Return how far inward [m] a bar reaches that is turned by an angle [rad]."""
     return float(LENGTH * np.sin(angle) + THICKNESS / 2 * np.cos(angle))

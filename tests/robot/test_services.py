@@ -1,4 +1,4 @@
-"""A robot past its topics: what strangers may ask of it, and what is refused."""
+"""Services of a robot beside its topics: requests of clients, and refusals."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ def test_the_state_is_by_index_and_whole(node: RobotNode, services: RobotService
     state = services.state({})
     movable = [joint.name for joint in node.config.robot.movable]
     assert state["positions"][movable.index("shoulder_right")] == 0.5
-    assert state["positions"][movable.index("antenna")] == 0.0  # a ball joint has no one position
+    assert state["positions"][movable.index("antenna")] == 0.0  # a ball joint has no single position
     assert state["driven"] == node.driver.read().positions.tolist()
     assert state["targets"] == node.commander.applied.tolist()
     assert state["carrier"] == [0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0]
@@ -86,12 +86,12 @@ def test_a_tip_that_is_not_there(services: RobotServices) -> None:
 
 
 def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
-    node.commander.stop("somebody pressed the button")
+    node.commander.stop("a user pressed the button")
     before = node.driver.read().positions.copy()
     for service in (services.move, services.place):
-        with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
+        with pytest.raises(CellwrightError, match="takes no commands now: a user pressed the button"):
             service({"joints": [1], "positions": [0.5]})
-    with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
+    with pytest.raises(CellwrightError, match="takes no commands now: a user pressed the button"):
         services.place_base({"pose": [[1, 0, 0], [0, 0, 0, 1]]})
     np.testing.assert_array_equal(node.driver.read().positions, before)
     assert services.state({})["carrier"][0] == 0.0

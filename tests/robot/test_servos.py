@@ -1,4 +1,4 @@
-"""The servos against their law, written plainly; how near they come to the recorded robot is for its own tests."""
+"""Servos against a plain version of their law; the recorded robot has its own tests."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -11,7 +11,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.robot.model import TIMESTEP, build_robot
-from cellwright.robot.servos import FASTEST, GAIN, JointServos, Motion, fastest
+from cellwright.robot.servos import GAIN, MAX_SPEED, JointServos, Motion, fastest
 from tests.robot.bundled import qinglong
 from tests.robot.robots import two_arms
 
@@ -19,7 +19,7 @@ DRY_FRICTION = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
 
 
 class Listener(Device):
-    """Looks at the constraints that the servos have set up in the step that is under way."""
+    """Device that reads the constraints of the servos in the current step."""
 
     def __init__(self, servos: JointServos) -> None:
         super().__init__("listener")
@@ -114,7 +114,7 @@ def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
         positions, _, efforts = servos.read()
         largest = np.maximum(largest, np.abs(efforts))
         expected = simulation.data.qfrc_constraint[servos._dof]
-        alone = (positions > servos.lower + 0.01) & (positions < servos.upper - 0.01)  # no limit pushes, too
+        alone = (positions > servos.lower + 0.01) & (positions < servos.upper - 0.01)  # no limit acts too
         assert efforts[alone] == pytest.approx(expected[alone], abs=1e-9)
     assert (largest <= most * (1 + 1e-9)).all()
     assert largest[servos.joints.index("shoulder_right")] > 1.0
@@ -122,9 +122,9 @@ def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
 
 def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
     paths, iterations = [], []
-    for is_told in (True, False):
+    for is_commanded in (True, False):
         simulation, servos = simulated(config=qinglong())
-        if not is_told:
+        if not is_commanded:
             servos._attainable = np.zeros(simulation.model.nv)
         chance = np.random.default_rng(2)
         middle = (servos.lower + servos.upper) / 2
@@ -170,7 +170,7 @@ def step_for(simulation: Simulation, seconds: float) -> None:
 
 
 def sent(servos: JointServos, **targets: float) -> None:
-    """Have some joints go somewhere."""
+    """Command some joints."""
     wanted = servos.targets
     for name, position in targets.items():
         wanted[servos.joints.index(name)] = position
@@ -221,7 +221,7 @@ def test_a_weak_drive_takes_its_time() -> None:
     assert times[1.0] > 1.5 * times[80.0]
 
 
-def test_a_joint_that_follows_goes_along_whatever_it_is_told() -> None:
+def test_a_mimic_joint_ignores_its_own_target() -> None:
     simulation, servos = simulated()
     sent(servos, finger_left=0.04, thumb_left=0.0)
     for _ in range(60):
@@ -267,7 +267,7 @@ def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) ->
 
 def test_no_joint_is_driven_faster_than_the_engine_can_follow() -> None:
     turning = Joint("a", JointType.REVOLUTE, "base", "link", limits=Limits(velocity=1e9))
-    assert fastest(turning) == FASTEST
+    assert fastest(turning) == MAX_SPEED
     assert fastest(replace(turning, limits=Limits(velocity=3.0))) == 3.0
     assert fastest(replace(turning, limits=Limits())) == 10.0
     assert fastest(replace(turning, limits=Limits(), type=JointType.PRISMATIC)) == 1.0

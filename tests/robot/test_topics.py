@@ -48,7 +48,7 @@ def heard(node: RobotNode, seconds: float = 0.02) -> list[Any]:
     return found
 
 
-def test_state_is_told_a_hundred_times_a_second_as_forward_kinematics_has_it(node: RobotNode) -> None:
+def test_state_is_published_a_hundred_times_a_second_as_forward_kinematics_gives_it(node: RobotNode) -> None:
     messages = heard(node, 0.5)
     assert len(messages) == 50
     assert messages[0].header.frame_id == "base"

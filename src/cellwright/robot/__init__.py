@@ -1,4 +1,4 @@
-"""The robot controller node: any robot, driven over the `io_teleop` topics.
+"""Robot controller node: any robot, driven over the `io_teleop` topics.
 
 `AssembledRobot` is for programs that are controller nodes themselves, as those of the io_teleop stack are.
 """

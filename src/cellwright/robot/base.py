@@ -1,4 +1,4 @@
-"""The base of a robot that is not fastened to the world: it goes where it is told, at once, as in the original."""
+"""Base of a robot that is not fixed to the world: commands move it at once, as in the original."""
 
 import math
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ from cellwright.robot.model import BASE_BODY
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
 
-LARGEST_STEP = 10.0
-"""What one message may move the base by [m], or turn it by [rad]; as a speed [m/s; rad/s], too."""
-FARTHEST = 1000.0
-"""So far from the world's origin it may be [m]."""
+MAX_STEP = 10.0
+"""Maximum motion of the base by one message [m; rad]; also its maximum speed [m/s; rad/s]."""
+MAX_DISTANCE = 1000.0
+"""Maximum distance from the world's origin [m]."""
 TIMEOUT = 0.2
-"""So long [s] a speed is kept when no other comes."""
+"""Time [s] for which a speed holds without a new one."""
 MODE = "base_command_mode"
-"""Key of a robot configuration that says what commands of the base mean."""
+"""Key of a robot configuration for the meaning of base commands."""
 
 _MEANING = {
     BaseMode.ORIGINAL: "turn [rad], move along y [m]",
@@ -29,7 +29,7 @@ _MEANING = {
 
 
 class Base(Device):
-    """A robot's base; `base_command_mode` of its configuration (`delta` or `velocity`) makes commands three numbers."""
+    """Base of a robot; with the configuration key `base_command_mode`, a command is three numbers instead of two."""
 
     def __init__(self, config: RobotConfig) -> None:
         super().__init__("base")
@@ -47,23 +47,23 @@ class Base(Device):
         self._mocap = int(simulation.model.body(BASE_BODY).mocapid[0])
 
     def reset(self) -> None:
-        """Stand where the configuration says."""
+        """Return to the configured pose."""
         self.halt()
         self.place(self._first)
 
     def command(self, data: Sequence[float]) -> None:
-        """Carry out a command: two or three numbers, whose meaning and units `mode` says.
+        """Execute a command: two or three numbers, with meaning and units by `mode`.
 
         Raises:
-            RejectedCommandError: the numbers are not what they should be; nothing was changed.
+            RejectedCommandError: the numbers are invalid; nothing was changed.
         """
         count = 2 if self.mode is BaseMode.ORIGINAL else 3
         if len(data) != count:
             raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_MEANING[self.mode]}")
         if not all(map(math.isfinite, data)):
             raise RejectedCommandError(f"the numbers must be finite, not {list(data)}")
-        if any(abs(value) > LARGEST_STEP for value in data):
-            raise RejectedCommandError(f"no number of a base's command may be beyond {LARGEST_STEP:g}")
+        if any(abs(value) > MAX_STEP for value in data):
+            raise RejectedCommandError(f"no number of a base's command may be beyond {MAX_STEP:g}")
         if self.mode is BaseMode.VELOCITY:
             self._velocity = (data[0], data[1], data[2])
             self._until = self.simulation.now + nanoseconds(TIMEOUT)
@@ -74,12 +74,12 @@ class Base(Device):
             self._move(data[0], 0.0, data[1])
 
     def halt(self) -> None:
-        """Move no further."""
+        """Stop."""
         self._velocity, self._until = (0.0, 0.0, 0.0), 0
         self.set_stepping(False)
 
     def before_step(self) -> None:
-        """Move on, in the mode of velocities."""
+        """Move on, in velocity mode."""
         if self.simulation.now >= self._until:
             self.halt()
             return
@@ -90,7 +90,7 @@ class Base(Device):
             self.halt()
 
     def get_state(self) -> State:
-        """Where it is, and how it moves."""
+        """Return pose and velocity."""
         return {
             "position": list(self.pose.position),
             "quaternion": list(self.pose.quaternion),
@@ -99,7 +99,7 @@ class Base(Device):
         }
 
     def set_state(self, state: State) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         x, y, z = state["position"]
         self.place(Pose((x, y, z), tuple(state["quaternion"])))
         turn, forward, left = state["velocity"]
@@ -107,14 +107,14 @@ class Base(Device):
 
     def _move(self, turn: float, x: float, y: float) -> None:
         moved = self.pose @ Pose.from_rpy((x, y, 0.0), (0.0, 0.0, turn))
-        if any(abs(value) > FARTHEST for value in moved.position):
-            raise RejectedCommandError(f"the base may be {FARTHEST:g} m from the origin, and no farther")
-        length = math.hypot(*moved.quaternion)  # else it would grow with every message
+        if any(abs(value) > MAX_DISTANCE for value in moved.position):
+            raise RejectedCommandError(f"the base may be {MAX_DISTANCE:g} m from the origin, and no farther")
+        length = math.hypot(*moved.quaternion)  # without this it would grow with every message
         w, i, j, k = (value / length for value in moved.quaternion)
         self.place(Pose(moved.position, (w, i, j, k)))
 
     def place(self, pose: Pose) -> None:
-        """Put what carries the robot somewhere, at once: `pose` is world_T_base."""
+        """Place the carrying body at once: `pose` is world_T_base."""
         self.pose = pose
         data = self.simulation.data
         data.mocap_pos[self._mocap] = np.array(pose.position)

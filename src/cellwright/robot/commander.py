@@ -22,15 +22,16 @@ from cellwright.robot.servos import Array, MimicJoints, fastest
 class Commander(Device):
     """Targets of all joints.
 
-    What commands bring passes the gate, then becomes what is desired, and from there, within limits and as fast as is
-    allowed, what is applied: the driver gets that. `max_accelerations` [rad/s^2; m/s^2] says by joint how fast targets
-    may change their speed; others are not bounded.
+    Targets of commands pass the gate and become the desired positions. The applied positions follow within limits of
+    position, speed and acceleration; the driver gets these. `max_accelerations` [rad/s^2; m/s^2] limits the
+    acceleration of targets by joint; others are unlimited.
 
     Attributes:
         numbers: number of each joint with one degree of freedom, by name.
-        taken: how many commands were followed since the node was made.
-        ignored: how many came while none is taken, or named no joint of the robot; the bus counts what is refused.
-        why_held: why the robot was held last, in a sentence; empty when it follows commands.
+        taken: number of followed commands since the node was made.
+        ignored: number of commands that came while none was taken, or named no joint of the robot; the bus counts
+            refused ones.
+        why_held: reason for the last hold, in a sentence; empty while the robot follows commands.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class Commander(Device):
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
         self.taken = self.ignored = 0
         self.on_hold: list[Callable[[], None]] = []
-        """Called whenever all joints are held, and before they go home: what moves by itself is to end then."""
+        """Called when all joints are held, and before they go home; autonomous motions must end then."""
         self.on_clear: list[Callable[[], None]] = []
         """Called when an emergency stop is cleared."""
         joints = [robot.joint(name) for name in driver.joints]
@@ -67,10 +68,10 @@ class Commander(Device):
         self.is_enabled = not safety.start_disabled
         self.is_stopped = self.is_homing = False
         self.why_held = ""
-        self._ignored_for = ""  # for what reason the newest commands were ignored
+        self._ignored_for = ""  # reason why the newest commands were ignored
 
     def reset(self) -> None:
-        """Hold what the robot stands in."""
+        """Hold the initial posture."""
         self._seconds = float(self.simulation.clock.timestep)
         self.limiter.begin(self.driver.read().positions)
         self.gate.forget()
@@ -78,23 +79,29 @@ class Commander(Device):
         self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
         self.why_held = ""
         if self._safety.start_disabled:
-            self.limiter.hold(self.applied)  # once it is enabled it is approached slowly, as after any hold
+            self.limiter.hold(self.applied)  # the first targets are approached slowly, as after any hold
 
     @property
     def applied(self) -> Array:
-        """What the joints are given [rad; m]."""
+        """Positions that the driver gets [rad; m]."""
         return self.limiter.applied
 
     @property
     def takes_commands(self) -> bool:
-        """Whether commands are taken now; if not, they are ignored, and counted."""
+        """True if commands are taken now; otherwise they are ignored, and counted."""
         return self.is_enabled and not self.is_stopped and not self.is_homing
 
     def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool | None]) -> None:
-        """Carry out a command that came in on a topic, by `act`, which returns False where nothing is for this robot.
+        """Carry out a command of a topic.
+
+        Args:
+            topic: its topic.
+            node: its sender.
+            stamp: its stamp [ns]; 0 for none.
+            act: carries it out; returns False if nothing in it is for this robot.
 
         Raises:
-            RejectedCommandError: it is not to be carried out, for example because of its stamp [ns] (0: it has none).
+            RejectedCommandError: it is refused, for example because of its stamp.
         """
         if not self.takes_commands:
             self._ignore(topic, node)
@@ -110,40 +117,40 @@ class Commander(Device):
         self.watchdog.hear(topic, node)
 
     def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
-        """Have joints, by their number, follow a topic to positions [rad; m]; cut off at their limits.
+        """Let joints, by number, follow a topic to positions [rad; m], clipped to their limits.
 
-        Start guard and clutch are meant for what is `guarded`.
+        Start guard and clutch apply to `guarded` positions only.
 
         Raises:
-            RejectedCommandError: the start guard refuses it; nothing was changed then.
+            RejectedCommandError: the start guard refuses it; nothing was changed.
         """
         chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
         beyond = self.limiter.follow(JOINT_SOURCES.index(topic), chosen, targets, self.measured, guarded=guarded)
         if len(beyond):
             names, lower, upper = self.driver.joints, self.limiter.lower, self.limiter.upper
-            asked = dict(zip(chosen.tolist(), targets, strict=True))
-            self.notices.tell_of_limits(
-                topic, [(names[each], asked[each], lower[each], upper[each]) for each in beyond.tolist()]
+            requested = dict(zip(chosen.tolist(), targets, strict=True))
+            self.notices.log_limits(
+                topic, [(names[each], requested[each], lower[each], upper[each]) for each in beyond.tolist()]
             )
 
     def aim(self, joints: Iterable[int], positions: Iterable[float]) -> None:
-        """Have joints, by their number, go to positions [rad; m] by the wish of the node's own program."""
+        """Move joints, by number, to positions [rad; m] on request of the node's own program."""
         if not self.takes_commands:
             self.ignored += 1
             return
         self.limiter.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
         self.taken += 1
 
-    def leads(self, topic: str, joints: Iterable[int]) -> bool:
-        """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
+    def is_source_of(self, topic: str, joints: Iterable[int]) -> bool:
+        """Return True if these joints follow a topic: no other has commanded them since, and none was held."""
         return bool((self.limiter.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
 
     def stand(self) -> None:
-        """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
+        """Hold the robot's current position, as long as there was no command."""
         self.limiter.stand(self.measured())
 
     def hold(self, why: str) -> None:
-        """Hold all joints where they stand; what was asked for is forgotten, so that nothing jumps afterwards."""
+        """Hold all joints where they are; earlier targets are discarded, so that nothing jumps afterwards."""
         self.limiter.hold(self.measured())
         self.watchdog.forget()
         self.is_homing = False
@@ -156,17 +163,17 @@ class Commander(Device):
         if not self.is_stopped:
             self.is_stopped = True
             self.hold(why)
-            self.notices.tell(f"{why}; /io_teleop/clear_emergency_stop ends it")
+            self.notices.log(f"{why}; /io_teleop/clear_emergency_stop ends it")
 
     def clear_stop(self) -> None:
-        """End an emergency stop: the robot stays where it is until the next command."""
+        """End an emergency stop: the robot holds until the next command."""
         self.is_stopped = False
         self.why_held = "holds where it was stopped, until the next command"
         for begin in self.on_clear:
             begin()
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
-        """Take commands, or none: then the robot holds where it stands."""
+        """Take commands, or hold and take none."""
         if self.is_enabled and not enabled:
             self.hold("commands are switched off")
         elif enabled and not self.is_enabled:
@@ -174,7 +181,7 @@ class Commander(Device):
         self.is_enabled = enabled
 
     def begin_homing(self, joints: Numbers, positions: Array) -> None:
-        """Bring joints to positions [rad; m], and take no command meanwhile."""
+        """Move joints to positions [rad; m], and take no command meanwhile."""
         for end in self.on_hold:
             end()
         self.limiter.release()
@@ -183,12 +190,12 @@ class Commander(Device):
         self.is_homing, self.why_held = True, ""
 
     def end_homing(self) -> None:
-        """Take commands again: the robot has come home."""
+        """Take commands again: the robot is home."""
         self.limiter.release()
         self.is_homing = False
 
     def before_step(self) -> None:
-        """Give the driver what is to be applied in this step."""
+        """Give the driver the applied positions of this step."""
         self.watchdog.look()
         limiter, mimics = self.limiter, self.mimics
         if limiter.advance(self._seconds):
@@ -198,7 +205,7 @@ class Commander(Device):
             self.driver.command(limiter.applied)
 
     def get_state(self) -> State:
-        """Targets, flags, and whose commands are taken."""
+        """Return targets, flags, and the state of gate and watchdog."""
         return {
             **self.limiter.get_state(),
             "gate": self.gate.get_state(),
@@ -210,7 +217,7 @@ class Commander(Device):
         }
 
     def set_state(self, state: State) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         self.limiter.set_state(state)
         self.gate.set_state(state["gate"])
         self.watchdog.set_state(state["silent"])
@@ -218,11 +225,11 @@ class Commander(Device):
         self.why_held = state["why held"]
 
     def measured(self) -> Array:
-        """Where the joints stand [rad; m]."""
+        """Return the positions of the joints [rad; m]."""
         return self.driver.read().positions
 
     def _ignore(self, topic: str, node: str) -> None:
-        """Count a command that is not taken now; tell once why none is."""
+        """Count an ignored command; log the reason once."""
         self.ignored += 1
         if self.is_stopped:
             why = "the emergency stop is on (/io_teleop/clear_emergency_stop ends it)"
@@ -232,33 +239,33 @@ class Commander(Device):
             why = "the robot is on its way home"
         if why != self._ignored_for:
             self._ignored_for = why
-            self.notices.tell(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
+            self.notices.log(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
 
 
 UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
-"""Topics on which a command may come once and hold for long: silence means nothing there."""
+"""Topics on which one command may hold for long: their silence has no meaning."""
 
 
 class Watchdog:
-    """Holds joints that a topic moves when nothing has come on it for `silence` [s]; None: never."""
+    """Watchdog: holds joints whose topic was silent for `silence` [s]; None: never."""
 
     def __init__(self, commander: Commander, silence: float | None) -> None:
         self._commander, self._silence = commander, silence
-        self._silent: dict[str, list[int]] = {}  # topics, with the joints that were held for their silence
+        self._silent: dict[str, list[int]] = {}  # silent topics, with the joints held for them
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """The topics that have fallen silent, and for which joints are still held: nobody else moves them."""
+        """Silent topics with joints that are still held: no other source moves them."""
         source = self._commander.limiter.source
         return tuple(sorted(topic for topic, joints in self._silent.items() if (source[joints] == NO_SOURCE).any()))
 
     @property
     def is_all_silent(self) -> bool:
-        """Whether the robot holds because nothing has come for too long, from anybody."""
+        """True if the robot holds because all topics have been silent for too long."""
         return bool(self.topics) and not (self._commander.limiter.source >= 0).any()
 
     def look(self) -> None:
-        """Hold the joints of topics that have fallen silent by now."""
+        """Hold the joints of topics that have become silent."""
         if self._silence is None:
             return
         commander, limiter = self._commander, self._commander.limiter
@@ -269,47 +276,47 @@ class Watchdog:
             if len(joints):
                 limiter.hold(commander.measured(), joints)
                 self._silent[topic] = joints.tolist()
-                commander.notices.tell(f"nothing has come on {topic} for {self._silence:g} s: its joints are held")
+                commander.notices.log(f"nothing has come on {topic} for {self._silence:g} s: its joints are held")
 
     def hear(self, topic: str, node: str) -> None:
-        """Take note of a command that was taken."""
+        """Note a command that was taken."""
         if topic in self._silent:
             del self._silent[topic]
-            self._commander.notices.tell(f"{topic} is heard again, from {node or 'a client'}")
+            self._commander.notices.log(f"{topic} is heard again, from {node or 'a client'}")
 
     def forget(self) -> None:
-        """Begin anew: all joints are held for another reason, or go home."""
+        """Clear: all joints are held for another reason, or go home."""
         self._silent.clear()
 
     def get_state(self) -> dict[str, list[int]]:
-        """The silent topics and what was held for them, as JSON values."""
+        """Return the silent topics and their held joints, as JSON values."""
         return {topic: list(joints) for topic, joints in self._silent.items()}
 
     def set_state(self, state: Mapping[str, list[int]]) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         self._silent = {topic: list(joints) for topic, joints in state.items()}
 
 
 HOMING_TIMEOUT = 5.0
-"""So long [s] the way home may take."""
+"""Maximum duration of homing [s]."""
 HOME_TOLERANCE = 1e-3
-"""So near [rad; m] to its place a joint is at home."""
+"""Position tolerance of a joint at home [rad; m]."""
 HOME_SPEED_TOLERANCE = 1e-2
-"""So slow [rad/s; m/s] it has to be there."""
+"""Maximum speed of a joint at home [rad/s; m/s]."""
 MAX_WAITING_CALLS = 1000
-"""More callers than these are not kept waiting at a time; they come from outside, and must not eat the memory."""
+"""Maximum number of waiting callers; the limit protects memory from clients."""
 HOMING_RESPONSE = "Service successfully triggered!"
-"""What the original answers."""
+"""Response of the original."""
 
 
 class Homing(Device):
-    """Brings the robot home, and says so once it is there.
+    """Homing: moves the robot home, and responds to the callers at the end.
 
-    Arms, waist, head and lift go to their home postures where the configuration has such, grippers open. All other
-    joints go where they were last told to.
+    Arms, waist, head and lift go to their configured home postures, and grippers open. All other joints go to their
+    newest targets.
     """
 
-    STATE = ("_until",)  # who waits for it is not kept
+    STATE = ("_until",)  # waiting callers are not saved
 
     def __init__(self, config: RobotConfig, commander: Commander) -> None:
         super().__init__("homing")
@@ -324,13 +331,13 @@ class Homing(Device):
         self._waiting: list[Later] = []
 
     def reset(self) -> None:
-        """Nobody is on the way."""
+        """Clear the waiting callers and the running motion."""
         self._until = None
         self._answer("the node has begun anew")
         self.set_stepping(False)
 
     def go_home(self, _row: Row, _request: TriggerRequest, node: str) -> Any:
-        """Answer a call: at once if the robot may not move, else when it is home. Two calls are one way home."""
+        """Handle a call: fail at once if the robot may not move, else respond at home. Two calls share one motion."""
         commander = self._commander
         if commander.is_stopped:
             return _failure("the emergency stop is on: /io_teleop/clear_emergency_stop ends it")
@@ -341,7 +348,7 @@ class Homing(Device):
             commander.begin_homing(self._joints, self._positions)
             self._until = self.simulation.now + nanoseconds(HOMING_TIMEOUT)
             self.set_stepping(True)
-            commander.notices.tell(f"going home, as {node or 'a client'} asked for")
+            commander.notices.log(f"going home, as {node or 'a client'} asked for")
         if len(self._waiting) >= MAX_WAITING_CALLS:
             return _failure(f"the robot goes home, and {MAX_WAITING_CALLS} calls wait for it already")
         later = Later()
@@ -349,7 +356,7 @@ class Homing(Device):
         return later
 
     def after_step(self) -> None:
-        """See whether the robot is there, or will not be."""
+        """Check whether the robot is home, or has failed."""
         commander, until = self._commander, self._until
         if until is None or not commander.is_homing:
             self._end_if_held()
@@ -367,11 +374,11 @@ class Homing(Device):
             self._end(f"{why}; the robot is held where it stands")
 
     def close(self) -> None:
-        """Tell those who wait that nothing will come of it."""
+        """Respond to waiting callers that homing has failed."""
         self._answer("the node has stopped")
 
     def _end_if_held(self) -> None:
-        """End a way home that something else has ended already."""
+        """End homing after a hold."""
         if self._until is not None:
             self._end(f"the robot was held on its way: {self._commander.why_held}")
 
@@ -379,7 +386,7 @@ class Homing(Device):
         self._until = None
         self.set_stepping(False)
         if why_not:
-            self._commander.notices.tell(f"reset: {why_not}")
+            self._commander.notices.log(f"reset: {why_not}")
         self._answer(why_not)
 
     def _answer(self, why_not: str) -> None:

@@ -1,4 +1,4 @@
-"""Command topics and services of the robot's node: messages checked and made into targets."""
+"""Command topics and services of the robot's node: validated messages, converted to targets."""
 
 import math
 from collections import Counter
@@ -18,14 +18,14 @@ from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
 from cellwright.util.errors import RejectedCommandError
 
 MAX_ENTRIES = 4096
-"""Longer messages are refused: no robot has so many joints."""
+"""Maximum entries of a message: more than any robot has joints."""
 
 
 def joint_targets(message: Any) -> dict[str, float]:
-    """Positions [rad; m] by joint name.
+    """Return positions [rad; m] by joint name.
 
     Raises:
-        RejectedCommandError: the message makes no sense; the text says why.
+        RejectedCommandError: the message is invalid; the text says why.
     """
     names: list[str] = message.name
     count = len(message.position)
@@ -37,7 +37,7 @@ def joint_targets(message: Any) -> dict[str, float]:
         )
     found = dict(zip(names, message.position.tolist(), strict=True))
     if len(found) != count:
-        counts = Counter(names)  # in one walk: the message is a stranger's, and physics waits
+        counts = Counter(names)  # in one pass: the message is untrusted, and physics waits
         twice = next(name for name in names if counts[name] > 1)
         raise RejectedCommandError(f"{twice!r:.80} is named twice: which of the two is meant")
     for name, position in found.items():
@@ -47,7 +47,7 @@ def joint_targets(message: Any) -> dict[str, float]:
 
 
 def gripper_statuses(message: Any, count: int) -> list[float]:
-    """How far each of `count` grippers is to be closed; names count for nothing, and what is too much is cut off.
+    """Return the status of each of `count` grippers; names are ignored, and surplus numbers cut off.
 
     Raises:
         RejectedCommandError: there are fewer numbers than grippers, or some are not finite.
@@ -72,18 +72,18 @@ class Commands:
         self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
 
     def _follow(self, row: Row, message: Any, node: str, *, hand: int | None = None) -> None:
-        """Follow targets of joints, of a hand or of any."""
-        topic, allowed, asked = row.name, None if hand is None else self._hands[hand], joint_targets(message)
+        """Follow targets of joints, either of one hand or of any."""
+        topic, allowed, targets = row.name, None if hand is None else self._hands[hand], joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
 
         def act() -> bool:
             known = {
                 numbers[name]: position
-                for name, position in asked.items()
+                for name, position in targets.items()
                 if name in numbers and name not in commander.mimics.leaders and (allowed is None or name in allowed)
             }
-            if len(known) < len(asked):
-                self._tell_of_others(topic, allowed, asked)
+            if len(known) < len(targets):
+                self._log_ignored_names(topic, allowed, targets)
             if known:
                 commander.follow(topic, known.keys(), known.values(), guarded=True)
             return bool(known)
@@ -94,15 +94,15 @@ class Commands:
     target_right_hand = partialmethod(_follow, hand=RIGHT)
     target_left_hand = partialmethod(_follow, hand=LEFT)
 
-    def _tell_of_others(self, topic: str, allowed: frozenset[str] | None, asked: dict[str, float]) -> None:
-        """Tell of names that are passed over, each once."""
+    def _log_ignored_names(self, topic: str, allowed: frozenset[str] | None, targets: dict[str, float]) -> None:
+        """Log ignored names, each once."""
         commander = self._commander
         strange: dict[str, str] = {}
-        for name in asked:
+        for name in targets:
             if name in commander.mimics.leaders:
                 leader = commander.mimics.leaders[name]
                 line = f"{topic}: {name} follows {leader}; its own target is passed over (told once)"
-                commander.notices.tell_once(f"follows {name}", line)
+                commander.notices.log_once(f"follows {name}", line)
             elif name in commander.numbers:
                 if allowed is not None and name not in allowed:
                     strange[name] = "is no joint of that hand"
@@ -111,26 +111,26 @@ class Commands:
                 strange[name] = f"is a {kind} joint, which takes no position"
             else:
                 strange[name] = "is no joint of this robot"
-        commander.notices.tell_of_unknown(topic, strange)
+        commander.notices.log_unknown(topic, strange)
 
     def target_grippers(self, row: Row, message: Any, node: str) -> None:
-        """Close each gripper so far."""
+        """Move the grippers to the requested statuses."""
         topic = row.name
-        wanted = gripper_statuses(message, len(self._grippers))
+        values = gripper_statuses(message, len(self._grippers))
         joints = np.concatenate([gripper.joints for gripper in self._grippers])
         positions = np.concatenate(
-            [gripper.positions(status) for gripper, status in zip(self._grippers, wanted, strict=True)]
+            [gripper.positions(status) for gripper, status in zip(self._grippers, values, strict=True)]
         )
-        if len(message.position) > len(wanted):
+        if len(message.position) > len(values):
             line = (
-                f"{topic}: {len(message.position)} numbers for {len(wanted)} grippers: those at the end are passed over"
+                f"{topic}: {len(message.position)} numbers for {len(values)} grippers: those at the end are passed over"
             )
-            self._commander.notices.tell_once(topic, f"{line} (told once)")
+            self._commander.notices.log_once(topic, f"{line} (told once)")
 
         def act() -> None:
-            if not all(0.0 <= status <= 1.0 for status in wanted):
-                said = ", ".join(f"{status:.4g}" for status in wanted)
-                self._commander.notices.tell_now_and_then(topic, f"{topic}: kept within 0 and 1: {said} was asked for")
+            if not all(0.0 <= status <= 1.0 for status in values):
+                shown = ", ".join(f"{status:.4g}" for status in values)
+                self._commander.notices.log_throttled(topic, f"{topic}: kept within 0 and 1: {shown} was asked for")
             self._commander.follow(topic, joints, positions)
 
         self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
@@ -140,7 +140,7 @@ class Commands:
         self._commander.take(row.name, node, 0, lambda: self._base.command(message.data.tolist()))
 
     def stop(self, _row: Row, message: Any, node: str) -> None:
-        """True stops; false is what a button says that is not pressed, and clears nothing."""
+        """Stop on true; false comes from a button that is not pressed, and clears nothing."""
         if message.data:
             self._commander.stop(f"emergency stop by {node or 'a client'}")
 
@@ -150,7 +150,7 @@ class Commands:
         if not commander.is_stopped:
             return TriggerResponse(success=True, message="there was no emergency stop")
         commander.clear_stop()
-        commander.notices.tell(f"emergency stop cleared by {node or 'a client'}")
+        commander.notices.log(f"emergency stop cleared by {node or 'a client'}")
         return TriggerResponse(success=True, message="the robot stays where it is until the next command")
 
     def set_enabled(self, _row: Row, request: SetBoolRequest, node: str) -> SetBoolResponse:
@@ -162,5 +162,5 @@ class Commands:
             )
         if commander.is_enabled != request.data:
             commander.set_enabled(request.data)
-            commander.notices.tell(f"commands are switched {'on' if request.data else 'off'} by {node or 'a client'}")
+            commander.notices.log(f"commands are switched {'on' if request.data else 'off'} by {node or 'a client'}")
         return SetBoolResponse(success=True, message="takes commands" if request.data else "takes no commands")

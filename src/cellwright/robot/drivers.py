@@ -16,10 +16,10 @@ from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
 
 
 class Driver(Protocol):
-    """A robot's joints, as the node drives and reads them.
+    """Driver of a robot's joints, as the node commands and reads them.
 
-    Every array is in the order of `joints`: one number each [rad; m]. Targets are finite, within the limits of the
-    joints, and past all safety.
+    Every array is in the order of `joints`: one number each [rad; m]. Targets are finite and within the limits of the
+    joints, and have passed all safety checks.
     """
 
     @property
@@ -28,39 +28,39 @@ class Driver(Protocol):
         ...
 
     def command(self, targets: Array) -> None:
-        """Go to these positions; called before a step, and only when they have changed."""
+        """Move to these positions; called before a step, and only when they have changed."""
         ...
 
     def read(self) -> JointReadings:
-        """The joints as they are now; called after a step."""
+        """Return the current readings; called after a step."""
         ...
 
     def close(self) -> None:
-        """Let go of the robot, which is to stand still from then on."""
+        """Release the robot, which must stand still from then on."""
         ...
 
 
 DRIVER_TIMEOUT = 0.5
-"""Silence of a driver [s] that counts as failure; the frames of the field give feedback as long."""
+"""Silence of a driver [s] that counts as failure; as long as other robot frameworks wait for feedback."""
 FIRST_READING_TIMEOUT = 10.0
-"""How long the first reading may take [s]: the hardware may have to be found and switched on."""
+"""Maximum duration of the first reading [s]: the hardware may have to be found and switched on."""
 
-_IDLE_INTERVAL = 0.05  # [s] between two readings when the node asks for nothing
+_IDLE_INTERVAL = 0.05  # [s] between two readings while the node is idle
 _JOIN_TIMEOUT = 0.5  # [s]
 _COLUMNS = ", ".join(JointReadings._fields[:-1]) + " and " + JointReadings._fields[-1]
 
 
 class DriverError(CellwrightError):
-    """A driver that does not do what `Driver` asks of it; the text says what."""
+    """Driver that breaks the protocol of `Driver`; the text says how."""
 
 
 class LiveDriver:
-    """Stands before the node as the driver of all joints of the robot with one degree of freedom.
+    """Adapter from a user's driver to all joints of the robot with one degree of freedom.
 
-    The driver may have some of them only, in any order; the others stay as the robot is put up. Hardware answers when
-    it likes, and the node never waits for it: targets are left for a thread, and what the driver read last is what the
-    node knows. A driver that raises, reads what is no number or says nothing for too long has failed: it is told to
-    hold the posture that it read last, and is given no target until somebody clears that.
+    The driver may have only some of them, in any order; the others keep their initial positions. The node never waits
+    for hardware: a thread takes the newest targets, and the node sees the newest readings. A driver fails when it
+    raises, returns invalid numbers or is silent for too long. It then holds the posture that it read last, and gets no
+    target until the failure is cleared.
 
     Args:
         config: the robot.
@@ -68,7 +68,7 @@ class LiveDriver:
         patience: silence [s] that counts as failure.
 
     Raises:
-        DriverError: its joints are not the robot's, or its first reading fails; it has been closed then.
+        DriverError: its joints are not the robot's, or its first reading fails; the driver is closed in both cases.
     """
 
     def __init__(self, config: RobotConfig, driver: Driver, *, patience: float = DRIVER_TIMEOUT) -> None:
@@ -82,7 +82,7 @@ class LiveDriver:
             close_driver(driver)
             raise
         self.count = 0
-        """How often the driver was read."""
+        """Number of readings."""
         still = np.zeros(len(self.joints))
         start = np.array([config.start.get(name, 0.0) for name in self.joints])
         self._readings = JointReadings(start, still, still)
@@ -104,14 +104,14 @@ class LiveDriver:
 
     @property
     def fault(self) -> str:
-        """Why the driver is held; empty while it works."""
+        """Reason why the driver is held; empty while it works."""
         with self._lock:
             if not self._fault and time.monotonic() - self._heard > self._patience:
                 self._fault = f"it has said nothing for {self._patience:g} s"
             return self._fault
 
     def clear(self) -> None:
-        """Trust the driver again, with a posture read anew; it fails again if nothing has changed."""
+        """Use the driver again, from a new reading; it fails again if the cause persists."""
         with self._lock:
             self._fault = ""
             self._is_holding = False
@@ -119,19 +119,19 @@ class LiveDriver:
             self._heard = time.monotonic()
 
     def command(self, targets: Array) -> None:
-        """Leave targets [rad; m] of all joints for the thread; what was left before and not taken is forgotten."""
+        """Set targets [rad; m] of all joints for the thread; they replace targets that it has not taken yet."""
         with self._lock:
             if not self._fault:
                 self._targets = targets[self._places].copy()
         self._awake.set()
 
     def read(self) -> JointReadings:
-        """What was read last."""
+        """Return the newest readings."""
         self._awake.set()
         return self._readings
 
     def close(self) -> None:
-        """Let go of the robot. A driver that is stuck is not waited for."""
+        """Release the robot, without waiting for a driver that is stuck."""
         self._has_ended = True
         self._awake.set()
         if threading.current_thread() is not self._thread:
@@ -143,7 +143,7 @@ class LiveDriver:
                 self._turn()
             except DriverError as error:
                 self._fail(str(error))
-            except BaseException as error:  # it is somebody else's code, and the node goes on
+            except BaseException as error:  # user code must not stop the node
                 self._fail(in_a_line(error))
             first.set()
             self._awake.wait(_IDLE_INTERVAL)
@@ -151,7 +151,7 @@ class LiveDriver:
         close_driver(self._driver)
 
     def _turn(self) -> None:
-        """Give the driver what is new, and read it."""
+        """Pass new targets to the driver, and read it."""
         with self._lock:
             targets, self._targets = self._targets, None
             is_failed = bool(self._fault)
@@ -159,8 +159,8 @@ class LiveDriver:
                 targets = None if self._is_holding else self._readings.positions[self._places].copy()
         if targets is not None:
             self._driver.command(targets)
-            with self._lock:  # not before: a hold that did not get through is said again
-                self._is_holding = is_failed and bool(self._fault)  # it may have been cleared meanwhile
+            with self._lock:  # not before: a hold that failed is sent again
+                self._is_holding = is_failed and bool(self._fault)  # the failure may have been cleared meanwhile
         readings = self._checked(self._driver.read())
         with self._lock:
             self._readings = readings
@@ -173,8 +173,8 @@ class LiveDriver:
         columns = []
         for name, old, values in zip(JointReadings._fields, self._readings, found, strict=True):
             if np.ndim(values) != 1:
-                what = f"{name}: {_describe_value(values)}"
-                raise DriverError(f"read() is to give {_COLUMNS}, each a number for each joint; {what}")
+                problem = f"{name}: {_describe_value(values)}"
+                raise DriverError(f"read() is to give {_COLUMNS}, each a number for each joint; {problem}")
             given = np.asarray(values, dtype=float)
             if given.shape != self._places.shape:
                 raise DriverError(f"{name} of {given.size} joints were read, and it has {self._places.size}")
@@ -194,7 +194,7 @@ class LiveDriver:
 
 
 def close_driver(driver: Driver) -> None:
-    """Close a driver; what it raises then changes nothing any more."""
+    """Close a driver, and ignore what it raises."""
     with contextlib.suppress(BaseException):
         driver.close()
 
@@ -204,10 +204,10 @@ def _describe_value(value: object) -> str:
 
 
 def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """The number of each of the driver's joints among the robot's."""
+    """Return the number of each of the driver's joints among the robot's."""
     try:
         names = tuple(driver.joints)
-    except Exception as error:  # somebody else's code
+    except Exception as error:  # user code
         raise DriverError(f"the driver cannot be used: its joints: {in_a_line(error)}") from error
     for name in names:
         if name not in joints:
@@ -218,10 +218,10 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
 
 
 class Mirror(Device):
-    """Puts the model's joints where the robot's are, before each step, so that nothing moves by physics.
+    """Device that sets the model's joints to the robot's positions before each step, in place of physics.
 
-    It calls `stop`, with the reason, when the driver has failed, and `stand` while it works: until its first target
-    nothing holds the robot, and somebody may move it.
+    It calls `stop`, with the reason, when the driver has failed, and `stand` while it works. Until the first target
+    nothing holds the robot, and it may be moved by hand.
     """
 
     def __init__(
@@ -231,11 +231,11 @@ class Mirror(Device):
         self._driver, self._servos, self._stop, self._stand = driver, servos, stop, stand
 
     def reset(self) -> None:
-        """Begin with the posture of the robot."""
+        """Start in the posture of the robot."""
         self._show()
 
     def before_step(self) -> None:
-        """Look at the robot; a driver that has failed is an emergency stop."""
+        """Read the robot; a driver that has failed causes an emergency stop."""
         self._show()
         fault = self._driver.fault
         if fault:
@@ -244,7 +244,7 @@ class Mirror(Device):
             self._stand()
 
     def close(self) -> None:
-        """Let go of the robot."""
+        """Release the robot."""
         self._driver.close()
 
     def _show(self) -> None:
@@ -252,11 +252,11 @@ class Mirror(Device):
 
 
 def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
-    """What makes a driver for a robot: a class in `path/to/file.py:Class`, or `package.module:Class`.
+    """Return the factory of a driver: a class in `path/to/file.py:Class`, or `package.module:Class`.
 
     Raises:
-        DriverError: there is no such file, module or class, or it fails when it is imported. Making the driver raises
-            it too, when that fails.
+        DriverError: there is no such file, module or class, or its import fails. Making the driver raises it too, when
+            that fails.
     """
     if not plugins.is_class_path(name):
         raise DriverError(f"a driver is given as path.py:Class or module:Class, not {name!r}")

@@ -1,4 +1,4 @@
-"""End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there."""
+"""End-effector poses: the topics, and the inverse kinematics steps that bring the tips of the arms there."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,16 +22,16 @@ from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
 
 VELOCITY_SHARE = 0.9
-"""Share of the speeds of the servos that a way to a pose makes use of: what is left, they need to keep up."""
+"""Share of the servos' speeds for motions to a pose; they need the rest to keep up."""
 MAX_POSE_DISTANCE = 1000.0
-"""Farther away than this [m] a pose is taken for a mistake."""
+"""Maximum distance of a pose [m]; a farther one is taken for a mistake."""
 MIN_QUATERNION_LENGTH = 1e-6
-"""A quaternion shorter than this has no direction."""
+"""Minimum length of a quaternion with a direction."""
 
 
 @dataclass
 class _Arm:
-    """An arm, and where it is being brought: nowhere while `target` is None."""
+    """An arm and its target pose; it has no motion while `target` is None."""
 
     numbers: Array
     solver: ArmSolver
@@ -41,25 +41,24 @@ class _Arm:
 
 
 class EePoses(Device):
-    """The poses of the tips of all arms: right, left.
+    """Target poses of the tips of all arms: right, left.
 
-    Steps are made on a posture of its own (the desired one), not on the robot's: physics is left alone, the servos
-    follow, and what is aimed at depends on nothing but the commands. Joints that do not belong to an arm are where they
-    are told to be; a waist is never moved to reach something. A later command for joints of an arm, whoever gives it,
-    ends the way of that arm; the next poses begin a new one.
+    Steps start from the desired posture, not from the robot's: the servos follow, and the targets depend on the
+    commands alone. Joints outside the arms keep their targets; a waist never moves to reach a pose. A later command for
+    joints of an arm, from any source, ends the motion of that arm. The next poses begin a new one.
 
     Args:
         config: the robot.
         commander: decides whether a command is taken, and has joints follow.
-        told: the time that messages carry [ns].
-        caps: how fast a tip may be brought to its target: along [m/s], and about [rad/s].
+        message_time: returns the time that messages carry [ns].
+        caps: maximum speed of a tip along [m/s], and about [rad/s].
     """
 
     def __init__(
-        self, config: RobotConfig, commander: Commander, told: Callable[[], int], caps: tuple[float, float]
+        self, config: RobotConfig, commander: Commander, message_time: Callable[[], int], caps: tuple[float, float]
     ) -> None:
         super().__init__("ee poses")
-        self._config, self._commander, self._told, self._caps = config, commander, told, caps
+        self._config, self._commander, self._message_time, self._caps = config, commander, message_time, caps
         self._arms: list[_Arm] = []
 
     def attach(self, simulation: Simulation) -> None:
@@ -91,43 +90,43 @@ class EePoses(Device):
             self._arms.append(_Arm(numbers, solver, reference, np.array(arm.home)))
 
     def reset(self) -> None:
-        """Bring no arm anywhere."""
+        """End all motions."""
         for arm in self._arms:
             arm.target = None
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The link of each arm in whose frame its poses are given."""
+        """Reference link of each arm, in whose frame its poses are given."""
         return tuple(arm.reference for arm in self._arms)
 
     @property
     def targets(self) -> tuple[Pose | None, ...]:
-        """Where each tip is being brought, reference_T_tip; None for an arm that is not."""
+        """Target of each tip, reference_T_tip; None for an arm without one."""
         return tuple(arm.target for arm in self._arms)
 
     def aim(self, poses: Sequence[Pose | None]) -> None:
-        """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm, None to leave it alone."""
+        """Set the target of each arm's tip, reference_T_tip; None leaves an arm unchanged."""
         measured = self._commander.measured()
         for arm, pose in zip(self._arms, poses, strict=True):
             if pose is None:
                 continue
-            if arm.target is None or not self._commander.leads(TARGET_EE_POSES, arm.numbers):
+            if arm.target is None or not self._commander.is_source_of(TARGET_EE_POSES, arm.numbers):
                 arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
                 self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
             arm.target = pose
 
     def poses(self, link: str | None = None) -> list[Pose]:
-        """reference_T_tip of each arm, or reference_T_link of any link, as the robot's joints were read last."""
+        """Return reference_T_tip of each arm, or reference_T_link of any link, from the newest readings."""
         self._data.qpos[self._qpos] = self._commander.measured()
         mujoco.mj_kinematics(self._model, self._data)
         return [arm.solver.pose(self._data, link) for arm in self._arms]
 
     def before_step(self) -> None:
-        """Aim the joints of each arm that is on its way one step further."""
+        """Move the joints of each arm with a target one step further."""
         commander = self._commander
         moving = []
         for arm in self._arms:
-            if arm.target is not None and commander.leads(TARGET_EE_POSES, arm.numbers):
+            if arm.target is not None and commander.is_source_of(TARGET_EE_POSES, arm.numbers):
                 moving.append((arm, arm.target))
             else:
                 arm.target = None
@@ -145,26 +144,26 @@ class EePoses(Device):
             commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
 
     def get_state(self) -> State:
-        """Where the arms are being brought, and how far they are."""
+        """Return the targets of the arms and their progress."""
         return {
             "targets": [arm.target and [*arm.target.position, *arm.target.quaternion] for arm in self._arms],
             "positions": [arm.positions.tolist() for arm in self._arms],
         }
 
     def set_state(self, state: State) -> None:
-        """Go on from there."""
+        """Restore what `get_state` returned."""
         for arm, target, positions in zip(self._arms, state["targets"], state["positions"], strict=True):
             arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
             arm.positions = np.array(positions)
 
     def target_ee_poses(self, row: Row, message: PoseArray, node: str) -> None:
-        """Bring the tips to poses.
+        """Move the tips to poses.
 
-        A `frame_id` that is the name of a link of the robot is the frame of the poses, as that link stands now; any
-        other, also the empty one, says nothing: each pose is given in the frame of its arm's reference.
+        A `frame_id` that names a link of the robot gives the frame of the poses, at that link's current pose. Any
+        other, including the empty one, has no meaning: each pose is in the frame of its arm's reference.
 
         Raises:
-            RejectedCommandError: the message has not a pose for each arm, or one that means nothing.
+            RejectedCommandError: the number of poses is not that of the arms, or a pose is invalid.
         """
         count = len(self._arms)
         if len(message.poses) != count:
@@ -177,13 +176,15 @@ class EePoses(Device):
         self._commander.take(row.name, node, nanoseconds(message.header.stamp), lambda: self.aim(poses))
 
     def ee_poses(self, output: Output) -> None:
-        """Where the tips are."""
+        """Publish the poses of the tips."""
         frame = self.references[0] if len(set(self.references)) == 1 else ""
-        output.sample(lambda: PoseArray(header(frame, self._told()), [pose_message(each) for each in self.poses()]))
+        output.sample(
+            lambda: PoseArray(header(frame, self._message_time()), [pose_message(each) for each in self.poses()])
+        )
 
 
 def _checked_pose(message: PoseMessage, where: str) -> Pose:
-    """The pose in a message; its quaternion scaled to unit length."""
+    """Return the pose in a message, with a unit quaternion."""
     p, q = message.position, message.orientation
     numbers = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
     length = math.hypot(*numbers[3:])

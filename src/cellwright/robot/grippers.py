@@ -11,10 +11,10 @@ from cellwright.robot.servos import Array
 
 
 class GripperRange:
-    """A gripper's joints between open and closed: the two limits of each, as the configuration has them.
+    """Range of a gripper's joints from open to closed: their two limits, in the configured order.
 
-    Joints without limits, those that follow another, and those of more than one degree of freedom, which have no
-    number, have no part in it.
+    Joints without limits, mimic joints, and joints of more than one degree of freedom, which have no number, are left
+    out.
     """
 
     def __init__(self, gripper: Gripper, robot: RobotModel, numbers: Mapping[str, int]) -> None:
@@ -26,12 +26,12 @@ class GripperRange:
         self._way = np.array([end - begin for begin, end in ways])
 
     def positions(self, status: float) -> Array:
-        """Where the joints are to be for a status from 0 to 1 [rad; m]."""
+        """Return the positions of the joints at a status from 0 to 1 [rad; m]."""
         found: Array = self._open + min(1.0, max(0.0, status)) * self._way
         return found
 
     def status(self, positions: Array) -> float:
-        """How far the gripper is closed, 0 to 1, with all joints of the robot at `positions` [rad; m]."""
+        """Return how far the gripper is closed, 0 to 1, with all joints of the robot at `positions` [rad; m]."""
         whole = float(np.abs(self._way).sum())
         if whole <= 0.0:
             return 0.0
@@ -42,18 +42,18 @@ class GripperRange:
 def gripper_ranges(
     grippers: Sequence[Gripper], robot: RobotModel, numbers: Mapping[str, int]
 ) -> tuple[GripperRange, ...]:
-    """Of all grippers, in their order."""
+    """Return the ranges of all grippers, in their order."""
     return tuple(GripperRange(gripper, robot, numbers) for gripper in grippers)
 
 
 RIGHT, LEFT = 0, 1
-"""Places of the two sides in a configuration's lists of arms and grippers."""
+"""Indices of the two sides in a configuration's lists of arms and grippers."""
 
 
 def hand_joints(config: RobotConfig, side: int) -> frozenset[str] | None:
-    """The joints of a hand, by name: those of the gripper, and all that hang below the last joint of the arm.
+    """Return the joints of a hand by name: those of the gripper, and all below the last joint of the arm.
 
-    None where the configuration has neither arms nor grippers, so that nothing is known of hands.
+    None if the configuration has neither arms nor grippers, so that the hands are unknown.
     """
     if not config.arms and not config.grippers:
         return None

@@ -1,9 +1,9 @@
 """Interface of the robot's node: the table of io_teleop topics and services, and its ROS parameters.
 
-Names, types and rates are those of the io_teleop stack, as its public ROS 1 workspace and those who speak to it have
-them. What it has no name for (what was really applied, enabling, emergency stop) is marked as Cellwright's own.
-Handlers are methods of the objects that `RobotNode` hands to `bind`. Targets are heard with best effort: in ROS 2 a
-subscription that asks for more hears nothing from the adopters that publish so.
+Names, types and rates are those of the io_teleop stack, from its public ROS 1 workspace and its clients. Additions are
+marked as Cellwright's own: the targets that were really applied, enabling, emergency stop. Handlers are methods of the
+objects that `RobotNode` hands to `bind`. Target topics subscribe with best effort: in ROS 2 a reliable subscription
+receives nothing from best-effort publishers, which some adopters use.
 """
 
 import re
@@ -16,7 +16,7 @@ from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import BEST_EFFORT, Kind, Pace, Row, Where, says, takes
 
 NODE = "/sim_robot_controller_node"
-"""The node's name in ROS when nothing else is said: that of the vendor's general node."""
+"""Default name of the node in ROS: that of the vendor's general node."""
 
 TOPIC, SERVICE = Kind.TOPIC, Kind.SERVICE
 ALWAYS, ARMS, GRIPPERS = Where.ALWAYS, Where.ARMS, Where.GRIPPERS
@@ -85,13 +85,13 @@ IO_TELEOP = (
 # fmt: on
 
 JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Direction.IN and row.type in (JOINTS, POSES))
-"""Topics whose messages are targets of joints. Their numbers, by this order, are part of the saved state."""
+"""Topics whose messages are joint targets. Their indices in this order are part of the saved state."""
 
 
 def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
 ) -> tuple[Row, ...]:
-    """The rows of a robot's node, with its cameras that take pictures, and /clock where it tells its own time."""
+    """Return the rows of a robot's node, with its working cameras, and /clock if it publishes its own time."""
     there = {
         Where.ALWAYS: True,
         Where.ARMS: bool(config.arms),
@@ -105,14 +105,14 @@ def rows(
 
 
 DESCRIPTION = "robot_description"
-"""The parameter that holds a robot's URDF, wherever ROS looks for one."""
+"""Standard ROS parameter for a robot's URDF."""
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that no XML may hold. URDFs that were passed on for years do, and a master cannot be told of them."""
+"""Characters that XML forbids. Old URDFs contain them, and a ROS master rejects them."""
 
 
 def ros_parameters(urdf: str, *, node: str, sim_time: bool) -> dict[str, Any]:
-    """The parameters of a node, in nested dictionaries by their names; an empty URDF is left out."""
+    """Return the parameters of a node, in nested dictionaries by their names; an empty URDF is left out."""
     found: dict[str, Any] = {"use_sim_time": True} if sim_time else {}
     if urdf:
         found[node.strip("/")] = {DESCRIPTION: _NOT_XML.sub("", urdf)}

@@ -5,10 +5,10 @@ Each step is the solution of a quadratic program on the engine's Jacobians:
     minimise   |W (J dq - step)|^2 + damping |dq - N posture|^2     over dq
     subject to the limits of position and velocity of each joint
 
-`step` goes straight towards the target. `posture` leads home, and N lets through only what leaves the tip where it is:
-an arm with more joints than it needs has a posture of its own for each pose, and a target is still met exactly. The
-damping grows with the step that is left: far from the target, or at one that is out of reach, it keeps the iteration
-from overshooting where the arm is stretched out; close to a target it is next to nothing.
+`step` goes straight towards the target. `posture` leads home, and N passes only motions that leave the tip in place. So
+a redundant arm has a posture of its own for each pose, and still meets its target exactly. The damping grows with the
+remaining error. It is almost zero close to a target. Far from it, or at one out of reach, it prevents overshoot where
+the arm is stretched out.
 """
 
 import math
@@ -22,28 +22,34 @@ from cellwright.robot.servos import Array
 from cellwright.util.pose import Pose
 
 TURN_WEIGHT = 0.2
-"""What an error of 1 rad counts beside one of 1 m [m]: as in the original's controller; the size of a hand."""
+"""Weight of an error of 1 rad against one of 1 m [m]: as in the original's controller; the size of a hand."""
 GAIN = 60.0
-"""Share of the error that is made good [1/s], as long as no bound is met; commands at 100 Hz melt into one motion."""
+"""Gain of the error [1/s] within the limits; commands at 100 Hz merge into one motion."""
 POSTURE_GAIN, POSTURE_SPEED = 2.0, 0.5
-"""How the posture goes home: share of the way [1/s], and most that it is moved by [rad/s; m/s]."""
+"""Posture motion towards home: gain [1/s], and maximum speed [rad/s; m/s]."""
 
 POSTURE_REST = 0.02
-"""Slower than this the posture does not creep on, so that an arm comes to rest [rad/s; m/s]."""
+"""Minimum speed of the posture [rad/s; m/s]; a slower one is zero, so that an arm comes to rest."""
 
-_LEAST_DAMPING = 1e-6  # keeps the program convex; an arm that is stretched out still meets what it reaches to 1e-6 m
-_DAMPING = 0.2  # for a step of 1 m [m]; measured: with 0.05 an arm of 0.7 m trembles at targets that it cannot reach
-_ROW_DAMPING = 1e-5  # what counts as a singular direction for N
+_MIN_DAMPING = 1e-6  # keeps the program convex; a stretched arm still meets reachable targets within 1e-6 m
+_DAMPING = 0.2  # for a step of 1 m [m]; measured: with 0.05 an arm of 0.7 m trembles at targets out of reach
+_ROW_DAMPING = 1e-5  # limit of a singular direction for N
 _OPTIMAL = 1
-_UNBOUNDED = 1e30  # as the solver has it
+_UNBOUNDED = 1e30  # infinity of the solver
 
 
 class ArmSolver:
-    """Steps of the joints of one arm, each with one degree of freedom, that bring the link `tip` to a pose.
+    """Solver of joint steps for one arm, each joint with one degree of freedom, that bring the link `tip` to a pose.
 
-    Poses are given in the frame of the link `reference`. The arm keeps to the posture `home` where they leave a choice,
-    and to its limits of position [rad; m] and velocity [rad/s; m/s]; `caps` are the greatest speeds of the tip along
-    [m/s] and about [rad/s].
+    Args:
+        model: the engine's model.
+        joints: names of the arm's joints.
+        tip: link that is brought to a pose.
+        reference: link in whose frame poses are given.
+        home: posture that the arm prefers among all that meet the pose [rad; m].
+        lower, upper: limits of position [rad; m].
+        velocity: limits of speed [rad/s; m/s].
+        caps: maximum speed of the tip along [m/s] and about [rad/s].
     """
 
     def __init__(
@@ -76,12 +82,12 @@ class ArmSolver:
         self._turned, self._turn = np.zeros(4), np.zeros(3)
 
     def pose(self, data: mujoco.MjData, link: str | None = None) -> Pose:
-        """reference_T_tip, or reference_T_link; positions of bodies in `data` are up to date."""
+        """Return reference_T_tip, or reference_T_link; positions of bodies in `data` are up to date."""
         body = self._tip if link is None else self._model.body(body_of(link)).id
         return _body_pose(data, self._reference).inverse() @ _body_pose(data, body)
 
     def error(self, data: mujoco.MjData, target: Pose) -> Array:
-        """Way and turn from the tip to `target`, reference_T_tip, along the axes of the world [m, rad]."""
+        """Return translation and rotation from tip to `target`, reference_T_tip, along the world's axes [m, rad]."""
         tip, reference = self._tip, self._reference
         error = np.empty(6)
         error[:3] = self._goal(data, target) - data.xpos[tip]
@@ -91,7 +97,7 @@ class ArmSolver:
         return error
 
     def step(self, data: mujoco.MjData, target: Pose, time: float) -> Array:
-        """How far each joint is to be moved within `time` [s] to bring the tip nearer to `target` [rad; m].
+        """Return the motion of each joint within `time` [s] that brings the tip nearer to `target` [rad; m].
 
         Joint positions in `data` are within their limits, bodies and motion axes up to date (`mj_kinematics` and
         `mj_comPos`).
@@ -99,7 +105,7 @@ class ArmSolver:
         error = self.error(data, target)
         jacobian = self._weights[:, None] * self._jacobian_of(data, target)
         step = self._weights * (self._share(error, time) * error)
-        damping = _LEAST_DAMPING + _DAMPING * math.sqrt(step @ step)
+        damping = _MIN_DAMPING + _DAMPING * math.sqrt(step @ step)
 
         position = data.qpos[self.qpos]
         posture = self._posture(position, jacobian, time)
@@ -113,12 +119,12 @@ class ArmSolver:
             self._kinds,
         )
         moved: Array = np.asarray(found)
-        return moved if flag == _OPTIMAL else np.zeros_like(position)  # no step was found: stand still
+        return moved if flag == _OPTIMAL else np.zeros_like(position)  # no step was found: do not move
 
     def _posture(self, position: Array, jacobian: Array, time: float) -> Array:
-        """The way home that leaves the tip where it is [rad; m]: N posture."""
-        most = POSTURE_SPEED * time
-        posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * (self._home - position), most), -most)
+        """Return the motion towards home that leaves the tip in place [rad; m]: N posture."""
+        limit = POSTURE_SPEED * time
+        posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * (self._home - position), limit), -limit)
         gram = jacobian @ jacobian.T + self._row_damping
         mujoco.mju_cholFactor(gram, 0.0)
         mujoco.mju_cholSolve(self._forces, gram, jacobian @ posture)
@@ -128,7 +134,7 @@ class ArmSolver:
         return posture
 
     def _share(self, error: Array, time: float) -> float:
-        """Which part of the error is to be made good in this step: all of it in one straight motion."""
+        """Return the share of the error for this step; the whole error shrinks in one straight motion."""
         share = -math.expm1(-GAIN * time)
         for way, speed in zip((math.hypot(*error[:3]), math.hypot(*error[3:])), self._caps, strict=True):
             if share * way > speed * time:
@@ -136,12 +142,12 @@ class ArmSolver:
         return share
 
     def _goal(self, data: mujoco.MjData, target: Pose) -> Array:
-        """Where the target is in the world [m]."""
+        """Return the target's position in the world [m]."""
         goal: Array = data.xpos[self._reference] + data.xmat[self._reference].reshape(3, 3) @ target.position
         return goal
 
     def _jacobian_of(self, data: mujoco.MjData, target: Pose) -> Array:
-        """How the arm's joints move its tip, as seen from the reference."""
+        """Return the Jacobian of the tip relative to the reference."""
         jacobian = self._jacobian
         mujoco.mj_jacBody(self._model, data, jacobian[:3], jacobian[3:], self._tip)
         found: Array = jacobian[:, self._dofs]
@@ -154,7 +160,7 @@ class ArmSolver:
 
 
 def _is_above(model: mujoco.MjModel, joints: list[int], body: int) -> bool:
-    """Whether one of the joints moves a body."""
+    """Return whether one of the joints moves a body."""
     bodies = {int(model.jnt_bodyid[joint]) for joint in joints}
     while body:
         if body in bodies:

@@ -1,8 +1,8 @@
 """Robot model of the engine: bodies, joints and shapes of a URDF robot, contact exclusions, and the floor.
 
-Joints are driven from outside, by `servos.py`. What a URDF leaves open is filled in as the original of the io_teleop
-node did: a link without mass weighs 1 kg, and the links that a gripper drives 0.1 kg (measured: with these the recorded
-motion of the QingLong is met, without them its wrists are four times too quick).
+`servos.py` drives the joints. Defaults for what a URDF omits are those of the original io_teleop node. A link without
+mass weighs 1 kg, and a link that a gripper drives 0.1 kg. (Measured: with these the QingLong follows its recorded
+motion. Without them its wrists are four times too quick.)
 """
 
 import math
@@ -32,9 +32,9 @@ Pair = tuple[str, str]
 
 
 def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[str]) -> list[Pair]:
-    """Pairs of `touched` links that are joined, by one joint that is `moved` in the engine or by any number of others.
+    """Return pairs of `touched` links that are joined, by one `moved` joint or by any number of other joints.
 
-    They never touch: their shapes overlap there by design.
+    They never touch: their shapes overlap there by design. A joint is `moved` if it moves in the engine.
     """
     group_of = {robot.root: 0}
     groups: list[list[str]] = [[robot.root]]
@@ -54,9 +54,9 @@ def joined_pairs(robot: RobotModel, moved: frozenset[str], touched: frozenset[st
 
 
 def overlapping_pairs(model: mujoco.MjModel, data: mujoco.MjData) -> list[Pair]:
-    """Pairs of bodies that reach into each other in the posture of `data`, each once.
+    """Return pairs of bodies that overlap in the posture of `data`, each once.
 
-    Where they do as the robot is put up, the shapes are too large, and would push each other apart for ever.
+    If they overlap in the initial posture, their shapes are too large, and would push each other apart for ever.
     """
     mujoco.mj_fwdPosition(model, data)
     found = {
@@ -68,24 +68,24 @@ def overlapping_pairs(model: mujoco.MjModel, data: mujoco.MjData) -> list[Pair]:
 
 
 def exclude_contacts(spec: Any, pairs: list[Pair]) -> None:
-    """Keep pairs of bodies from touching each other."""
+    """Exclude contacts between pairs of bodies."""
     for one, other in pairs:
         spec.add_exclude(bodyname1=one, bodyname2=other)
 
 
 FLOOR = "floor"
-"""Name of the geom."""
+"""Name of the floor's geom."""
 
-_VISUAL_GROUP = 2  # the group of geoms that are only seen
+_VISUAL_GROUP = 2  # group of visual geoms
 _BOX_CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 def add_floor(spec: Any) -> None:
-    """An endless floor at height 0, until `put_floor_under` says where it is."""
+    """Add an infinite floor at height 0, until `put_floor_under` moves it."""
     spec.worldbody.add_geom(
         name=FLOOR,
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=(0.0, 0.0, 1.0),  # a plane of size 0 has no end
+        size=(0.0, 0.0, 1.0),  # a plane of size 0 is infinite
         rgba=colours.FLOOR,
         group=_VISUAL_GROUP,
         contype=0,
@@ -94,46 +94,46 @@ def add_floor(spec: Any) -> None:
 
 
 def put_floor_under(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Put the floor where the lowest point of what is seen stands on it, in the posture of `data`."""
-    corners = seen_corners(model, data)
+    """Move the floor to the lowest visible point of the robot, in the posture of `data`."""
+    corners = visible_corners(model, data)
     if len(corners):
         floor = model.geom(FLOOR).id
         model.geom_pos[floor, 2] = corners[:, 2].min()
-        model.geom_sameframe[floor] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else the engine takes the world's height
+        model.geom_sameframe[floor] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else the engine uses the world's height
 
 
 def kinematics_of(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjData:
-    """Where bodies and shapes are in the posture of `data`, which is only read, and of which only `qpos` matters."""
+    """Return poses of bodies and shapes in the posture of `data`, which is only read; only its `qpos` matters."""
     still = mujoco.MjData(model)
     still.qpos[:], still.mocap_pos[:], still.mocap_quat[:] = data.qpos, data.mocap_pos, data.mocap_quat
     mujoco.mj_kinematics(model, still)
     return still
 
 
-def seen_corners(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Corners (n, 3) [m] of the boxes around all shapes that are seen, in the world; the floor has none.
+def visible_corners(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return corners (n, 3) [m] of the boxes around all visible shapes, in the world; without the floor.
 
-    A box lies along the axes of its shape. `data` is only read; what was computed from `qpos` before does not matter.
+    A box is aligned with the axes of its shape. `data` is only read; only its `qpos` matters.
     """
     still = kinematics_of(model, data)
-    seen = np.flatnonzero((model.geom_group <= _VISUAL_GROUP) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
-    middles, halves = model.geom_aabb[seen, :3], model.geom_aabb[seen, 3:]
+    visible = np.flatnonzero((model.geom_group <= _VISUAL_GROUP) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
+    middles, halves = model.geom_aabb[visible, :3], model.geom_aabb[visible, 3:]
     local = middles[:, None, :] + halves[:, None, :] * _BOX_CORNERS
-    turned = np.einsum("gij,gkj->gki", still.geom_xmat[seen].reshape(-1, 3, 3), local)
-    corners: np.ndarray[Any, np.dtype[np.float64]] = (turned + still.geom_xpos[seen][:, None, :]).reshape(-1, 3)
+    turned = np.einsum("gij,gkj->gki", still.geom_xmat[visible].reshape(-1, 3, 3), local)
+    corners: np.ndarray[Any, np.dtype[np.float64]] = (turned + still.geom_xpos[visible][:, None, :]).reshape(-1, 3)
     return corners
 
 
 DEFAULT_COLOUR = (0.62, 0.64, 0.67, 1.0)
-"""Of shapes that have no colour."""
-LEAST_LENGTH = 1e-4
-"""Least half length of a shape [m]: the engine takes none that is thinner."""
+"""Colour of shapes without one."""
+MIN_HALF_LENGTH = 1e-4
+"""Minimum half length of a shape [m]: the engine takes no thinner one."""
 
 
 class ShapeBuilder:
-    """Gives bodies their shapes; a mesh that many links use is loaded once.
+    """Builder of the shapes of bodies; a mesh that many links use is loaded once.
 
-    Where links may not touch each other (`is_touched`), what is only touched is left out.
+    If links cannot touch each other (`is_touched` is false), shapes for contact alone are left out.
     """
 
     def __init__(self, spec: Any, *, is_touched: bool) -> None:
@@ -143,7 +143,7 @@ class ShapeBuilder:
         self._names: dict[tuple[Path, Vector3], str] = {}
 
     def add(self, body: Any, shape: ModelShape) -> bool:
-        """Give a body a shape, without weight; returns whether it is one that is touched."""
+        """Add a shape without mass to a body; return True if it is one for contact."""
         is_touched = shape.is_touched and self._is_touched
         if not (is_touched or shape.is_seen):
             return False
@@ -152,7 +152,7 @@ class ShapeBuilder:
         else:
             x, y, z = shape.size
             halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, 0.0, 0.0)}.get(shape.kind, (x, y / 2, 0.0))
-            size = tuple(max(half, LEAST_LENGTH) for half in halves)
+            size = tuple(max(half, MIN_HALF_LENGTH) for half in halves)
             geom = body.add_geom(type=GEOM_TYPES[shape.kind], size=size, **pose_arguments(shape.pose))
         geom.rgba = shape.colour or DEFAULT_COLOUR
         geom.contype = geom.conaffinity = int(is_touched)
@@ -161,13 +161,13 @@ class ShapeBuilder:
         return is_touched
 
     def extent(self, shapes: Iterable[ModelShape]) -> list[float]:
-        """Edge lengths (3) [m] of the box around what is touched, along the axes of the link; 0 where nothing is."""
+        """Return edge lengths (3) [m] of the box around the shapes for contact, along the link's axes, or 0."""
         corners = [corner for shape in shapes if shape.is_touched for corner in self._corners(shape)]
         edges: list[float] = np.ptp(corners or [(0.0, 0.0, 0.0)], axis=0).tolist()
         return edges
 
     def _corners(self, shape: ModelShape) -> list[Vector3]:
-        """Corners [m] of the box around a shape, in the frame of its link."""
+        """Return corners [m] of the box around a shape, in the frame of its link."""
         if shape.mesh is not None:
             vertices, _ = self._read(shape.mesh, shape.size)
             lower, upper = vertices.min(axis=0), vertices.max(axis=0)
@@ -181,10 +181,10 @@ class ShapeBuilder:
     def _add_mesh(self, body: Any, shape: ModelShape, path: Path, *, is_touched: bool) -> Any:
         vertices, triangles = self._read(path, shape.size)
         if len(vertices) < 4 or (is_touched and is_flat(vertices)):
-            # the engine finds no hull around it: its box stands for it
+            # the engine finds no hull around it: its box replaces it
             lower, upper = vertices.min(axis=0), vertices.max(axis=0)
             x, y, z = ((lower + upper) / 2).tolist()
-            halves = np.maximum((upper - lower) / 2, LEAST_LENGTH)
+            halves = np.maximum((upper - lower) / 2, MIN_HALF_LENGTH)
             at = shape.pose @ Pose((x, y, z))
             return body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=halves, **pose_arguments(at))
         key = path, shape.size
@@ -194,7 +194,7 @@ class ShapeBuilder:
         return body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=self._names[key], **pose_arguments(shape.pose))
 
     def _read(self, path: Path, scale: Vector3) -> Mesh:
-        """A mesh [m], as large as a shape has it; a mirrored one keeps its outside outside."""
+        """Read a mesh [m], scaled to its shape; the outside of a mirrored one stays outside."""
         if path not in self._files:
             self._files[path] = read_mesh(path)
         vertices, triangles = self._files[path]
@@ -202,19 +202,19 @@ class ShapeBuilder:
 
 
 def pose_arguments(pose: Pose) -> dict[str, Any]:
-    """A pose as the engine's specification takes it."""
+    """Return a pose as arguments of the engine's specification."""
     return {"pos": pose.position, "quat": pose.quaternion if pose.quaternion != IDENTITY_QUATERNION else (1, 0, 0, 0)}
 
 
 TIMESTEP = Fraction(1, 240)
-"""Of the original's physics [s]."""
+"""Time step of the original's physics [s]."""
 DEFAULT_MASS = 1.0
-"""Of a link that the file gives no mass for [kg]; its inertia is that of a box around what is touched of it."""
+"""Mass of a link without one in the file [kg]; its inertia is that of a box around its shapes for contact."""
 FINGER_MASS = 0.1
-"""Of a link that a gripper's joint moves [kg]."""
+"""Mass of a link that a gripper's joint moves [kg]."""
 
-_LEAST_MASS, _LEAST_INERTIA = 1e-6, 1e-9  # the engine takes no body that moves and has none
-_LEAST_ROOM = 1e-6  # [rad; m]
+_MIN_MASS, _MIN_INERTIA = 1e-6, 1e-9  # the engine takes no moving body without them
+_MIN_RANGE = 1e-6  # [rad; m]
 _JOINT_TYPES = {
     JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
     JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
@@ -222,30 +222,30 @@ _JOINT_TYPES = {
     JointType.SPHERICAL: mujoco.mjtJoint.mjJNT_BALL,
 }
 BASE_BODY = "cellwright base"
-"""Name of the body that carries the robot: it has no place in the URDF, and moves as `target_base_move` says."""
+"""Name of the body that carries the robot: it is not in the URDF, and `target_base_move` moves it."""
 
 
 def body_of(link: str) -> str:
-    """Name of a link's body in the engine: the link's own, but for those of the world and of bodies that are ours."""
+    """Return the name of a link's body in the engine: the link's own, except for names of the world and our bodies."""
     return f"cellwright link {link}" if link == "world" or link.startswith("cellwright ") else link
 
 
 @dataclass(frozen=True)
 class RobotWorld:
-    """A robot, and the engine's model of it; joints and actuators have the names of joints, bodies those of `body_of`.
+    """A robot and its engine model; joints and actuators have the names of joints, bodies those of `body_of`.
 
-    The actuators exert nothing: their controls are where the targets of the joints stand [rad; m], so that they are
-    part of the engine's state and can be moved in its own window.
+    The actuators exert nothing. Their controls hold the targets of the joints [rad; m], and so are part of the
+    engine's state and can be moved in its own window.
     """
 
     config: RobotConfig
     model: mujoco.MjModel
 
     def put_in_first_pose(self, data: mujoco.MjData) -> None:
-        """Write the posture that the robot is put up in.
+        """Write the initial posture.
 
-        A joint that cannot be at 0 stands at the limit nearest to it: the original puts it up at 0 all the same, and
-        the first command makes it jump. Joints that follow another stand where that has them.
+        A joint that cannot be at 0 starts at the nearest limit. The original puts it at 0 all the same, and the first
+        command makes it jump. Mimic joints start where they follow their leader.
         """
         robot, positions = self.config.robot, dict(self.config.start)
         leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
@@ -258,25 +258,26 @@ class RobotWorld:
 
 
 def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_collision: bool = False) -> RobotWorld:
-    """The world with a robot in it and nothing else, without gravity, as in the original.
+    """Build a world with a robot in it and nothing else, without gravity, as in the original.
 
-    With `self_collision` links may touch each other, but for those that are joined or overlap as the robot is put up.
+    With `self_collision` links may touch each other, except for those that are joined or overlap in the initial
+    posture.
 
     Raises:
-        DescriptionError: it is a robot that the engine cannot build.
+        DescriptionError: the engine cannot build the robot.
     """
     spec = mujoco.MjSpec()
     spec.modelname = config.name
     spec.compiler.degree = False
-    spec.compiler.boundmass, spec.compiler.boundinertia = _LEAST_MASS, _LEAST_INERTIA
+    spec.compiler.boundmass, spec.compiler.boundinertia = _MIN_MASS, _MIN_INERTIA
     spec.compiler.balanceinertia = True
     option = spec.option
     option.timestep = float(timestep)
     option.gravity = (0.0, 0.0, 0.0)
-    option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # drives are constraints here: nothing is left to be damped
+    option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # drives are constraints here: nothing needs damping
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
-    option.iterations = 100  # two are usual; when many drives come to their bounds at once it takes up to fifty
+    option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
     builder = _Builder(spec, config, is_touched=self_collision)
     with _refusing(config):
         builder.build()
@@ -297,7 +298,7 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
 
 @contextmanager
 def _refusing(config: RobotConfig) -> Iterator[None]:
-    """Say in one sentence what the engine does not like about a robot, or what has become of its meshes meanwhile."""
+    """Report in one sentence why the engine refuses a robot, or why its meshes can no longer be read."""
     try:
         yield
     except (ValueError, ModelFileError) as error:
@@ -310,7 +311,7 @@ class _Builder:
         self._spec, self._config, self._robot = spec, config, config.robot
         self._shapes = ShapeBuilder(spec, is_touched=is_touched)
         self.touched: set[str] = set()
-        """Links with shapes that are touched."""
+        """Links with shapes for contact."""
         self._fingers = {self._robot.joint(name).child for gripper in config.grippers for name in gripper.joints}
         self._joints_at: dict[str, list[Joint]] = {name: [] for name in self._robot.links}
         for joint in self._robot.joints:
@@ -318,7 +319,7 @@ class _Builder:
             self._joints_at[joint.child].append(joint)
 
     def build(self) -> None:
-        """The base with the robot on it; it is grown from the link that is fastened to the world."""
+        """Build the base with the robot on it, from the link that is fixed to the world."""
         base = self._spec.worldbody.add_body(name=BASE_BODY, mocap=True, **pose_arguments(self._config.base_pose))
         first = self._config.fixed_link or self._robot.root
         body = base.add_body(name=body_of(first))
@@ -347,7 +348,7 @@ class _Builder:
                 ahead.append((grown, other, joint))
 
     def _add_joint(self, body: Any, joint: Joint, *, is_turned_over: bool) -> None:
-        """A joint; seen from its child, its axis points the other way and goes through where the child's frame is."""
+        """Add a joint; seen from its child, its axis is reversed and passes through the child's frame."""
         axis, at = joint.axis, (0.0, 0.0, 0.0)
         if is_turned_over:
             x, y, z = joint.origin.rotate(axis)
@@ -358,7 +359,7 @@ class _Builder:
             made.limited, made.range = _range(joint)
 
     def _fill(self, body: Any, link: Link) -> None:
-        """Mass and shapes of a link."""
+        """Add mass and shapes of a link."""
         body.explicitinertial = True
         inertial = link.inertial
         mass = DEFAULT_MASS if inertial is None else inertial.mass
@@ -374,23 +375,23 @@ class _Builder:
                 self.touched.add(link.name)
 
     def _inertia_of_shapes(self, link: Link) -> tuple[float, ...]:
-        """Of a link without mass: that of a box of 1 kg around what is touched; next to nothing where nothing is."""
+        """Return the inertia of a link without mass: of a 1 kg box around its shapes for contact, or almost 0."""
         x, y, z = self._shapes.extent(link.shapes)
         squares = (y * y + z * z, z * z + x * x, x * x + y * y)
-        return (*(max(DEFAULT_MASS / 12 * square, _LEAST_INERTIA) for square in squares), 0.0, 0.0, 0.0)
+        return (*(max(DEFAULT_MASS / 12 * square, _MIN_INERTIA) for square in squares), 0.0, 0.0, 0.0)
 
 
 def _range(joint: Joint) -> tuple[bool, tuple[float, float]]:
-    """Whether a joint has bounds on both sides, and these [rad; m]; the engine wants some room between them."""
+    """Return whether a joint has limits on both sides, and these [rad; m]; the engine needs some range between them."""
     lower, upper = joint.limits.lower, joint.limits.upper
     if not (math.isfinite(lower) and math.isfinite(upper)):
         return False, (0.0, 0.0)
-    room = max(0.0, _LEAST_ROOM - (upper - lower)) / 2
+    room = max(0.0, _MIN_RANGE - (upper - lower)) / 2
     return True, (lower - room, upper + room)
 
 
 def _in_link_frame(inertial: Inertial) -> tuple[float, ...]:
-    """The inertia about the centre of mass along the axes of the link, in the order of `Inertial`."""
+    """Return the inertia about the centre of mass along the axes of the link, in the order of `Inertial`."""
     xx, yy, zz, xy, xz, yz = inertial.inertia
     if inertial.pose.quaternion == IDENTITY_QUATERNION:
         return inertial.inertia

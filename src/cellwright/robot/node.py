@@ -1,4 +1,4 @@
-"""The robot controller node: the one place where robot, world, simulation, servos, safety and contract are joined."""
+"""Robot controller node: joins robot, world, simulation, servos, safety and interface."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -25,20 +25,20 @@ from cellwright.util.pose import Pose
 
 
 class RobotNode:
-    """A robot and its node, ready to run: each `simulation.step()` lets 1/240 s pass.
+    """A robot and its node, ready to run: each `simulation.step()` advances by 1/240 s.
 
     Args:
         config: the robot.
-        motion: how targets are reached.
+        motion: how joints reach their targets.
         timestep: length of a step [s].
-        self_collision: whether links may touch each other.
-        safety: what is guarded against.
+        self_collision: enables contacts between links.
+        safety: safety settings.
         node: name of the node in ROS.
-        sim_time: whether messages carry simulation time, which is then told on /clock.
-        stamp: the time that messages carry [ns], where that is not simulation time.
-        report: takes a line about refused input, at most one a second from each source.
-        driver: moves the robot in place of the simulation, which then only shows it; it is closed with the node, also
-            when there comes to be none.
+        sim_time: stamps messages with simulation time, which is then published on /clock.
+        stamp: returns the time that messages carry [ns], if that is not simulation time.
+        report: called with a line about refused input, at most one a second from each source.
+        driver: moves the robot instead of the simulation, which then only shows it. It is closed with the node, and
+            also if making the node fails.
 
     Raises:
         DriverError: the driver is not this robot's, or cannot be read.
@@ -70,7 +70,7 @@ class RobotNode:
             "sim_time": sim_time,
             "driver": driver is not None,
         }
-        """What it was made with besides its robot, as JSON values: what is needed to make it again."""
+        """Its settings besides the robot, as JSON values, from which it can be made again."""
         self.config = config
         self.name = config.name
         with ExitStack() as on_failure:
@@ -81,14 +81,14 @@ class RobotNode:
             self.servos = JointServos(config.robot, motion)
             self.driver: Driver = self.servos
             if driver is not None:
-                on_failure.pop_all()  # from here on it is closed by the thread that calls it
+                on_failure.pop_all()  # from here on its thread closes it
                 self.driver = live = LiveDriver(config, driver)
                 on_failure.callback(live.close)
             now = self.simulation.clock.read
             self.bus = Bus(now, report)
-            self.told = told = stamp if stamp is not None and not sim_time else now
-            """The time that messages carry [ns]."""
-            gate = CommandGate(safety, now, told)
+            self.told = message_time = stamp if stamp is not None and not sim_time else now
+            """Function that returns the time that messages carry [ns]."""
+            gate = CommandGate(safety, now, message_time)
             self.bus.on_given.append(gate.note_arrival)
             self.commander = Commander(
                 self.driver, config.robot, safety, gate, Notices(now, report), config.max_accelerations
@@ -96,26 +96,26 @@ class RobotNode:
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
             caps = (safety.tip_speed or TIP_SPEED, safety.tip_turning or TIP_TURNING)
-            self.ee_poses = EePoses(config, self.commander, told, caps)
+            self.ee_poses = EePoses(config, self.commander, message_time, caps)
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
             grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
             self.cameras = add_cameras(config, self.simulation, report)
-            """The cameras of the configuration that take pictures, by name."""
+            """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
             handlers = (
                 Commands(config, self.commander, grippers, self.base),
                 self.homing,
                 self.ee_poses,
-                Publications(config.robot, self.driver, self.commander, grippers, told),
-                CameraTopics(self.cameras, told),
+                Publications(config.robot, self.driver, self.commander, grippers, message_time),
+                CameraTopics(self.cameras, message_time),
             )
             bind(self.bus, self.simulation, table, handlers)
             self.simulation.reset()
             on_failure.pop_all()
 
     def _add_devices(self) -> None:
-        """Give the devices their places: what brings targets acts before the commander, which gives them on."""
+        """Add the devices in order: sources of targets act before the commander."""
         self.simulation.add(self.servos)
         if isinstance(self.driver, LiveDriver):
             self.commander.on_clear.append(self.driver.clear)
@@ -127,34 +127,34 @@ class RobotNode:
 
     @property
     def refused(self) -> int:
-        """How many commands and calls were refused."""
+        """Number of refused commands and calls."""
         return self.bus.refusals.total
 
     def out_of_sight(self) -> tuple[int, ...]:
-        """Ids of bodies that are not there to be seen: none."""
+        """Return the ids of hidden bodies: none."""
         return ()
 
     def link_pose(self, link: str) -> Pose:
-        """World_T_link, as the engine's model stands."""
+        """Return world_T_link in the engine's model."""
         self.simulation.refresh()
         body = self.simulation.data.body(body_of(link))
         return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
-        """What viewers draw beside the scene: `kind`, `sensors`: none, `tools`: the tips of the arms.
+        """Return what viewers draw beside the scene: `kind`, `sensors`: none, `tools`: the tips of the arms.
 
-        `body_index` gives the index in the scene's bodies, 0 for what stands still, for an id of the engine.
+        `body_index` maps an id of the engine to an index in the scene's bodies, 0 for fixed ones.
         """
         model = self.simulation.model
         bodies = [body_index(int(model.body(body_of(arm.tip)).id)) for arm in self.config.arms]
         return {"kind": "robot", "sensors": [], "tools": [[body, [0.0, 0.0, 0.0]] for body in bodies if body]}
 
     def sensor_overlay(self) -> dict[str, Any]:
-        """What viewers draw of sensors: nothing."""
+        """Return what viewers draw of sensors: nothing."""
         return {}
 
     def close(self) -> None:
-        """End: the robot is let go of. Again is no error."""
+        """Close the node and release the robot. A second call does nothing."""
         if not self._is_closed:
             self._is_closed = True
             self.simulation.close()

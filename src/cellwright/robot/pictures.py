@@ -1,4 +1,4 @@
-"""Pictures of robots: the camera stands where the whole robot is seen, and the light comes from behind it."""
+"""Pictures of robots: the camera shows the whole robot, and the light comes from behind the camera."""
 
 import math
 from pathlib import Path
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, render, save_png
-from cellwright.robot.model import RobotWorld, body_of, kinematics_of, seen_corners
+from cellwright.robot.model import RobotWorld, body_of, kinematics_of, visible_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
 WIDTH, HEIGHT = 900, 1000
-"""Of a picture, in pixels, unless told otherwise."""
+"""Default size of a picture [px]."""
 TURN, TILT = math.radians(-28), math.radians(12)
-"""From where a robot is seen [rad], unless told otherwise: to the right of its front, and from above."""
+"""Default direction of view [rad]: from the right of the robot's front, and from above."""
 
 _FOV = math.radians(30)
 _MARGIN = 0.94  # share of the picture that the robot fills
-_NEAREST = 0.01  # [m], from a robot that has nothing to be seen
+_MIN_DISTANCE = 0.01  # [m], distance from a robot without visible shapes
 _LAMP_TURN, _LAMP_TILT, _LAMP_DISTANCE = math.radians(28), math.radians(48), 8.0  # [m]
 
 
@@ -36,13 +36,21 @@ def save_robot_picture(
     samples: int = 2,
     progress: Progress | None = None,
 ) -> None:
-    """Write a picture of the whole robot as it stands to the file `path`, as PNG; `data` is only read.
+    """Write a picture of the whole robot in its posture as PNG.
 
-    It is seen from `turn` [rad] (0 from its front, the x axis of its root link; positive from its left) and `tilt`
-    above [rad], less than a right angle; with `samples` rays along each side of a pixel in which surfaces meet.
+    Args:
+        path: the file.
+        world: the robot.
+        data: its posture; only read.
+        width: [px].
+        height: [px].
+        turn: direction of view [rad]; 0 from its front, the x axis of its root link; positive from its left.
+        tilt: angle of view from above [rad], less than a right angle.
+        samples: rays along each side of a pixel at the edges of surfaces.
+        progress: called with the progress.
 
     Raises:
-        UsageError: if an argument is out of range or the file cannot be written.
+        UsageError: an argument is out of range or the file cannot be written.
     """
     camera = camera_on(world.model, data, robot_heading(world, data) + turn, tilt, width, height)
     lamp = robot_lamp(camera)
@@ -50,7 +58,7 @@ def save_robot_picture(
 
 
 def robot_lamp(camera: Camera) -> Vector3:
-    """Where the light comes from that shows a robot well [m], from the point that the camera looks at: behind it."""
+    """Return the lamp's position [m], relative to the point that the camera looks at: behind the camera."""
     heading = math.atan2(camera.eye[1] - camera.target[1], camera.eye[0] - camera.target[0])
     return _vector(_LAMP_DISTANCE * _direction(heading - _LAMP_TURN, _LAMP_TILT))
 
@@ -58,32 +66,32 @@ def robot_lamp(camera: Camera) -> Vector3:
 def camera_on(
     model: mujoco.MjModel, data: mujoco.MjData, heading: float, tilt: float, width: int, height: int
 ) -> Camera:
-    """A camera that has all that is seen of a robot in its picture of so many pixels; `data` is only read.
+    """Return a camera with all visible shapes of a robot in its picture; `data` is only read.
 
     It looks from `heading` [rad], about the world's z from x, and `tilt` above [rad], less than a right angle.
 
     Raises:
-        UsageError: if an argument is out of range.
+        UsageError: an argument is out of range.
     """
     if width < 1 or height < 1:
         raise UsageError(f"a picture has at least one pixel, not {width} x {height}")
-    corners = seen_corners(model, data)
+    corners = visible_corners(model, data)
     if not len(corners):
         corners = np.zeros((1, 3))
     back = _direction(heading, tilt)
     optical_R_world = _camera(back, np.zeros(3)).world_R_optical.T
     right, down, deep = optical_R_world @ corners.T
     slope = math.tan(_FOV / 2) * _MARGIN
-    # Each corner keeps the eye behind four planes: as near as all of them allow is where the robot fills the picture.
+    # Each corner keeps the eye behind four planes: at the nearest place behind all, the robot fills the picture.
     x, nearest_x = _eye(right, deep, slope * width / height)
     y, nearest_y = _eye(down, deep, slope)
     middle = (float(deep.min()) + float(deep.max())) / 2
-    z = min(nearest_x, nearest_y, middle - _NEAREST)
+    z = min(nearest_x, nearest_y, middle - _MIN_DISTANCE)
     return _camera(np.array((x, y, z)) @ optical_R_world, np.array((x, y, middle)) @ optical_R_world)
 
 
 def _eye(across: NDArray[np.float64], deep: NDArray[np.float64], slope: float) -> tuple[float, float]:
-    """Where an eye sees all points within `slope` to either side: how far across, and how deep at most [m]."""
+    """Return the place of an eye that sees all points within `slope` to either side: across, and maximum depth [m]."""
     low, high = float(np.max(across - slope * deep)), float(np.min(across + slope * deep))
     return (low + high) / 2, (high - low) / (2 * slope)
 
@@ -93,7 +101,7 @@ def _camera(eye: NDArray[np.float64], target: NDArray[np.float64]) -> Camera:
 
 
 def robot_heading(world: RobotWorld, data: mujoco.MjData) -> float:
-    """Which way the robot faces [rad], about the world's z from x."""
+    """Return the heading of the robot [rad], about the world's z from x."""
     x, y = kinematics_of(world.model, data).body(body_of(world.config.robot.root)).xmat[[0, 3]]
     return math.atan2(y, x)
 

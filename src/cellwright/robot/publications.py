@@ -29,7 +29,7 @@ from cellwright.util.errors import UsageError
 def add_cameras(
     config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
 ) -> dict[str, PictureCamera]:
-    """The cameras of a robot, in their places, by name; one that cannot be made is reported and left out."""
+    """Add the cameras of a robot, by name; one that cannot be made is reported and left out."""
     studio = Studio(simulation, about=config.base_pose.position, report=report)
     found: dict[str, PictureCamera] = {}
     for described in config.cameras:
@@ -46,10 +46,10 @@ def add_cameras(
 
 
 class CameraTopics:
-    """Handlers of the topics of pictures, which are made only while somebody listens, at the time `told` [ns]."""
+    """Handlers of the picture topics, with stamps by `message_time` [ns]; pictures are made only for subscribers."""
 
-    def __init__(self, cameras: dict[str, PictureCamera], told: Callable[[], int]) -> None:
-        self._cameras, self._told = cameras, told
+    def __init__(self, cameras: dict[str, PictureCamera], message_time: Callable[[], int]) -> None:
+        self._cameras, self._message_time = cameras, message_time
 
     def _stream(
         self,
@@ -63,7 +63,7 @@ class CameraTopics:
 
         def build(picture: Picture) -> Message | None:
             age = camera.simulation.now - picture.time_ns
-            return make(replace(picture, time_ns=self._told() - age), camera)
+            return make(replace(picture, time_ns=self._message_time() - age), camera)
 
         output.stream(partial(camera.look, colour=colour, depth=depth), build)
 
@@ -73,13 +73,13 @@ class CameraTopics:
 
 
 STATUS_PERIOD = Fraction(1, 10)
-"""Least time between two messages [s]."""
+"""Minimum time between two messages [s]."""
 
 
 class StatusTopic(Device):
-    """Publishes the status; a late listener gets the newest one.
+    """Publisher of the status; a late subscriber gets the newest message.
 
-    It counts what has come in since the process began, so it is no state: after a restore it is published anew.
+    It counts input since the process began, which is no state: it is published again after a restore.
     """
 
     def __init__(self, output: Output, commander: Commander) -> None:
@@ -90,11 +90,11 @@ class StatusTopic(Device):
         output.simulation.watch(name, STATUS_PERIOD, self._publish, output.rank)
 
     def reset(self) -> None:
-        """Begin a run: no message of the last one is left."""
+        """Begin a run, without the newest message of the last one."""
         self._bus.forget_latched()
 
     def set_state(self, state: State) -> None:
-        """Go on from a saved moment, as at the beginning of a run."""
+        """Continue from a saved state, as at the beginning of a run."""
         super().set_state(state)
         self.reset()
 
@@ -105,7 +105,7 @@ class StatusTopic(Device):
 
 
 def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
-    """The status as it is now."""
+    """Return the current status."""
     return TeleopStatus(
         enabled=commander.is_enabled,
         emergency_stop=commander.is_stopped,
@@ -121,7 +121,7 @@ def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
 
 
 def _status_message(commander: Commander) -> str:
-    """What there is to say: why commands are not followed, or from whom they come."""
+    """Return the reason why commands are not followed, or the nodes that send them."""
     if commander.is_stopped:
         return f"{commander.why_held}; /io_teleop/clear_emergency_stop ends it"
     if not commander.is_enabled:
@@ -137,7 +137,7 @@ def _status_message(commander: Commander) -> str:
 
 
 class Publications:
-    """Handlers of the other topics that the node publishes, at the time `told` [ns]; grippers are right, left."""
+    """Handlers of the other published topics, with stamps by `message_time` [ns]; grippers are right, left."""
 
     def __init__(
         self,
@@ -145,9 +145,14 @@ class Publications:
         driver: Driver,
         commander: Commander,
         grippers: Sequence[GripperRange],
-        told: Callable[[], int],
+        message_time: Callable[[], int],
     ) -> None:
-        self._driver, self._commander, self._grippers, self._told = driver, commander, tuple(grippers), told
+        self._driver, self._commander, self._grippers, self._message_time = (
+            driver,
+            commander,
+            tuple(grippers),
+            message_time,
+        )
         self._names = [joint.name for joint in robot.movable]
         self._places = np.array([self._names.index(name) for name in driver.joints], dtype=int)
         self._driven = list(driver.joints)
@@ -156,30 +161,30 @@ class Publications:
     clock = staticmethod(publish_clock)
 
     def status(self, output: Output) -> None:
-        """Whether commands are taken, and whose."""
+        """Publish whether commands are taken, and whose."""
         output.simulation.add(StatusTopic(output, self._commander))
 
     def joint_states(self, output: Output) -> None:
-        """State of all joints that are not fixed; joints of more than one degree of freedom say 0."""
+        """Publish the state of all joints that are not fixed; 0 for joints of more than one degree of freedom."""
 
         def build() -> Message:
             columns = np.zeros((3, len(self._names)))
             columns[:, self._places] = self._driver.read()
-            columns += 0.0  # nobody wants to read -0.0
-            return joint_state(self._names, *columns, time=self._told())
+            columns += 0.0  # turns -0.0 into 0.0
+            return joint_state(self._names, *columns, time=self._message_time())
 
         output.sample(build)
 
     def applied_targets(self, output: Output) -> None:
-        """The targets that the joints really follow."""
-        output.sample(lambda: joint_state(self._driven, self._commander.applied, time=self._told()))
+        """Publish the targets that the joints really follow."""
+        output.sample(lambda: joint_state(self._driven, self._commander.applied, time=self._message_time()))
 
     def gripper_states(self, output: Output) -> None:
-        """How far each gripper is closed."""
+        """Publish how far each gripper is closed."""
 
         def build() -> Message:
             positions = self._driver.read().positions
             statuses = [gripper.status(positions) for gripper in self._grippers]
-            return joint_state(self._gripper_names, statuses, time=self._told())
+            return joint_state(self._gripper_names, statuses, time=self._message_time())
 
         output.sample(build)

@@ -16,42 +16,42 @@ from cellwright.robot.servos import FARTHEST, Array
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
 
 RESUME_SPEED = 0.5
-"""How fast joints go to their first targets after they were held [rad/s; m/s]."""
+"""Speed of joints towards their first targets after a hold [rad/s; m/s]."""
 TIP_SPEED, TIP_TURNING = 2.0, 2.0 * math.pi
-"""How fast the tip of an arm is brought to a pose [m/s], and turned on the way [rad/s]."""
+"""Maximum speed of an arm's tip towards a pose [m/s], and of its rotation [rad/s]."""
 
 
 class Guard(StrEnum):
-    """What becomes of a first target that is too far away."""
+    """Reaction to a first target that is too far away."""
 
     REFUSE = "refuse"
-    """The message is refused, until one comes that is near enough."""
+    """Messages are refused until one is near enough."""
     BLEND = "blend"
-    """The robot goes there, with the speed of resuming."""
+    """The robot goes there at the resume speed."""
 
 
 @dataclass(frozen=True)
 class SafetySettings:
-    """What is guarded against.
+    """Safety settings of a robot.
 
-    Always: names that the robot does not have are passed over, messages that make no sense are refused whole, targets
-    are kept within the limits of the joints. All else changes how a robot behaves, and is off until it is asked for.
+    Always on: names that the robot does not have are ignored, invalid messages are refused whole, and targets are kept
+    within the limits of the joints. All else changes how a robot behaves, and is off by default.
 
     Attributes:
         start_disabled: take no commands until enabled by the service.
-        silence: hold the joints that a topic commands when nothing has come on it for so long [s].
-        max_speeds: how fast targets may move [rad/s; m/s], by patterns of joint names; the last that fits counts. A
-            joint is never moved faster than its URDF says.
-        start_guard: how far [rad; m] a first target may be from where the joint stands; first after the start and
-            whenever the robot was held or has gone home.
-        guard: what becomes of one that is farther away.
-        resume_speed: how fast joints go to their first targets after they were held [rad/s; m/s].
-        one_commander: take a topic's commands from one node only, until it has been silent for so long [s].
-        max_age: refuse commands whose stamp is older than so long [s], and those that come out of order.
-        tip_speed: how fast the tip of an arm is brought to a pose [m/s]; None: 2 m/s.
-        tip_turning: how fast it is turned on the way [rad/s]; None: one turn a second.
-        clutch: targets count from where they and the joint were at first, so that whoever commands need not begin
-            where the robot stands.
+        silence: hold the joints of a topic that has been silent for this time [s].
+        max_speeds: speed limits of targets [rad/s; m/s], by patterns of joint names; the last match counts. A joint
+            never moves faster than its URDF allows.
+        start_guard: maximum distance [rad; m] of a first target from the joint's position; first after the start, and
+            after each hold and homing.
+        guard: reaction to a first target farther away.
+        resume_speed: speed of joints towards their first targets after a hold [rad/s; m/s].
+        one_commander: take a topic's commands from one node only, until it has been silent for this time [s].
+        max_age: refuse commands with a stamp older than this [s], and those out of order.
+        tip_speed: speed of an arm's tip towards a pose [m/s]; None: 2 m/s.
+        tip_turning: speed of its rotation [rad/s]; None: one turn a second.
+        clutch: make targets relative to the first target and the joint's position then, so that a client need not begin
+            at the robot's posture.
     """
 
     start_disabled: bool = False
@@ -67,10 +67,10 @@ class SafetySettings:
     clutch: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what makes no sense.
+        """Validate the settings.
 
         Raises:
-            UsageError: a number that is not above 0.
+            UsageError: a number is not above 0.
         """
         named = {
             "watchdog": self.silence,
@@ -87,7 +87,7 @@ class SafetySettings:
                 raise UsageError(f"{name}: give a number above 0, not {value:g}")
 
     def speeds(self, joints: Sequence[str], own: Array) -> Array:
-        """How fast the targets of joints may move [rad/s; m/s]; infinite where only the URDF (`own`) limits it.
+        """Return speed limits of the joints' targets [rad/s; m/s]; infinite where only the URDF (`own`) limits them.
 
         Raises:
             UnknownNameError: a pattern that fits no joint.
@@ -103,86 +103,88 @@ class SafetySettings:
 
 
 MAX_NAMES = 256
-"""So many names are kept; they come from outside, and must not eat the memory."""
+"""Maximum number of names that are kept; the limit protects memory from clients."""
 
 MAX_LINES_PER_SECOND = 20
-"""So many lines about what happens seldom are told in a second; what is switched on and off in a flood is counted."""
+"""Maximum number of lines about rare events in a second; further ones are only counted."""
 
 _MAX_NAME_LENGTH = 80
-_MAX_NAMES_PER_LINE = 3  # names in one line
+_MAX_NAMES_PER_LINE = 3  # in one line
 
 
 class Notices:
-    """Lines for people, each kind at most once a second, or once for all."""
+    """Log of rate-limited lines: each kind at most once a second, or only once."""
 
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
         self._now, self._report = now, report
-        self._told: dict[str, int] = {}
-        self._said: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # when the newest lines were told [ns]
-        self._untold = 0
+        self._last: dict[str, int] = {}
+        self._said: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # times of the newest lines [ns]
+        self._suppressed = 0
         self._once: set[str] = set()
         self.unknown: list[str] = []
-        """Names that commands gave and the robot does not have, in the order in which they came."""
+        """Unknown joint names in commands, in the order of their first use."""
 
-    def tell(self, line: str) -> None:
-        """Tell of something that happens seldom; of what happens in a flood some lines, and how many there were."""
+    def log(self, line: str) -> None:
+        """Log a rare event; events in a flood are partly counted instead."""
         now = self._now()
         if len(self._said) == MAX_LINES_PER_SECOND and 0 <= now - self._said[0] < NANOSECONDS:
-            self._untold += 1
+            self._suppressed += 1
             return
         self._said.append(now)
-        more = f" (and {self._untold} lines more since the last one)" if self._untold else ""
-        self._untold = 0
+        more = f" (and {self._suppressed} lines more since the last one)" if self._suppressed else ""
+        self._suppressed = 0
         self._report(f"{line}{more}")
 
-    def tell_now_and_then(self, kind: str, line: str) -> None:
-        """Tell of something unless something of its kind was told less than a second ago."""
-        now, last = self._now(), self._told.get(kind)
+    def log_throttled(self, kind: str, line: str) -> None:
+        """Log a line unless one of its kind was logged less than a second ago."""
+        now, last = self._now(), self._last.get(kind)
         if last is None or not 0 <= now - last < NANOSECONDS:
-            self._told[kind] = now
+            self._last[kind] = now
             self._report(line)
 
-    def tell_of_limits(self, topic: str, beyond: Sequence[tuple[str, float, float, float]]) -> None:
-        """Tell now and then of targets beyond limits: (joint, what it was asked for, least, greatest), [rad; m]."""
-        said = [
-            f"{joint} was asked for {asked:.4g}, and goes from {lower:.4g} to {upper:.4g}"
-            for joint, asked, lower, upper in beyond[:_MAX_NAMES_PER_LINE]
+    def log_limits(self, topic: str, beyond: Sequence[tuple[str, float, float, float]]) -> None:
+        """Log targets beyond limits, throttled: (joint, requested position, lower limit, upper limit), [rad; m]."""
+        shown = [
+            f"{joint} was asked for {requested:.4g}, and goes from {lower:.4g} to {upper:.4g}"
+            for joint, requested, lower, upper in beyond[:_MAX_NAMES_PER_LINE]
         ]
         more = f" (and {len(beyond) - _MAX_NAMES_PER_LINE} more)" if len(beyond) > _MAX_NAMES_PER_LINE else ""
-        self.tell_now_and_then(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(said)}{more}")
+        self.log_throttled(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(shown)}{more}")
 
-    def tell_once(self, name: str, line: str) -> None:
-        """Tell of a name once."""
+    def log_once(self, name: str, line: str) -> None:
+        """Log a line once for a name."""
         if name not in self._once and len(self._once) < MAX_NAMES:
             self._once.add(name)
             self._report(line)
 
-    def tell_of_unknown(self, topic: str, names: Mapping[str, str]) -> None:
-        """Tell once of names that a command gave and that are passed over, with the reason for each; in one line."""
-        told: list[str] = []
+    def log_unknown(self, topic: str, names: Mapping[str, str]) -> None:
+        """Log each ignored name of a command once, with the reason; all in one line."""
+        lines: list[str] = []
         if len(self._once) >= MAX_NAMES and len(self.unknown) >= MAX_NAMES:
-            return  # whatever comes now is not kept, and a stranger's long message must not hold up the physics
+            return  # new names are not kept, and a long message must not delay the physics
         for name, why in names.items():
-            said = name if len(name) <= _MAX_NAME_LENGTH else f"{name[: _MAX_NAME_LENGTH - 3]}..."
-            if len(self.unknown) < MAX_NAMES and said not in self.unknown:
-                self.unknown.append(said)
-            key = f"{topic} {said}"
+            shown = name if len(name) <= _MAX_NAME_LENGTH else f"{name[: _MAX_NAME_LENGTH - 3]}..."
+            if len(self.unknown) < MAX_NAMES and shown not in self.unknown:
+                self.unknown.append(shown)
+            key = f"{topic} {shown}"
             if key not in self._once and len(self._once) < MAX_NAMES:
                 self._once.add(key)
-                told.append(f"{said!r} {why}")
-        if told:
-            more = f" and {len(told) - _MAX_NAMES_PER_LINE} more such names" if len(told) > _MAX_NAMES_PER_LINE else ""
-            self._report(f"{topic}: {', '.join(told[:_MAX_NAMES_PER_LINE])}{more}; passed over (told once)")
+                lines.append(f"{shown!r} {why}")
+        if lines:
+            more = (
+                f" and {len(lines) - _MAX_NAMES_PER_LINE} more such names" if len(lines) > _MAX_NAMES_PER_LINE else ""
+            )
+            self._report(f"{topic}: {', '.join(lines[:_MAX_NAMES_PER_LINE])}{more}; passed over (told once)")
 
 
 COMMANDER_TIMEOUT = 1.0
-"""So long [s] after its newest command a node is still said to command."""
+"""Time [s] after its newest command for which a node counts as commander."""
 
-_STAMP_MEMORY = nanoseconds(1.0)  # after so long a node may begin anew with older stamps, as when it was restarted
+_STAMP_MEMORY = nanoseconds(1.0)  # after this time a node may use older stamps, as after its restart
 
 
 class _Stream(NamedTuple):
-    """The newest command that was taken on a topic: from which node, when [ns], and its stamp [ns]."""
+    """Newest command that was taken on a topic: its node, its time of arrival [ns], and its stamp [ns]."""
 
     node: str
     heard: int
@@ -190,29 +192,29 @@ class _Stream(NamedTuple):
 
 
 class CommandGate:
-    """Lets commands pass, or refuses them, by the node's own time `now` [ns] and that of messages, `told` [ns]."""
+    """Gate of commands: admits or refuses them, by the node's own time `now` [ns] and that of messages [ns]."""
 
-    def __init__(self, safety: SafetySettings, now: Callable[[], int], told: Callable[[], int]) -> None:
-        self._now, self._told = now, told
-        self.arrived = told()
-        """When the newest input came, as the stamps of messages count [ns]."""
+    def __init__(self, safety: SafetySettings, now: Callable[[], int], message_time: Callable[[], int]) -> None:
+        self._now, self._message_time = now, message_time
+        self.arrived = message_time()
+        """Arrival of the newest input, in the time of message stamps [ns]."""
         self._streams: dict[str, _Stream] = {}
         limits = (safety.silence, safety.one_commander, safety.max_age)
         self._silence, self._alone, self._age = (None if each is None else nanoseconds(each) for each in limits)
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Clear."""
         self._streams.clear()
 
     def note_arrival(self, _given: object = None) -> None:
-        """Take note that something has come now."""
-        self.arrived = self._told()
+        """Note that input has arrived now."""
+        self.arrived = self._message_time()
 
     def check(self, topic: str, node: str, stamp: int) -> None:
-        """Look at a command before it is carried out; `stamp` [ns] 0 means that it has none.
+        """Check a command before it is carried out; `stamp` [ns] 0 means that it has none.
 
         Raises:
-            RejectedCommandError: it is not to be carried out.
+            RejectedCommandError: it is refused.
         """
         newest, limit = self._streams.get(topic), self._age
         quiet = 0 if newest is None else self._now() - newest.heard
@@ -233,55 +235,55 @@ class CommandGate:
             raise RejectedCommandError(f"it is {(newest.stamp - stamp) / 1e9:.3g} s older than the one before it")
 
     def confirm(self, topic: str, node: str, stamp: int) -> None:
-        """Take note of a command that was carried out."""
+        """Note a command that was carried out."""
         self._streams[topic] = _Stream(node, self._now(), stamp)
 
     def is_silent(self, topic: str) -> bool:
-        """Whether a topic has been silent for too long; never where nothing has come yet, or nobody asked for it."""
+        """Return True if a topic has been silent for too long; False without a limit, and before its first command."""
         newest = self._streams.get(topic)
         return newest is not None and self._silence is not None and self._now() - newest.heard > self._silence
 
     @property
     def commanders(self) -> tuple[str, ...]:
-        """The nodes whose commands were taken a moment ago."""
+        """Nodes with recently taken commands."""
         since = self._now() - nanoseconds(COMMANDER_TIMEOUT)
         return tuple(sorted({each.node for each in self._streams.values() if each.node and each.heard >= since}))
 
     def get_state(self) -> dict[str, Any]:
-        """All of it, as JSON values."""
+        """Return the state, as JSON values."""
         return {topic: list(each) for topic, each in self._streams.items()}
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         self._streams = {topic: _Stream(*each) for topic, each in state.items()}
 
 
 NO_SOURCE = -1
 
-_ROUNDING = 1e-12  # of a way, below which it is the same
+_ROUNDING = 1e-12  # relative difference below which distances are equal
 _WORTH_TELLING = 1e-3  # [rad; m]: limits and targets are written with few digits
 
 Numbers = NDArray[np.intp]
 
 
 class TargetLimiter:
-    """Targets of all joints, in the order of their indices.
+    """Limiter of the targets of all joints, in the order of their indices.
 
-    A joint follows one source of commands at a time, from its first command until it is held or another source
-    commands it. A hold leaves it wary: what comes next is approached slowly, until it has been caught up with.
+    A joint follows one source of commands at a time, from its first command until a hold, or until another source
+    commands it. After a hold the first targets are approached slowly, until the joint has caught up.
 
     Args:
         joints: names of the joints.
-        lower, upper: their limits [rad; m]; infinite where there are none.
-        speeds: the URDF's limits of speed [rad/s; m/s].
-        safety: what is guarded against.
-        accelerations: how fast targets may change their speed [rad/s^2; m/s^2]; infinite where there is no bound. A
-            target with such a bound never moves faster than its joint, and brakes in time for where it is to stop.
+        lower, upper: their limits [rad; m]; infinite for none.
+        speeds: the URDF's speed limits [rad/s; m/s].
+        safety: safety settings.
+        accelerations: acceleration limits of targets [rad/s^2; m/s^2]; infinite for none. A target with such a limit
+            never moves faster than its joint, and brakes in time to stop at its destination.
 
     Attributes:
-        desired: where commands want the joints [rad; m], within limits.
-        applied: what they are given [rad; m].
-        source: the number of the source that each joint follows; NO_SOURCE where it follows none.
+        desired: positions that commands request [rad; m], within limits.
+        applied: positions that the joints get [rad; m].
+        source: index of the source that each joint follows; NO_SOURCE for none.
     """
 
     def __init__(
@@ -300,23 +302,23 @@ class TargetLimiter:
         self._slow = np.minimum(np.minimum(self._speeds, speeds), safety.resume_speed)
         self._safety = safety
         bounds = np.full(count, np.inf) if accelerations is None else accelerations
-        self._braked: Numbers = np.flatnonzero(np.isfinite(bounds))  # whose acceleration is bounded
+        self._braked: Numbers = np.flatnonzero(np.isfinite(bounds))  # joints with an acceleration limit
         self._accelerations = bounds[self._braked]
         self._speeds[self._braked] = np.minimum(self._speeds, speeds)[self._braked]
-        self._moved = np.zeros(len(self._braked))  # by how much these went in the newest step [rad; m]
+        self._moved = np.zeros(len(self._braked))  # motion of these in the newest step [rad; m]
         self._has_limits = bool(np.isfinite(self._speeds).any())
         self.desired, self.applied = np.zeros(count), np.zeros(count)
         self.source = np.full(count, NO_SOURCE)
         self._wary, self._slowly = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
         self._offsets = np.zeros(count)
         self._is_under_way = False
-        self._is_untouched = True  # nothing has been asked for since the beginning
-        self._arrays = ["desired", "applied", "source", "_wary", "_slowly", "_offsets"]  # that make up the state
+        self._is_untouched = True  # no target since the beginning
+        self._arrays = ["desired", "applied", "source", "_wary", "_slowly", "_offsets"]  # the state
         if len(self._braked):
             self._arrays.append("_moved")
 
     def begin(self, positions: Array) -> None:
-        """Stand at positions [rad; m], with nothing commanded yet."""
+        """Start at positions [rad; m], with nothing commanded."""
         self.desired, self.applied = positions.copy(), positions.copy()
         self.source[:] = NO_SOURCE
         self._wary[:] = self._slowly[:] = False
@@ -325,13 +327,13 @@ class TargetLimiter:
         self._is_untouched = True
 
     def stand(self, positions: Array) -> None:
-        """Stand at positions [rad; m], unless something has been asked for: a robot that nothing holds may sink."""
+        """Hold positions [rad; m], unless there was a command: a robot that nothing holds may sink."""
         if self._is_untouched:
             self.desired = np.clip(positions, self.lower, self.upper)
             self.applied = self.desired.copy()
 
     def hold(self, positions: Array, joints: Numbers | slice = slice(None)) -> None:
-        """Hold joints at positions [rad; m] of all joints: what was asked for is forgotten."""
+        """Hold joints at positions [rad; m] of all joints; earlier targets are discarded."""
         within = np.clip(positions, self.lower, self.upper)
         self.desired[joints] = self.applied[joints] = within[joints]
         stopped = np.zeros(len(within), dtype=bool)
@@ -343,12 +345,12 @@ class TargetLimiter:
         self._wary[joints] = True
 
     def release(self) -> None:
-        """Let the next command of each joint be its first one; where the joints go now stays as it is."""
+        """Treat the next command of each joint as its first; current motions continue."""
         self.source[:] = NO_SOURCE
         self._wary[:] = False
 
     def lead(self, joints: Numbers, positions: Array) -> None:
-        """Have joints go to positions [rad; m] by the node's own wish: past guard and clutch, within limits."""
+        """Set positions [rad; m] of joints on the node's own request: without guard and clutch, within limits."""
         self.source[joints] = NO_SOURCE
         self.desired[joints] = np.clip(positions, self.lower[joints], self.upper[joints])
         self._is_under_way, self._is_untouched = True, False
@@ -357,13 +359,20 @@ class TargetLimiter:
     def follow(
         self, source: int, joints: Numbers, targets: Array, measured: Callable[[], Array], *, guarded: bool = True
     ) -> Numbers:
-        """Have joints go to targets [rad; m] of a source; those of them whose targets were beyond their limits.
+        """Set targets [rad; m] of joints from a source.
 
-        `measured` tells where all joints stand. Start guard and clutch are meant for what is `guarded`: positions of a
-        stream.
+        Args:
+            source: its index.
+            joints: numbers of the joints.
+            targets: their targets [rad; m].
+            measured: returns the positions of all joints.
+            guarded: applies start guard and clutch, for positions of a stream.
+
+        Returns:
+            Those joints whose targets were beyond their limits.
 
         Raises:
-            RejectedCommandError: the start guard refuses a first target; nothing was changed then.
+            RejectedCommandError: the start guard refuses a first target; nothing was changed.
         """
         first = self.source[joints] != source
         is_jump = first & False
@@ -382,7 +391,7 @@ class TargetLimiter:
         return beyond
 
     def _jumps(self, joints: Numbers, far: Array, first: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
-        """Which first targets are farther away than the start guard allows; refuses them, where it is to."""
+        """Select first targets beyond the start guard; raise an error if the guard refuses them."""
         is_jump: NDArray[np.bool_] = first & (far > limit)
         if is_jump.any() and self._safety.guard is Guard.REFUSE:
             worst = int(np.argmax(np.where(is_jump, far, 0.0)))
@@ -393,7 +402,7 @@ class TargetLimiter:
         return is_jump
 
     def advance(self, seconds: float) -> bool:
-        """Bring what is applied nearer to what is desired, as far as `seconds` allow; whether it changed."""
+        """Move the applied positions towards the desired ones for a time; return whether they changed."""
         if not self._is_under_way:
             return False
         if self._has_limits or self._slowly.any():
@@ -414,11 +423,11 @@ class TargetLimiter:
         return True
 
     def _brake(self, error: Array, reach: Array, seconds: float) -> Array:
-        """Where the targets with bounded accelerations are after a step [rad; m]; they stop where they are to be.
+        """Return the limited targets after a step [rad; m], so that they stop at their destinations.
 
-        A target that goes s in a step and brakes by b in each later one has (k + 1) s - b k (k + 1) / 2 before it, with
-        k the whole number of steps that it still moves after this one. So it goes as far as leaves that distance: of
-        the `error` [rad; m], no more than `reach`.
+        A target that moves by s in a step, and brakes by b in each later one, still covers (k + 1) s - b k (k + 1) / 2.
+        Here k is the whole number of steps for which it moves after this one. So s is the largest step that leaves this
+        distance: of the `error` [rad; m], no more than `reach`.
         """
         by = self._accelerations * seconds * seconds
         far = np.abs(error)
@@ -431,12 +440,12 @@ class TargetLimiter:
         return found
 
     def get_state(self) -> dict[str, Any]:
-        """All of it, as JSON values."""
+        """Return the state, as JSON values."""
         arrays = {name.lstrip("_"): getattr(self, name).tolist() for name in self._arrays}
         return arrays | {"under way": self._is_under_way, "untouched": self._is_untouched}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` returned."""
+        """Restore what `get_state` returned."""
         for name in self._arrays:
             setattr(self, name, np.array(state[name.lstrip("_")], dtype=getattr(self, name).dtype))
         self._is_under_way, self._is_untouched = state["under way"], state["untouched"]

@@ -1,4 +1,4 @@
-"""A robot past its topics: services of the server with JSON in and out, for windows and for assembled robots."""
+"""Services of a robot beside its topics, with JSON in and out, for windows and for assembled robots."""
 
 import math
 from collections.abc import Sequence
@@ -17,14 +17,14 @@ from cellwright.util.pose import Pose
 
 
 class Offers(Protocol):
-    """Takes services: a server, or whoever wants to call them itself."""
+    """Registry of services: a server, or a program that calls them itself."""
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
-        """Take one; see `Server.offer`."""
+        """Register a service; see `Server.offer`."""
 
 
 class RobotServices:
-    """Answers for a robot. Joints and links go by index, poses are [[x, y, z], [qx, qy, qz, qw]] in the world."""
+    """Services of a robot. Joints and links go by index, poses are [[x, y, z], [qx, qy, qz, qw]] in the world."""
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
@@ -35,7 +35,7 @@ class RobotServices:
         self._places = [movable.index(name) for name in node.servos.joints]
 
     def offer(self, server: Offers) -> None:
-        """Answer on a server, and let whoever asks there move the robot past its topics."""
+        """Offer all services on a server, including those that move the robot beside its topics."""
         self.offer_state(server)
         server.offer(process.DESCRIBE_SERVICE, self.describe)
         server.offer(process.MOVE_SERVICE, self.move, acts=True)
@@ -44,11 +44,11 @@ class RobotServices:
         server.offer(process.PLACE_BASE_SERVICE, self.place_base, acts=True)
 
     def offer_state(self, server: Offers) -> None:
-        """Tell on a server how the robot is, and no more."""
+        """Offer the services that only read the robot's state."""
         server.offer(process.STATE_SERVICE, self.state)
 
-    def describe(self, _asked: dict[str, Any]) -> dict[str, Any]:
-        """The robot, as it has been put up."""
+    def describe(self, _request: dict[str, Any]) -> dict[str, Any]:
+        """Return a description of the robot in its initial posture."""
         config, link_indices = self._node.config, self._robot.link_indices
         return {
             "name": config.name,
@@ -75,47 +75,47 @@ class RobotServices:
             "waist": None if config.waist is None else self._posture(config.waist),
         }
 
-    def state(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for.
+    def state(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return joints, base pose, targets of driven joints, and poses of the requested links.
 
         Poses of links are in the world, or in the frame of the link with the index `frame`.
 
         Raises:
             RejectedCommandError: `links` is no list of indices, or too long, or there is no such link.
         """
-        links = asked.get("links", [])
+        links = request.get("links", [])
         if not isinstance(links, list) or len(links) > MAX_ENTRIES:
             raise RejectedCommandError(f"links are given as a list of indices, of no more than {MAX_ENTRIES}")
         readings = self._node.driver.read()
-        columns = np.zeros((3, len(self._robot.movable)))  # joints of more than one degree of freedom say 0
+        columns = np.zeros((3, len(self._robot.movable)))  # 0 for joints of more than one degree of freedom
         columns[:, self._places] = readings
         return {
             "driven": readings.positions.tolist(),
             "targets": self._node.commander.applied.tolist(),
             "carrier": [*self._node.base.pose.position, *self._node.base.pose.quaternion],
             **dict(zip(("positions", "velocities", "efforts"), columns.tolist(), strict=True)),
-            "links": [self._link_pose(index, asked.get("frame")) for index in links],
+            "links": [self._link_pose(index, request.get("frame")) for index in links],
         }
 
-    def move(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Have joints go somewhere."""
-        self._node.commander.aim(*self._targets(asked))
+    def move(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Move joints to positions."""
+        self._node.commander.aim(*self._targets(request))
         return {}
 
-    def place(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Put joints somewhere."""
-        numbers, positions = self._targets(asked)
+    def place(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Place joints at positions at once."""
+        numbers, positions = self._targets(request)
         self._node.servos.place(numbers, positions)
         self._node.commander.aim(numbers, positions)
         return {}
 
-    def move_tip(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Bring the tip of an arm to a pose; the other arms go on with what they are doing.
+    def move_tip(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Move the tip of an arm to a pose; the other arms are not affected.
 
         Raises:
-            RejectedCommandError: there is no such arm, it is no pose, or the robot takes no commands now.
+            RejectedCommandError: there is no such arm, the pose is invalid, or the robot takes no commands now.
         """
-        arm, world_T_tip = asked.get("arm"), _asked_pose(asked)
+        arm, world_T_tip = request.get("arm"), _requested_pose(request)
         references = self._node.ee_poses.references
         if not isinstance(arm, int) or not 0 <= arm < len(references):
             raise RejectedCommandError(f"there is no arm {arm!r}")
@@ -126,12 +126,12 @@ class RobotServices:
         self._node.ee_poses.aim(poses)
         return {}
 
-    def place_base(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
-        wanted = _asked_pose(asked)
+    def place_base(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Place the root link: this moves the base, which may be fixed to another link."""
+        world_T_root = _requested_pose(request)
         self._check_freedom()
         base = self._node.base
-        base.place(wanted @ self._pose(-1).inverse() @ base.pose)
+        base.place(world_T_root @ self._pose(-1).inverse() @ base.pose)
         return {}
 
     def _check_freedom(self) -> None:
@@ -140,8 +140,8 @@ class RobotServices:
             why = commander.why_held or "it is disabled, or on its way home"
             raise RejectedCommandError(f"the robot takes no commands now: {why}")
 
-    def _targets(self, asked: dict[str, Any]) -> tuple[list[int], list[float]]:
-        indices, positions = asked.get("joints"), asked.get("positions")
+    def _targets(self, request: dict[str, Any]) -> tuple[list[int], list[float]]:
+        indices, positions = request.get("joints"), request.get("positions")
         if not isinstance(indices, list) or not isinstance(positions, list) or len(indices) != len(positions):
             raise RejectedCommandError("as many positions as joints are needed")
         if len(indices) > MAX_ENTRIES:
@@ -184,10 +184,10 @@ class RobotServices:
         return self._node.link_pose(self._robot.link_at(index))
 
 
-def _asked_pose(asked: dict[str, Any]) -> Pose:
-    """The pose in a question, its quaternion made a unit one."""
+def _requested_pose(request: dict[str, Any]) -> Pose:
+    """Return the pose in a request, with a unit quaternion."""
     try:
-        (x, y, z), (qx, qy, qz, qw) = asked["pose"]
+        (x, y, z), (qx, qy, qz, qw) = request["pose"]
         length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
         pose = Pose((x, y, z), (qw / length, qx / length, qy / length, qz / length))
         is_finite = math.isfinite(x + y + z + length)

@@ -15,12 +15,12 @@ SHOUT = RecordedTopic("/shout", "std_msgs/String", "in", "", node="/cell")
 
 
 def text(word: str) -> bytes:
-    """A text as it stands in a recording."""
+    """Encode a text as in a recording."""
     return to_cdr(String(word))
 
 
 def write(path: Path, words: int, *, pieces: int = 3, kind: str = "cell") -> None:
-    """A recording of so many words on two topics by turns, a millisecond apart, in some chunks."""
+    """Write a recording of some words on two topics in turn, a millisecond apart, in some chunks."""
     with McapFile(path) as file:
         file.describe(names.METADATA, RecordingHeader(kind, "small", {"seed": 7}).metadata())
         file.attach(names.SCENE, "application/octet-stream", b"a scene")

@@ -1,4 +1,4 @@
-"""A trial that is recorded and killed at some moment, and what is lost of it."""
+"""A recorded trial that is killed, and the loss of its recording."""
 
 from __future__ import annotations
 
@@ -43,20 +43,20 @@ _TICK = struct.Struct("<q")
 
 @dataclass(frozen=True)
 class Loss:
-    """Simulated time that was reached before a kill, and that the recording has [ns]."""
+    """Simulation time that was reached before a kill, and that the recording has [ns]."""
 
     reached: int
     kept: int
 
 
 def kept_so_far(file: Path) -> int:
-    """Simulated time that a recording has while it goes on [ns]."""
+    """Return the simulation time that a growing recording has [ns]."""
     with Recording(file) as recording:
         return recording.end_time
 
 
 def loss(folder: Path, after: int) -> Loss:
-    """Record a trial, kill it once so many ticks are in the file, and see what is left of it."""
+    """Record a trial, kill it once this many ticks are in the file, and return the loss."""
     file, ticks = folder / "run.mcap", folder / "ticks"
     command = [sys.executable, "-c", PROGRAM, str(file), str(ticks)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:

@@ -1,4 +1,4 @@
-"""A ROS 1 bag of a recording."""
+"""ROS 1 bag of a recording."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str
     with Recording(tmp_path / "a.mcap") as recording:
         every = [(each.topic, max(1, each.time)) for each in recording.messages()]
     first, last = every[begin][1], every[20][1]
-    told: list[float] = []
-    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=first, until=last, tell=told.append)
+    progress: list[float] = []
+    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=first, until=last, tell=progress.append)
     with Reader(tmp_path / "a.bag") as bag:
         found = [(each.topic, time) for each, time, _ in bag.messages()]
     assert found == [*((topic, first) for topic in latched), *(each for each in every if first <= each[1] <= last)]
-    assert told[0] == 0.0
+    assert progress[0] == 0.0
 
 
 @pytest.mark.parametrize(("start", "until"), [(10**12, None), (None, -1), (200, 100)])

@@ -1,4 +1,4 @@
-"""Chunks of an MCAP file: what is in them, and that their indexes say so."""
+"""Chunks of an MCAP file: their content and their indexes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ entries = st.lists(
 
 
 def records(data: bytes) -> Iterator[McapRecord]:
-    """The records in these bytes, which end in the middle of a file."""
+    """Yield the records in these bytes, which end in the middle of a file."""
     end = encoded_records(Footer(0, 0, 0)) + MAGIC
     return StreamReader(BytesIO(data + end), skip_magic=True, emit_chunks=True, validate_crcs=True).records
 

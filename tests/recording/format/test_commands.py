@@ -1,4 +1,4 @@
-"""Commands as they are noted, kept and done again."""
+"""Commands: note, store and execute again."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GOOD = {"tick": 3, "kind": "publish", "name": "/a", "type": "std_msgs/Bool", "no
 
 
 def noted() -> tuple[Bus, list[Command], list[Any], Callable[[], None]]:
-    """A bus that hears a topic and serves a service, what was noted, and what was done."""
+    """Return a bus with a topic and a service, the noted commands, and their effects."""
     clock = Clock(Fraction(1, 100))
     done: list[Any] = []
     commands: list[Command] = []
@@ -51,7 +51,7 @@ def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
     bus.call("/serve", SetBoolRequest(data=True), node="/c")
     bus.note(Given(How.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
     with pytest.raises(RejectedCommandError):
-        bus.publish("/hear", SetBoolRequest(data=True), node="/e")  # nothing that could have been done
+        bus.publish("/hear", SetBoolRequest(data=True), node="/e")  # of the wrong type
     assert done == [(True, "/a", 1), (False, "/b", 2), (True, "/c", 3)]
     assert [(each.tick, each.how, each.name, each.type, each.node, each.stamp) for each in commands] == [
         (7, How.PUBLISH, "/hear", "std_msgs/Bool", "/a", 99),

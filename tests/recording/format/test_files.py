@@ -1,4 +1,4 @@
-"""Which files a recording goes to."""
+"""Output files of a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A trial that is recorded and killed: the recording is readable, and what had come to the file is kept."""
+"""A recorded trial that is killed: the recording is readable, and keeps what had come to the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file that grows while a run goes on: other programs read it, and nothing of it is lost."""
+"""MCAP file that grows during a run: other programs read it, and nothing is lost."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_file_that_cannot_be_opened_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not FULL.exists(), reason="there is no full disk to be had here")
 def test_a_disk_that_is_full_is_reported_once_and_stops_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mcap_file, "MOST_WAITING", 1 << 12)
+    monkeypatch.setattr(mcap_file, "MAX_WAITING", 1 << 12)
     said: list[str] = []
     file = McapFile(FULL, report=said.append)
     channel = file.channel(TALK)

@@ -1,4 +1,4 @@
-"""Recordings are read as far as they are there, and nothing in them is trusted."""
+"""Reader of truncated and untrusted recordings."""
 
 from __future__ import annotations
 

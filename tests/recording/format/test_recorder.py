@@ -1,4 +1,4 @@
-"""A run recorded: the run is as it would have been, and comes about again from what was recorded."""
+"""Recorder: it leaves the run unchanged, and the recording reproduces the run."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AHEAD = (0.2, *INITIAL[1:])
 
 
 def worked(cell: Cell, seconds: float = 2.5) -> None:
-    """Something is done to a cell, and some of it is refused."""
+    """Work a cell for a time, including refused commands."""
     start(cell)
     publish(cell, "arm/command", way(AHEAD))
     with pytest.raises(CellwrightError):
@@ -39,7 +39,7 @@ def worked(cell: Cell, seconds: float = 2.5) -> None:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """The recording of a run, and the state hash at its end."""
+    """Return the recording of a run, and the state hash at its end."""
     path = tmp_path_factory.mktemp("recordings") / "run.mcap"
     cell, shown = Cell(WHOLE), {"score": 0}
     recorder = Recorder(cell, path, HEADER, attachments={"sources/a.yaml": b"a: 1\n"}, panel=lambda: shown)
@@ -126,7 +126,7 @@ def test_panel_events_and_end_are_kept(recorded: tuple[Path, str]) -> None:
         assert recording.end == {"outcome": "until"}
 
 
-def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
+def test_a_reset_begins_another_file(tmp_path: Path) -> None:
     cell = Cell(WHOLE)
     recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
     run(cell, 0.1)
@@ -146,7 +146,7 @@ def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
     assert ends == [({"outcome": "reset"}, 100_000_000, 50), ({"outcome": "until"}, 50_000_000, 25)]
 
 
-def test_pictures_are_kept_when_somebody_listens_and_drawn_for_nobody_else(tmp_path: Path) -> None:
+def test_pictures_are_recorded_only_while_a_client_subscribes(tmp_path: Path) -> None:
     camera = "{type: rgb_camera, pose: {}, width: 16, height: 8, latency: 0, rate: 20}"
     cell = Cell(load_trial(text=f"cellwright: {{sensors: {{eye: {camera}, other: {camera}}}}}").trial)
     workers: list[FakeWorker] = []

@@ -1,4 +1,4 @@
-"""The log of a run: complete when the run is, readable when it was killed, and no reason for a run to fail."""
+"""Run log: complete when the run is, readable after a kill, and never a reason for a run to fail."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Works:
         client.sleep(1.1)
         client.control_agv(1, "order_0_kit_0")
         client.sleep(1.0)
-        print("told", flush=True)
+        print("reported", flush=True)
         while True:
             client.sleep(0.01)
 """
 
 
 class Delivers:
-    """Sends off what stands on tray 1, and an empty tray as a kit that nobody asked for."""
+    """Agent that submits the kit on tray 1, and an empty tray as a kit that no order asked for."""
 
     def run(self, client: Client) -> None:
         client.start_competition()
@@ -109,7 +109,7 @@ def test_after_sigkill_the_log_has_all_that_had_happened(tmp_path: Path) -> None
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
-            assert any(line.strip() == "told" for line in process.stdout)
+            assert any(line.strip() == "reported" for line in process.stdout)
         finally:
             process.send_signal(signal.SIGKILL)
             process.wait(TIMEOUT)

@@ -1,4 +1,4 @@
-"""No byte of a recording can be another than was written without being found."""
+"""Integrity of a recording: each changed byte is found."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def damage(path: Path) -> str:
-    """What tells that the file is not as it was written; nothing where it is."""
+    """Return the error about a changed file; empty if it is unchanged."""
     try:
         with Recording(path) as recording:
             recording.check_bytes()
@@ -41,10 +41,10 @@ def test_each_bit_that_is_another_is_found(
     path = tmp_path_factory.getbasetemp() / "flipped.mcap"
     path.write_bytes(data)
 
-    told = damage(path)
+    error = damage(path)
 
-    assert told.startswith(f"{path}: ")
-    assert "\n" not in told
+    assert error.startswith(f"{path}: ")
+    assert "\n" not in error
 
 
 def test_what_is_whole_is_sound_and_what_was_cut_has_no_damage(whole: Path, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A part of a recording."""
+"""Time range of a recording."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ MS = 1_000_000  # [ns] between two words of the recording
     [
         (None, None, range(40)),
         (None, 3 * MS, range(4)),
-        (37 * MS, None, [37, *range(37, 40)]),  # the newest that is latched comes once more, at the begin
-        (38 * MS, 38 * MS, [38]),  # unless one is said just then
+        (37 * MS, None, [37, *range(37, 40)]),  # the newest latched message is repeated at the begin
+        (38 * MS, 38 * MS, [38]),  # unless one is published just then
         (-MS, 10**15, range(40)),
     ],
 )

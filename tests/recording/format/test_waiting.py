@@ -1,4 +1,4 @@
-"""What is handed in by one thread is taken by another, whole and in its order."""
+"""Write queue: one thread takes what another adds, complete and in order."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def hand_in(waiting: WriteQueue[str], entry: Entry) -> None:
 
 
 def handed_in(entries: list[Entry]) -> Messages:
-    """These messages, of which there is at least one, as they are taken."""
+    """Return at least one message, as it is taken."""
     waiting: WriteQueue[str] = WriteQueue()
     for entry in entries:
         hand_in(waiting, entry)
@@ -110,7 +110,7 @@ def test_two_threads_lose_nothing() -> None:
     assert found == expected
 
 
-def test_what_is_forgotten_is_taken_by_nobody() -> None:
+def test_cleared_messages_are_not_taken() -> None:
     waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"x"))
     waiting.add_record("y")

@@ -1,4 +1,4 @@
-"""Made recordings: a cell that brings two parts, and a robot that waves."""
+"""Synthetic plot data: a cell that brings two parts, and a robot that waves."""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ from cellwright.recording.plots.tracks import (
     CommandTrack,
     JointTrack,
     Mark,
+    PlotData,
     ScoreTrack,
     Span,
-    Story,
     ToolTrack,
     TrayPart,
 )
@@ -16,19 +16,19 @@ from cellwright.recording.plots.tracks import (
 AGV_1, AGV_2 = "AGV 1", "AGV 2"
 
 
-def cell() -> Story:
-    """Sixty seconds at work."""
+def cell() -> PlotData:
+    """Return sixty seconds of work."""
     times = np.arange(0.0, 60.0, 0.04)
     names = ["elbow", "rail", "shoulder lift", "shoulder pan", "wrist 1", "wrist 2", "wrist 3"]
     joints = []
     for number, name in enumerate(names):
-        told = np.sign(np.sin(times / (4 + number))) * (0.4 + 0.2 * number) + number / 2
-        seen = np.convolve(told, np.ones(12) / 12, "same")
-        seen[:12], seen[-12:] = told[:12], told[-12:]
-        joints.append(JointTrack(name, "m" if name == "rail" else "rad", times, seen, times, told))
+        targets = np.sign(np.sin(times / (4 + number))) * (0.4 + 0.2 * number) + number / 2
+        actual = np.convolve(targets, np.ones(12) / 12, "same")
+        actual[:12], actual[-12:] = targets[:12], targets[-12:]
+        joints.append(JointTrack(name, "m" if name == "rail" else "rad", times, actual, times, targets))
     path = np.column_stack([-0.4 + 0.8 * np.sin(times / 9), 2.0 * np.cos(times / 9), 0.8 + 0.2 * np.sin(times)])
     held = [Span(10.0, 18.0), Span(30.0, 39.5)]
-    return Story(
+    return PlotData(
         title="lesson",
         note="kitter, seed 0: 8 of 12 points",
         begin=0.0,
@@ -48,14 +48,14 @@ def cell() -> Story:
     )
 
 
-def robot() -> Story:
-    """Twenty seconds of a robot with many joints."""
+def robot() -> PlotData:
+    """Return twenty seconds of a robot with many joints."""
     times = np.arange(0.0, 20.0, 0.01)
     arm = [JointTrack(f"J_arm_r_{n}", "rad", times, np.sin(times + n / 3) / (n + 1)) for n in range(7)]
     legs = [JointTrack(f"J_leg_{n}", "rad", times, np.zeros_like(times)) for n in range(12)]
     hand = np.column_stack([0.3 + 0.1 * np.sin(times), -0.2 + 0.1 * np.cos(times), 0.1 * np.sin(2 * times)])
     other = hand * [1.0, -1.0, 1.0]
-    return Story(
+    return PlotData(
         title="qinglong",
         note="robot, 20 s",
         begin=0.0,

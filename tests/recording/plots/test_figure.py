@@ -1,4 +1,4 @@
-"""A page holds what was asked for, and is written whole, in three formats."""
+"""Figures: requested panels, written atomically, in three formats."""
 
 import re
 from dataclasses import replace
@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
-from cellwright.recording.plots.tracks import CommandTrack, JointTrack, Mark, Span, Story
+from cellwright.recording.plots.tracks import CommandTrack, JointTrack, Mark, PlotData, Span
 from cellwright.util.errors import UsageError
 from tests.recording.plots.stories import cell, robot
 
@@ -56,7 +56,7 @@ def test_each_part_alone(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
-def test_names_of_a_hostile_recording_are_drawn_and_told_to_no_terminal(
+def test_names_of_a_hostile_recording_are_drawn_and_reach_no_terminal(
     suffix: str, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     hostile = "$\\frac{ \x1b[2J 漢 \x00"
@@ -73,7 +73,7 @@ def test_units_stand_on_the_axes() -> None:
 
 
 def test_what_is_not_there_is_not_drawn() -> None:
-    empty = Story("lesson", "", 0.0, 0.0)
+    empty = PlotData("lesson", "", 0.0, 0.0)
     with pytest.raises(UsageError, match="lesson: holds nothing of score, tool that could be drawn"):
         draw_figure(empty, ["score", "tool"])
     assert titles(draw_figure(replace(cell(), tools=(), commands=(), states={}, tray_parts=()))) == [
@@ -85,7 +85,7 @@ def test_what_is_not_there_is_not_drawn() -> None:
 
 def test_a_moment_is_enough() -> None:
     once = np.zeros(1)
-    moment = Story("r", "", 0.0, 0.0, joints={"arm": [JointTrack("a", "rad", once, once)]})
+    moment = PlotData("r", "", 0.0, 0.0, joints={"arm": [JointTrack("a", "rad", once, once)]})
     assert titles(draw_figure(moment)) == ["arm"]
 
 
@@ -94,7 +94,7 @@ def test_a_moment_is_enough() -> None:
 def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> None:
     odd = "a $_{x$ & <b> \\frac"
     times = np.linspace(0.0, 5.0, 50)
-    story = replace(
+    data = replace(
         cell(),
         title=odd,
         note=odd,
@@ -103,7 +103,7 @@ def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> Non
         states={odd: [Span(0.0, 60.0, odd)]},
     )
 
-    write_figure(draw_figure(story), tmp_path / f"odd{suffix}")
+    write_figure(draw_figure(data), tmp_path / f"odd{suffix}")
 
     assert (tmp_path / f"odd{suffix}").stat().st_size > 1000
 
@@ -124,12 +124,12 @@ def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_pa
 def test_a_long_name_is_whole_and_widens_the_page(tmp_path: Path) -> None:
     name = "right_shoulder_and_elbow_actuator_joint_of_the_second_arm"
     times = np.linspace(0.0, 60.0, 50)
-    story = replace(
+    data = replace(
         cell(),
         joints={"arm": [JointTrack(name, "rad", times, times)]},
         commands=[CommandTrack(f"/ariac/{name}", times)],
     )
-    for path, drawn in ((tmp_path / "long.svg", story), (tmp_path / "short.svg", cell())):
+    for path, drawn in ((tmp_path / "long.svg", data), (tmp_path / "short.svg", cell())):
         write_figure(draw_figure(drawn, ["joints", "commands"]), path)
 
     wide, usual = ((tmp_path / each).read_text() for each in ("long.svg", "short.svg"))
@@ -140,7 +140,7 @@ def test_a_long_name_is_whole_and_widens_the_page(tmp_path: Path) -> None:
 
 
 def width(svg: str) -> float:
-    """Width of a picture [pt]."""
+    """Return the width of a picture [pt]."""
     (found,) = re.findall(r'<svg[^>]* width="([0-9.]+)pt"', svg)
     return float(found)
 

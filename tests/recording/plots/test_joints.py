@@ -1,4 +1,4 @@
-"""Which joints are drawn, and how."""
+"""Selection and drawing of joints."""
 
 import numpy as np
 from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-"""The score as stairs, with what happened beside it."""
+"""Score as stairs, with labels of events."""
 
 from dataclasses import replace
 
@@ -6,21 +6,21 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import draw_score
-from cellwright.recording.plots.tracks import Mark, ScoreTrack, Story
+from cellwright.recording.plots.tracks import Mark, PlotData, ScoreTrack
 from tests.recording.plots.stories import cell
 
 
-def drawn(story: Story, score: ScoreTrack) -> Figure:
+def drawn(data: PlotData, score: ScoreTrack) -> Figure:
     figure = Figure(figsize=(8, 2))
     axes = figure.add_subplot()
-    axes.set_xlim(story.begin, story.end)
-    draw_score(axes, score, story)
+    axes.set_xlim(data.begin, data.end)
+    draw_score(axes, score, data)
     return figure
 
 
 def test_it_holds_until_the_next_and_to_the_end() -> None:
-    story = cell()
-    (axes,) = drawn(story, ScoreTrack(np.array([0.0, 50.0]), np.array([0.0, 8.0]))).axes
+    data = cell()
+    (axes,) = drawn(data, ScoreTrack(np.array([0.0, 50.0]), np.array([0.0, 8.0]))).axes
     stairs = axes.lines[0]
     assert stairs.get_drawstyle() == "steps-post"
     assert np.asarray(stairs.get_xdata()).tolist() == [0.0, 50.0, 60.0]
@@ -38,6 +38,6 @@ def test_words_do_not_lie_on_each_other() -> None:
     (axes,) = figure.axes
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in axes.texts if text.get_text().startswith("order")]
-    assert 2 <= len(boxes) < 30  # every one has its line, and those for which there is room have their words
+    assert 2 <= len(boxes) < 30  # every event has a line, and those with room have a label
     assert not any(one.overlaps(other) for n, one in enumerate(boxes) for other in boxes[:n])
     assert sum(len(line.get_xdata()) == 2 for line in axes.lines) >= 30  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Names beside curves do not lie on each other."""
+"""Names beside curves do not overlap."""
 
 from itertools import pairwise
 

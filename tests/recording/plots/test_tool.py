@@ -1,4 +1,4 @@
-"""The path of a tool: from above, and its height."""
+"""Path of a tool: from above, and its height."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,7 +10,7 @@ TIMES = np.linspace(0.0, 10.0, 101)
 
 
 def path(along: int) -> ToolTrack:
-    """Ten metres along x (0) or y (1), carrying something from the second to the fifth."""
+    """Return ten metres along x (0) or y (1), carrying a part from the second to the fifth."""
     at = np.zeros((101, 3))
     at[:, along] = TIMES
     return ToolTrack("cup", "world", TIMES, at, [Span(1.0, 6.0)], [Span(2.0, 5.0)])
@@ -47,7 +47,7 @@ def test_suction_and_load_are_strips_below_the_height() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["suction on", "carries a part"]
 
 
-def test_two_tools_are_told_apart_by_name() -> None:
+def test_two_tools_have_their_names_in_the_legend() -> None:
     axes = Figure().add_subplot()
     tools = [ToolTrack(name, "base", TIMES, path(1).positions) for name in ("right tip", "left tip")]
     draw_height(axes, tools)

@@ -20,10 +20,10 @@ def test_states_have_their_names_and_commands_their_counts() -> None:
 
 def test_of_many_names_those_that_were_used_most() -> None:
     tracks = [CommandTrack(f"/a/b{n}", np.linspace(0, 20, n + 1)) for n in range(20)]
-    story = replace(robot(), commands=tracks, states={})
-    assert command_rows(story) == MAX_COMMANDS
+    data = replace(robot(), commands=tracks, states={})
+    assert command_rows(data) == MAX_COMMANDS
     axes = Figure().add_subplot()
-    draw_commands(axes, story)
+    draw_commands(axes, data)
     assert [text.get_text() for text in axes.get_yticklabels()] == [f"b{n}" for n in range(20 - MAX_COMMANDS, 20)]
 
 

@@ -1,21 +1,21 @@
-"""A bar for each part."""
+"""Bars of parts on trays."""
 
 from dataclasses import replace
 
 from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import MAX_PARTS, draw_trays, tray_rows
-from cellwright.recording.plots.tracks import Story, TrayPart
+from cellwright.recording.plots.tracks import PlotData, TrayPart
 from tests.recording.plots.stories import AGV_1, AGV_2, cell
 
 
-def drawn(story: Story) -> Figure:
+def drawn(data: PlotData) -> Figure:
     figure = Figure()
-    draw_trays(figure.add_subplot(), story)
+    draw_trays(figure.add_subplot(), data)
     return figure
 
 
-def test_what_was_said_of_a_part_is_told_in_the_legend() -> None:
+def test_the_legend_explains_verdicts() -> None:
     (axes,) = drawn(cell()).axes
     legend = axes.get_legend()
     assert legend is not None
@@ -23,16 +23,16 @@ def test_what_was_said_of_a_part_is_told_in_the_legend() -> None:
 
 
 def test_an_empty_tray_has_its_row_too() -> None:
-    story = replace(cell(), tray_parts=cell().tray_parts[:2])
-    assert tray_rows(story) == 3
-    (axes,) = drawn(story).axes
+    data = replace(cell(), tray_parts=cell().tray_parts[:2])
+    assert tray_rows(data) == 3
+    (axes,) = drawn(data).axes
     assert [text.get_text() for text in axes.get_yticklabels()] == [AGV_1, AGV_2]
 
 
-def test_a_full_tray_is_told_as_far_as_there_is_room() -> None:
+def test_a_full_tray_shows_its_first_parts() -> None:
     many = [TrayPart(AGV_1, f"gear {n}", n / 10, 60.0) for n in range(MAX_PARTS + 5)]
-    story = replace(cell(), tray_parts=many)
-    assert tray_rows(story) == MAX_PARTS + 1
-    (axes,) = drawn(story).axes
+    data = replace(cell(), tray_parts=many)
+    assert tray_rows(data) == MAX_PARTS + 1
+    (axes,) = drawn(data).axes
     assert f"the first {MAX_PARTS} of {MAX_PARTS + 5}" in axes.get_yticklabels()[0].get_text()
     assert f"gear {MAX_PARTS}" not in {text.get_text() for text in axes.texts}

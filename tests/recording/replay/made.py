@@ -1,4 +1,4 @@
-"""Recordings of real runs, for tests of what is done with them."""
+"""Recordings of real runs, for tests of their use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cellwright.running.run import versions
 
 
 def record(path: Path, work: Callable[[Client], None], *, trial: str = "lesson") -> Path:
-    """Record somebody at work in a cell."""
+    """Record an agent at work in a cell."""
     cell = Cell(cellwright.load_trial(trial))
     header = RecordingHeader("cell", cell.name, {"timestep": "1/500", "versions": versions()})
     recorder = Recorder(cell, path, header)

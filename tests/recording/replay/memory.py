@@ -1,4 +1,4 @@
-"""A recording that is a list, for tests of what plays one."""
+"""In-memory recording, for tests of playback."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TOPICS = {
 
 
 class Memory(Recording):
-    """Messages in the order of their times."""
+    """Recording of messages in the order of their times."""
 
     def __init__(
         self,
@@ -46,46 +46,46 @@ class Memory(Recording):
 
     @property
     def scene(self) -> bytes | None:
-        """What there is to be seen."""
+        """The encoded scene."""
         return self.encoded_scene
 
     @property
     def begin(self) -> int:
-        """When it begins [ns]."""
+        """Time of its begin [ns]."""
         return 0
 
     @cached_property
     def end_time(self) -> int:
-        """When the last message was written [ns]."""
+        """Time of the last message [ns]."""
         return self.list[-1].time if self.list else 0
 
     def messages(
         self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
     ) -> Iterator[RecordedMessage]:
-        """Messages of some topics, or of all, between two times."""
+        """Yield messages of some topics, or of all, between two times."""
         first, last = 0 if start is None else start, self.end_time + 1 if until is None else until
         return (e for e in self.list if first <= e.time < last and (topics is None or e.topic in topics))
 
     def newest(self, topic: str, time: int) -> RecordedMessage | None:
-        """The newest of a topic by a time."""
+        """Return the newest message of a topic at a time."""
         found = [e for e in self.list if e.topic == topic and e.time <= time]
         return found[-1] if found else None
 
 
 def said(time: int, topic: str, text: str) -> RecordedMessage:
-    """A text on a topic at a time [ns]."""
+    """Return a text on a topic at a time [ns]."""
     return RecordedMessage(topic, time, to_cdr(String(data=text)))
 
 
 def seen(time: int, data: bytes) -> RecordedMessage:
-    """A frame's bytes at a time [ns]."""
+    """Return a frame's bytes at a time [ns]."""
     layout = message_type("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
     carrier = message_type("std_msgs/UInt8MultiArray")
     return RecordedMessage(FRAME, time, to_cdr(carrier(layout, np.frombuffer(data, np.uint8))))  # type: ignore[call-arg]
 
 
 def frame_at(time: int) -> Frame:
-    """A frame in which the second body has come as far [m] as time has [s]; the third is there in odd seconds."""
+    """Return a frame with the second body at x = time [m for s]; the third is visible in odd seconds."""
     poses = np.zeros((BODIES, 7), np.float32)
     poses[:, 3] = 1.0
     poses[1, 0] = time / SECOND
@@ -93,7 +93,7 @@ def frame_at(time: int) -> Frame:
 
 
 def frames(until: int) -> list[RecordedMessage]:
-    """Frames of 25 a second up to a time [ns], whole ones each second."""
+    """Return frames, 25 a second, up to a time [ns]; a whole one each second."""
     found, before = [], None
     for number in range(until // (SECOND // 25) + 1):
         frame = frame_at(number * SECOND // 25)
@@ -103,12 +103,12 @@ def frames(until: int) -> list[RecordedMessage]:
 
 
 def panels(until: int) -> list[RecordedMessage]:
-    """Twice a second what the panel shows: how many half seconds have passed."""
+    """Return panels, two a second, with the number of half seconds."""
     return [said(n * SECOND // 2, PANEL, f'{{"half": {n}}}') for n in range(2 * until // SECOND + 1)]
 
 
 def recording(seconds: int, *more: RecordedMessage) -> Memory:
-    """A recording with clock, frames, panels and whatever else."""
+    """Return a recording with clock, frames, panels and further messages."""
     ticks = [
         RecordedMessage("/clock", t, to_cdr(Clock(clock=Time(sec=t // SECOND, nanosec=t % SECOND))))
         for t in range(0, seconds * SECOND + 1, SECOND // 50)

@@ -89,7 +89,7 @@ def test_frames_commands_and_events(run: OpenedRecording) -> None:
         lambda run: run.path("vacuum_gripper"),
     ],
 )
-def test_names_that_there_are_not_are_told_with_those_that_there_are(run: OpenedRecording, ask: object) -> None:
+def test_errors_about_unknown_names_list_the_known_ones(run: OpenedRecording, ask: object) -> None:
     with pytest.raises(UnknownNameError, match="did you mean"):
         ask(run)  # type: ignore[operator]
 

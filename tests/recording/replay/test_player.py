@@ -55,7 +55,9 @@ def test_each_message_of_a_fast_topic_comes_once() -> None:
 
     recorded.simulation.step_until(4 * SECOND)
 
-    assert times == list(range(SECOND // 50, 4 * SECOND + 1, SECOND // 50)), "that of the begin was before anybody came"
+    assert times == list(range(SECOND // 50, 4 * SECOND + 1, SECOND // 50)), (
+        "that of the begin was before the first subscriber"
+    )
 
 
 def test_a_late_listener_is_given_what_is_latched() -> None:
@@ -93,7 +95,7 @@ def test_commands_and_calls_are_refused_and_counted() -> None:
     assert "refused /ariac/arm/command from /me: this is a recording" in lines[0]
 
 
-def test_a_topic_of_an_unknown_type_is_told_of_and_the_rest_is_played() -> None:
+def test_a_topic_of_an_unknown_type_is_reported_and_the_rest_is_played() -> None:
     memory = a_recording()
     memory.topics["/odd"] = RecordedTopic("/odd", "elsewhere_msgs/Odd")
     memory.list.insert(3, RecordedMessage("/odd", 0, b"\x00\x01\x00\x00"))
@@ -157,11 +159,11 @@ def test_whatever_was_sought_before_the_moment_looks_as_if_it_had_been_played_to
 
     assert jumping.simulation.now == straight.simulation.now
     assert jumping.simulation.clock.tick == straight.simulation.clock.tick
-    frame, other = jumping.sight.frame(), straight.sight.frame()
+    frame, other = jumping.cursor.frame(), straight.cursor.frame()
     assert frame is not None
     assert other is not None
     assert frame.encode() == other.encode()
-    assert jumping.sight.panel() == straight.sight.panel()
+    assert jumping.cursor.panel() == straight.cursor.panel()
     assert _latched(jumping) == _latched(straight)
 
 

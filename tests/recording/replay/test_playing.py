@@ -72,7 +72,7 @@ def test_in_a_loop_it_begins_again(recorded: Recorded, server: Server) -> None:
     assert recorded.simulation.now == SECOND * 20 // 50
 
 
-def test_at_its_end_it_holds_until_somebody_looks_elsewhere(recorded: Recorded, server: Server) -> None:
+def test_at_its_end_it_holds_until_a_seek(recorded: Recorded, server: Server) -> None:
     tempo = RateControl()
     polls = 0
     seen: list[int] = []

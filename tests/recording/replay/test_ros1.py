@@ -1,4 +1,4 @@
-"""A recording as programs of ROS 1 meet it: the same messages, in simulation time."""
+"""Playback for ROS 1 programs: the same messages, in simulation time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STATES, ORDERS, COMMAND = "/ariac/joint_states", "/ariac/orders", "/ariac/arm/co
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, Path]]:
-    """A recording that is played again and again, beside a master."""
+    """Play a recording in a loop, beside a master."""
     folder = tmp_path_factory.mktemp("replay")
     path = record(folder / "run.mcap", short_work)
     with ground(folder, ros1_messages) as made:
@@ -32,7 +32,7 @@ def played(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Ite
 
 
 def listen() -> dict[str, Any]:
-    """Listen for more than a round: joint states (stamps, positions) and where a round ends, orders, goals."""
+    """Listen for more than a round: joint states (stamps, positions), ends of rounds, orders, goals."""
     import threading
 
     import rospy
@@ -77,7 +77,7 @@ def test_a_subscriber_hears_what_was_recorded(played: tuple[Ground, Path]) -> No
     assert set(heard["orders"]) == {"order_0"}
 
 
-def test_nobody_can_change_what_was(played: tuple[Ground, Path]) -> None:
+def test_commands_to_a_recording_are_refused(played: tuple[Ground, Path]) -> None:
     master, _ = played
 
     assert master.ask("getParam", "/use_sim_time") is True

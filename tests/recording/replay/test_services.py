@@ -39,9 +39,9 @@ def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
 
 
 def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Server) -> None:
-    told = services(memory, server, first=SECOND)
+    offered = services(memory, server, first=SECOND)
 
-    answers = SceneServices(told)
+    answers = SceneServices(offered)
     (scene, scene_data), (frame, frame_data) = answers.scene({}), answers.frame({})
 
     assert decode_scene(scene_data).bodies == ("world", "ball", "part")
@@ -52,31 +52,31 @@ def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Se
 
 
 def test_the_panel_is_that_of_the_moment(memory: Memory, server: Server) -> None:
-    told = services(memory, server, first=SECOND, last=3 * SECOND // 2).panel({})
+    offered = services(memory, server, first=SECOND, last=3 * SECOND // 2).panel({})
 
-    assert told == {"kind": "recording", "name": "lesson", "time": 1.0, "begin": 1.0, "end": 1.5, "of": {"half": 2}}
+    assert offered == {"kind": "recording", "name": "lesson", "time": 1.0, "begin": 1.0, "end": 1.5, "of": {"half": 2}}
 
 
 def test_seeking_is_a_cut(memory: Memory, server: Server) -> None:
-    told = services(memory, server)
-    before = told.details({})["run"]
+    offered = services(memory, server)
+    before = offered.details({})["run"]
 
-    told.control.control({"action": "seek", "time": 1.48})
+    offered.control.control({"action": "seek", "time": 1.48})
 
-    assert told.details({})["run"] != before
-    assert told.frame().time == 1_480_000_000
-    assert told.panel({})["of"] == {"half": 2}
+    assert offered.details({})["run"] != before
+    assert offered.frame().time == 1_480_000_000
+    assert offered.panel({})["of"] == {"half": 2}
 
 
 @pytest.mark.parametrize(("asked", "time"), [(-5, 0.5), (99.0, 1.5), (1, 1.0)])
 def test_seeking_leads_no_further_than_what_is_played(
     memory: Memory, server: Server, asked: float, time: float
 ) -> None:
-    told = services(memory, server, first=SECOND // 2, last=3 * SECOND // 2)
+    offered = services(memory, server, first=SECOND // 2, last=3 * SECOND // 2)
 
-    told.control.control({"action": "seek", "time": asked})
+    offered.control.control({"action": "seek", "time": asked})
 
-    assert told.panel({})["time"] == time
+    assert offered.panel({})["time"] == time
 
 
 @pytest.mark.parametrize("time", [None, "1", True, float("nan"), float("inf"), [1]])
@@ -86,11 +86,11 @@ def test_a_time_that_is_none_is_refused(memory: Memory, server: Server, time: ob
 
 
 def test_reset_leads_to_the_start_and_so_does_going_on_at_the_end(memory: Memory, server: Server) -> None:
-    told = services(memory, server, first=SECOND // 2)
+    offered = services(memory, server, first=SECOND // 2)
     for action in ("reset", "resume"):
-        told.control.control({"action": "seek", "time": 2.0})
-        told.control.control({"action": action})
-        assert told.panel({})["time"] == 0.5
+        offered.control.control({"action": "seek", "time": 2.0})
+        offered.control.control({"action": action})
+        assert offered.panel({})["time"] == 0.5
 
 
 def test_other_actions_are_those_of_a_cell(memory: Memory, server: Server) -> None:
@@ -115,7 +115,7 @@ def test_what_was_not_recorded_is_out_of_sight(memory: Memory, server: Server) -
 @pytest.mark.parametrize("scene", [None, b"", b"nonsense"])
 def test_without_a_scene_there_is_an_empty_world(memory: Memory, server: Server, scene: bytes | None) -> None:
     memory.encoded_scene = scene
-    told = services(memory, server)
+    offered = services(memory, server)
 
-    assert decode_scene(told.scene).bodies == ("world",)
-    assert len(told.frame().poses) == 1
+    assert decode_scene(offered.scene).bodies == ("world",)
+    assert len(offered.frame().poses) == 1

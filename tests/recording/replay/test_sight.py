@@ -8,23 +8,23 @@ from tests.recording.replay.memory import SECOND, Memory, frame_at, recording, s
 
 
 def test_a_frame_is_that_of_the_moment() -> None:
-    sight = Sight(recording(3))
+    cursor = Sight(recording(3))
 
-    sight.seek(7 * SECOND // 5)
+    cursor.seek(7 * SECOND // 5)
 
-    frame = sight.frame()
+    frame = cursor.frame()
     assert frame is not None
     assert frame.encode() == frame_at(7 * SECOND // 5).encode()
-    assert sight.panel() == {"half": 2}
+    assert cursor.panel() == {"half": 2}
 
 
 def test_without_frames_there_is_none() -> None:
-    sight = Sight(Memory([]))
+    cursor = Sight(Memory([]))
 
-    sight.seek(0)
+    cursor.seek(0)
 
-    assert sight.frame() is None
-    assert sight.panel() == {}
+    assert cursor.frame() is None
+    assert cursor.panel() == {}
 
 
 def test_a_whole_frame_is_looked_for_far_back() -> None:
@@ -34,11 +34,11 @@ def test_a_whole_frame_is_looked_for_far_back() -> None:
         for each in memory.list
         if each.topic != FRAME or each.time == 0 or not is_whole_frame(frame_bytes(each.data))
     ]
-    sight = Sight(memory)
+    cursor = Sight(memory)
 
-    sight.seek(60 * SECOND)
+    cursor.seek(60 * SECOND)
 
-    frame = sight.frame()
+    frame = cursor.frame()
     assert frame is not None
     assert frame.poses[1, 0] == frame_at(60 * SECOND - SECOND // 25).poses[1, 0]
 
@@ -49,18 +49,18 @@ def test_a_damaged_frame_costs_what_follows_until_the_next_whole_one() -> None:
     index = next(n for n, each in enumerate(memory.list) if each.topic == FRAME and each.time > SECOND // 2)
     memory.list.insert(index, damaged)
     memory.list.append(memory.list[-1]._replace(topic=FRAME, data=b"no message at all"))
-    sight = Sight(memory)
+    cursor = Sight(memory)
 
-    sight.seek(2 * SECOND)
+    cursor.seek(2 * SECOND)
 
-    frame = sight.frame()
+    frame = cursor.frame()
     assert frame is not None
     assert frame.encode() == frame_at(2 * SECOND).encode()
 
 
 def test_a_panel_that_is_no_object_shows_nothing() -> None:
-    sight = Sight(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
+    cursor = Sight(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
 
     for time in (0, 1, 2):
-        sight.seek(time)
-        assert sight.panel() == {}
+        cursor.seek(time)
+        assert cursor.panel() == {}

@@ -28,19 +28,19 @@ TICKS = 500  # a second
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording of three seconds' work."""
+    """Record three seconds of work."""
     return record(tmp_path_factory.mktemp("verify") / "run.mcap", short_work)
 
 
 @pytest.fixture(scope="module")
 def taken(path: Path) -> list[Step]:
-    """Its steps."""
+    """Return its steps."""
     with Recording(path) as recording:
         return list(recorded_steps(recording))
 
 
 def again(taken: list[Step], cell: Cell | None = None) -> Verdict:
-    """What comes of these steps in a new cell."""
+    """Return the verdict of these steps in a new cell."""
     return verify(Rebuilt(cell or Cell(cellwright.load_trial("lesson"))), taken)
 
 
@@ -72,7 +72,7 @@ def test_other_servos_make_another_run(taken: list[Step]) -> None:
     assert verdict.bodies
 
 
-def test_a_command_that_is_missing_is_told_by_where_things_are(taken: list[Step]) -> None:
+def test_a_missing_command_is_found_by_the_poses(taken: list[Step]) -> None:
     goals = [step for step in taken if isinstance(step, Command) and step.name == "/ariac/arm/command"]
 
     verdict = again([step for step in taken if step not in goals])
@@ -102,7 +102,7 @@ def test_what_is_cut_anywhere_is_never_another_run(path: Path, tmp_path: Path) -
     assert answers <= {Answer.EQUAL, Answer.UNKNOWN}
 
 
-def test_a_run_that_becomes_unstable_is_told(taken: list[Step]) -> None:
+def test_a_run_that_becomes_unstable_is_reported(taken: list[Step]) -> None:
     cell = Cell(cellwright.load_trial("lesson"))
     cell.simulation.data.qvel[0] = np.nan
 
@@ -131,14 +131,14 @@ def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
     with Recording(tmp_path / "run.mcap") as recording:
         taken = list(recorded_steps(recording))
     stamps = Stamps()
-    anew = RobotNode(config, safety=safety, stamp=stamps)
-    verdict = verify(Rebuilt(anew, stamps), taken)
+    restored = RobotNode(config, safety=safety, stamp=stamps)
+    verdict = verify(Rebuilt(restored, stamps), taken)
 
     assert verdict.answer is Answer.EQUAL
     assert verdict.commands == 2
-    assert anew.simulation.state_hash() == state
-    assert anew.refused == 1
-    anew.close()
+    assert restored.simulation.state_hash() == state
+    assert restored.refused == 1
+    restored.close()
 
 
 def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
             list(recorded_steps(Odd()))  # type: ignore[arg-type]
 
 
-def test_a_command_that_makes_no_sense_is_told(taken: list[Step]) -> None:
+def test_an_invalid_command_is_reported(taken: list[Step]) -> None:
     command = next(step for step in taken if isinstance(step, Command))
 
     with pytest.raises(RecordingError, match="makes no sense"):

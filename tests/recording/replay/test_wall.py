@@ -16,7 +16,7 @@ WALL = 1_700_000_000 * SECOND  # [ns]
 
 
 def of_robot(ahead: int) -> Memory:
-    """A second of a robot whose messages are stamped by another clock."""
+    """Return a second of a robot with message stamps of another clock."""
     states = [
         RecordedMessage(STATES, time, to_cdr(joint_state(["a"], [0.0], time=time + ahead)))
         for time in range(0, SECOND + 1, SECOND // 100)
@@ -34,7 +34,7 @@ def test_without_stamps_it_is_simulation_time() -> None:
     assert clock_offset(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
 
 
-def test_a_robot_that_told_no_time_is_played_with_a_clock() -> None:
+def test_a_robot_without_a_clock_is_played_with_one() -> None:
     recorded = Recorded(of_robot(WALL))
     came: list[Any] = []
     recorded.bus.subscribe("/clock", came.append)

@@ -1,4 +1,4 @@
-"""Accelerations that drives can bear: figures that one can work out, and what they do to a robot."""
+"""Accelerations that drives can bear: figures computed by hand, and their effect on a robot."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def pendulum(*efforts: float, mass: float = 2.0, length: float = 0.5) -> RobotCo
         name, parent = f"link{number}", tuple(links)[-1]
         links[name] = Link(name, Inertial(mass, Pose((length, 0.0, 0.0)), (1e-6, 1e-6, 1e-6, 0, 0, 0)))
         origin = Pose((length if number else 0.0, 0.0, 0.0))
-        limits = Limits(-0.001, 0.001, effort, 3.0)  # next to no range: the postures are all one
+        limits = Limits(-0.001, 0.001, effort, 3.0)  # almost no range: all postures are equal
         joints.append(Joint(f"j{number}", JointType.REVOLUTE, parent, name, origin, (0.0, 1.0, 0.0), limits))
     return RobotConfig(RobotModel("rods", "base", links, tuple(joints)), "rods", Path("rods"), Path("rods.urdf"))
 

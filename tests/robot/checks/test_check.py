@@ -1,4 +1,4 @@
-"""The check of a robot's motion: the QingLong passes it, and whatever moves otherwise does not."""
+"""Motion check: the QingLong passes it, and robots that move otherwise fail."""
 
 import json
 import math
@@ -64,7 +64,7 @@ def test_limits_are_those_of_the_contract(report: MotionReport) -> None:
     assert check_reference.MAX_TIME_ERROR == 0.02
 
 
-def test_what_passes_by_time_alone_is_told(report: MotionReport) -> None:
+def test_samples_that_pass_by_time_alone_are_reported(report: MotionReport) -> None:
     for finding in report.findings:
         assert bool(finding.note) == (finding.unit == "%" and finding.worst > finding.limit)
 
@@ -161,7 +161,7 @@ def test_a_response_may_be_20_ms_early_or_late(late: float) -> None:
         EMPTY.replace('"steps": []', '"steps": [{"joint": "waist", "start": 0, "target": 1, "samples": [[1, 1e999]]}]'),
     ],
 )
-def test_a_file_that_is_no_recording_is_told(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / REFERENCE_FILE
     path.write_text(text, "utf-8")
     with pytest.raises(UsageError, match=r"reference_motion\.json: this is no recorded motion"):
@@ -224,10 +224,10 @@ def test_a_robot_that_cannot_move_at_all_is_checked_too() -> None:
     assert report.passed
 
 
-def test_findings_are_told_as_they_are_made() -> None:
-    told: list[Finding] = []
-    report = check_motion(RobotNode(with_limits("wheel", upper=math.inf)), told.append)
-    assert tuple(told) == report.findings
+def test_findings_are_reported_as_they_are_made() -> None:
+    reported: list[Finding] = []
+    report = check_motion(RobotNode(with_limits("wheel", upper=math.inf)), reported.append)
+    assert tuple(reported) == report.findings
     assert Limits() == two_arms().robot.joint("wheel").limits  # a joint without limits is moved as well
 
 

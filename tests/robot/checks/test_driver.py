@@ -1,4 +1,4 @@
-"""The check of drivers: it passes the example, and finds what is wrong with others."""
+"""Driver check: it passes the example, and finds defects of others."""
 
 import threading
 from dataclasses import dataclass, field, replace
@@ -26,7 +26,7 @@ def config() -> RobotConfig:
 
 
 class Clock:
-    """The clock of a check: a nap takes as long as it says, and ends when the driver has been read once more."""
+    """Clock of a check: a sleep takes its full time, and ends after one more reading of the driver."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -41,7 +41,7 @@ class Clock:
         assert self._was_read.wait(TIMEOUT), "the driver is not read"
 
     def watched(self, driver: Any) -> Any:
-        """A driver whose readings count here, and take their time."""
+        """Return a driver whose readings are counted, and take time."""
         if not hasattr(driver, "read"):
             return driver
         read = driver.read
@@ -58,7 +58,7 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """The check goes by a clock of its own, so that a busy machine makes no driver slow."""
+    """Replace the clock of the check, so that a busy machine does not slow a driver."""
     clock = Clock()
     monkeypatch.setattr("cellwright.robot.checks.driver.time", clock)
     return clock
@@ -76,7 +76,7 @@ def test_the_example_passes_and_is_short(config: RobotConfig, clock: Clock) -> N
 
 @dataclass
 class Stiff(Hardware):
-    """Its lift does not move."""
+    """Hardware whose lift does not move."""
 
     def command(self, targets: Any) -> None:
         self.positions = np.array([targets[0], 0.2])
@@ -84,7 +84,7 @@ class Stiff(Hardware):
 
 @dataclass
 class Coupled(Hardware):
-    """Its lift moves along with the elbow, and far."""
+    """Hardware whose lift moves along with the elbow, and far."""
 
     def command(self, targets: Any) -> None:
         self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])
@@ -92,7 +92,7 @@ class Coupled(Hardware):
 
 @dataclass
 class Pair(Hardware):
-    """A finger, and a thumb that is bolted to it, whatever it is told itself."""
+    """A finger with a thumb bolted to it, which ignores its own target."""
 
     joints: tuple[str, ...] = ("thumb_left", "finger_left")
     positions: Array = field(default_factory=lambda: np.zeros(2))
@@ -103,7 +103,7 @@ class Pair(Hardware):
 
 @dataclass
 class Slow(Hardware):
-    """It can be read twenty times a second."""
+    """Hardware that can be read twenty times a second."""
 
     pause: float = 0.05
 
@@ -147,8 +147,8 @@ def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, beg
     narrow = replace(config, robot=replace(config.robot, joints=joints))
     hardware.read = lambda: JointReadings(hardware.positions, np.zeros(1), np.zeros(1))  # type: ignore[method-assign]
     assert check_driver(lambda _config: clock.watched(hardware), narrow) == []
-    assert len(hardware.told) == (2 if upper > 0.0 else 0)
-    assert all(0.0 <= position <= upper for (position,) in hardware.told), hardware.told
+    assert len(hardware.targets) == (2 if upper > 0.0 else 0)
+    assert all(0.0 <= position <= upper for (position,) in hardware.targets), hardware.targets
 
 
 def test_the_joints_of_the_tests_are_the_robots(config: RobotConfig) -> None:

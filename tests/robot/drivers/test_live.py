@@ -1,4 +1,4 @@
-"""A driver of one's own: what it is given, what is known of it, and what happens when it fails."""
+"""A user's driver: its targets, its readings, and its failures."""
 
 import sys
 import threading
@@ -21,23 +21,23 @@ from tests.waiting import wait_until
 
 pytestmark = pytest.mark.usefixtures("patient")
 
-NAMES = ("elbow_left", "lift")  # neither all of the joints nor in their order
+NAMES = ("elbow_left", "lift")  # some of the joints, in another order
 
 
 @dataclass
 class Hardware:
-    """A robot that is where it was told to be, and fails as a test says."""
+    """Robot that is at its targets at once, and fails as a test requests."""
 
     joints: tuple[str, ...] = NAMES
     positions: Array = field(default_factory=lambda: np.array([-1.0, 0.2]))
-    told: list[list[float]] = field(default_factory=list)
+    targets: list[list[float]] = field(default_factory=list)
     closed: int = 0
     on_read: Callable[[], object] = lambda: None
     answer: object = None
 
     def command(self, targets: Array) -> None:
         self.positions = targets
-        self.told.append(targets.tolist())
+        self.targets.append(targets.tolist())
 
     def read(self) -> Any:
         self.on_read()
@@ -69,11 +69,11 @@ def fail() -> None:
 
 
 def give_up() -> None:
-    sys.exit("no bus")  # as programs of vendors do
+    sys.exit("no bus")  # as vendors' programs do
 
 
 class OwnError(BaseException):
-    """One that `except Exception` passes over."""
+    """Exception that `except Exception` does not catch."""
 
 
 def escape() -> None:
@@ -93,12 +93,12 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
     positions, velocities, efforts = live.read()
     assert (positions[elbow], positions[lift]) == (-1.0, 0.2)
     assert (velocities[elbow], velocities[lift], efforts[elbow], efforts[lift]) == (0.1, 0.2, 3.0, 4.0)
-    assert positions[live.joints.index("shoulder_right")] == 0.5  # nobody drives it: it is where it was put up
+    assert positions[live.joints.index("shoulder_right")] == 0.5  # no driver has it: it keeps its initial position
     targets = np.zeros(len(live.joints))
     targets[[elbow, lift]] = -0.5, 0.3
     live.command(targets)
     until(lambda: live.read().positions[elbow] == -0.5)
-    assert hardware.told == [[-0.5, 0.3]]
+    assert hardware.targets == [[-0.5, 0.3]]
     assert not live.fault
     live.close()
     until(lambda: hardware.closed)  # where the thread is late, `close` does not wait for it
@@ -157,13 +157,13 @@ def test_a_failure_holds_the_robot_until_it_is_cleared(
     hardware.on_read = failure
     until(lambda: live.fault)
     assert live.fault == reason
-    until(lambda: hardware.told)
-    assert hardware.told == [[-1.0, 0.2]]  # the posture that was read last
+    until(lambda: hardware.targets)
+    assert hardware.targets == [[-1.0, 0.2]]  # the newest reading
     live.command(np.full(len(live.joints), 0.3))
     hardware.on_read = lambda: None
     before = live.count
     until(lambda: live.read() and live.count > before + 2)
-    assert hardware.told == [[-1.0, 0.2]], "a target got through"
+    assert hardware.targets == [[-1.0, 0.2]], "a target got through"
     live.clear()
     assert not live.fault
     assert live.read().positions[number] == 0.2
@@ -186,11 +186,11 @@ def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> 
     hardware = Loose()
     live = LiveDriver(config, hardware)
     live.command(np.full(len(live.joints), 0.3))
-    until(lambda: live.read() and hardware.told)
+    until(lambda: live.read() and hardware.targets)
     assert live.fault == "OSError: the cable is out"
     before = live.count
     until(lambda: live.read() and live.count > before + 2)
-    assert hardware.told == [[-1.0, 0.2]]
+    assert hardware.targets == [[-1.0, 0.2]]
     live.close()
 
 
@@ -204,7 +204,7 @@ def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
         free.wait()
 
     hardware.on_read = stick
-    until(stuck.is_set)  # a slow machine is silent for so long without that
+    until(stuck.is_set)  # a slow machine is silent that long anyway
     until(lambda: live.fault)
     assert live.fault == "it has said nothing for 0.05 s"
     live.close()
@@ -221,7 +221,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     number = node.commander.numbers["lift"]
     node.commander.aim([number], [0.35])
     step_until(node, lambda: node.simulation.data.qpos[lift] == 0.35)
-    assert hardware.told == [[-1.0, 0.35]]
+    assert hardware.targets == [[-1.0, 0.35]]
 
     hardware.on_read = fail
     step_until(node, lambda: lines)
@@ -233,7 +233,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
         node.simulation.step()
     assert lines == lines[:1]
     assert node.commander.limiter.desired[number] == 0.35, "it would jump when the driver is back"
-    assert all(told == [-1.0, 0.35] for told in hardware.told)
+    assert all(each == [-1.0, 0.35] for each in hardware.targets)
     node.close()
     until(lambda: hardware.closed)
     assert hardware.closed == 1
@@ -247,14 +247,14 @@ def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: Rob
     step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.25)
     talk.steps(2)
     talk.joints({"lift": 0.3})
-    step_until(talk.node, lambda: hardware.told)
-    assert hardware.told == [[-1.6, 0.3]], "the elbow jumps, and nobody has told it to"
-    hardware.positions = np.array([-1.5, 0.3])  # pushed: now it is held where it was told to be
+    step_until(talk.node, lambda: hardware.targets)
+    assert hardware.targets == [[-1.6, 0.3]], "the elbow jumps without a command"
+    hardware.positions = np.array([-1.5, 0.3])  # pushed: now it is held at its target
     step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.3)
     talk.steps(2)
     talk.joints({"lift": 0.2})
-    step_until(talk.node, lambda: hardware.told[-1][1] == 0.2)
-    assert hardware.told[-1] == [-1.6, 0.2]
+    step_until(talk.node, lambda: hardware.targets[-1][1] == 0.2)
+    assert hardware.targets[-1] == [-1.6, 0.2]
     talk.node.close()
 
 
@@ -267,11 +267,11 @@ def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) ->
         return sum(line.startswith("the driver has failed") for line in talk.lines)
 
     step_until(talk.node, lambda: count() == 1)
-    until(lambda: hardware.told)
-    hardware.told.clear()
+    until(lambda: hardware.targets)
+    hardware.targets.clear()
     assert talk.clear().success
     step_until(talk.node, lambda: count() == 2)  # nothing has changed
-    until(lambda: hardware.told)  # held again
+    until(lambda: hardware.targets)  # held again
 
     hardware.on_read = lambda: None
     lift = talk.node.commander.numbers["lift"]
@@ -282,9 +282,9 @@ def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) ->
         return bool(talk.node.driver.read().positions[lift] == 0.25)
 
     step_until(talk.node, moved_by_hand)
-    hardware.told.clear()
+    hardware.targets.clear()
     assert talk.clear().success
     talk.joints({"lift": 0.3})
-    step_until(talk.node, lambda: hardware.told and hardware.told[-1][1] == 0.3)
-    assert all(elbow == -1.6 for elbow, _ in hardware.told), "the elbow jumped"
+    step_until(talk.node, lambda: hardware.targets and hardware.targets[-1][1] == 0.3)
+    assert all(elbow == -1.6 for elbow, _ in hardware.targets), "the elbow jumped"
     talk.node.close()

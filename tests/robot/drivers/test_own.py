@@ -1,4 +1,4 @@
-"""Drivers are found in files, and what is wrong with them is said in a line."""
+"""Drivers from files and modules: look-up, and errors in one line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Which links of a robot may touch each other."""
+"""Contacts between links of a robot."""
 
 import mujoco
 import numpy as np
@@ -15,7 +15,7 @@ LENGTH = 0.3
 
 
 def solid(name: str, radius: float = 0.05) -> Link:
-    """A link with a ball at its far end, which reaches back to no other."""
+    """Return a link with a ball at its far end, which touches no other link."""
     return Link(name, shapes=(ModelShape("sphere", (radius, 0.0, 0.0), Pose((0.0, 0.0, LENGTH))),))
 
 
@@ -27,7 +27,7 @@ CHAIN = (joint("a", "b"), joint("b", "c"), joint("c", "d"))
 
 
 def touching(self_collision: bool, radius: float, posture: dict[str, float]) -> set[frozenset[str]]:
-    """The pairs of bodies in contact, of a chain of four links with balls."""
+    """Return the pairs of bodies in contact, of a chain of four links with balls."""
     links = {name: solid(name, radius) for name in "abcd"}
     world = build_robot(of_joints(*CHAIN, links=links), self_collision=self_collision)
     data = mujoco.MjData(world.model)
@@ -46,7 +46,7 @@ def test_links_pass_through_each_other_unless_asked_otherwise() -> None:
 
 
 def test_links_that_are_not_joined_touch() -> None:
-    # a triangle: the ball of d is where that of a is
+    # a triangle: the balls of d and a are at one place
     assert touching(True, 0.05, FOLDED) == {frozenset("ad")}
 
 
@@ -56,7 +56,7 @@ def test_joined_links_never_touch() -> None:
 
 
 def test_what_overlaps_in_the_first_posture_never_touches() -> None:
-    # balls of 0.31 m reach the next but one from the beginning, and never count
+    # balls of 0.31 m overlap the next but one in the initial posture, and never count
     assert touching(True, 0.31, FOLDED) == {frozenset("ad")}
 
 

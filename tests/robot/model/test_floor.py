@@ -1,11 +1,11 @@
-"""The floor under a robot: seen, at the lowest point, and touched by nothing."""
+"""The floor under a robot: visible, at the lowest point, and without contacts."""
 
 import mujoco
 import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model import FLOOR, build_robot, seen_corners
+from cellwright.robot.model import FLOOR, build_robot, visible_corners
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
 
@@ -24,7 +24,7 @@ def test_a_robot_without_shapes_has_its_floor_at_height_0() -> None:
     data = mujoco.MjData(world.model)
     mujoco.mj_forward(world.model, data)
     assert data.geom(FLOOR).xpos[2] == 0.0
-    assert seen_corners(world.model, data).shape == (0, 3)
+    assert visible_corners(world.model, data).shape == (0, 3)
 
 
 def test_corners_are_those_of_what_is_seen() -> None:
@@ -32,6 +32,6 @@ def test_corners_are_those_of_what_is_seen() -> None:
     box = ModelShape("box", (0.2, 0.4, 0.6), lying)
     hidden = ModelShape("sphere", (5.0, 0.0, 0.0), is_seen=False)
     world = build_robot(one_link(box, hidden))
-    corners = seen_corners(world.model, mujoco.MjData(world.model))
+    corners = visible_corners(world.model, mujoco.MjData(world.model))
     assert corners.min(axis=0) == pytest.approx((-0.3, -0.2, 0.9))
     assert corners.max(axis=0) == pytest.approx((0.3, 0.2, 1.1))

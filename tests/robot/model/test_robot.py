@@ -1,4 +1,4 @@
-"""Robots in the engine: where their bodies are, what they weigh, and how they are named."""
+"""Robots in the engine: poses, masses and names of their bodies."""
 
 import math
 from dataclasses import replace
@@ -52,10 +52,10 @@ def test_whichever_link_is_fastened_the_others_stand_to_it_as_the_description_sa
     robot = world.config.robot
     posture = dict(zip((joint.name for joint in robot.driven), numbers, strict=True))
     data = forward(world, posture)
-    told = link_poses(robot, posture)
+    poses = link_poses(robot, posture)
     assert body_pose(data, fixed_link).position == pytest.approx(PLACE.position)
-    for link, pose in told.items():
-        expected = PLACE @ told[fixed_link].inverse() @ pose
+    for link, pose in poses.items():
+        expected = PLACE @ poses[fixed_link].inverse() @ pose
         found = body_pose(data, link)
         assert found.position == pytest.approx(expected.position, abs=1e-9)
         assert abs(np.dot(found.quaternion, expected.quaternion)) == pytest.approx(1.0)

@@ -1,4 +1,4 @@
-"""Shapes of links in the engine: kinds and sizes, meshes, and who needs them."""
+"""Shapes of links in the engine: kinds and sizes, meshes, and contacts."""
 
 import struct
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model import DEFAULT_COLOUR, FLOOR, LEAST_LENGTH, build_robot
+from cellwright.robot.model import DEFAULT_COLOUR, FLOOR, MIN_HALF_LENGTH, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.model.robots import one_link
@@ -24,7 +24,7 @@ def write_stl(path: Path, triangles: list[tuple[int, int, int]]) -> Path:
 
 
 def built(*shapes: ModelShape, self_collision: bool = False) -> tuple[mujoco.MjModel, list[int]]:
-    """The model, and the geoms that are not the floor."""
+    """Return the model, and the geoms that are not the floor."""
     model = build_robot(one_link(*shapes), self_collision=self_collision).model
     return model, [geom for geom in range(model.ngeom) if geom != model.geom(FLOOR).id]
 
@@ -36,15 +36,15 @@ def built(*shapes: ModelShape, self_collision: bool = False) -> tuple[mujoco.MjM
         ("sphere", (0.5, 0.0, 0.0), [0.5, 0.0, 0.0]),
         ("cylinder", (0.5, 2.0, 0.0), [0.5, 1.0, 0.0]),
         ("capsule", (0.5, 2.0, 0.0), [0.5, 1.0, 0.0]),
-        ("box", (1.0, 2.0, 1e-9), [0.5, 1.0, LEAST_LENGTH]),
+        ("box", (1.0, 2.0, 1e-9), [0.5, 1.0, MIN_HALF_LENGTH]),
     ],
 )
 def test_simple_shapes(kind: str, size: Vector3, half: list[float]) -> None:
     model, (geom,) = built(ModelShape(kind, size, Pose((1.0, 2.0, 3.0))))  # type: ignore[arg-type]
-    assert model.geom(geom).size == pytest.approx(half, abs=LEAST_LENGTH)
+    assert model.geom(geom).size == pytest.approx(half, abs=MIN_HALF_LENGTH)
     assert model.geom(geom).pos.tolist() == [1.0, 2.0, 3.0]
     assert model.geom(geom).rgba == pytest.approx(DEFAULT_COLOUR)
-    assert model.body("stone").mass[0] == 1.0  # shapes weigh nothing
+    assert model.body("stone").mass[0] == 1.0  # shapes have no mass
 
 
 def test_what_is_only_touched_is_left_out_where_nothing_touches() -> None:
@@ -59,7 +59,7 @@ def test_what_is_only_touched_is_left_out_where_nothing_touches() -> None:
 
 
 def world_corners(model: mujoco.MjModel, geom: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """The vertices of a mesh where the engine has them."""
+    """Return the vertices of a mesh in the engine."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     mesh = model.geom(geom).dataid[0]
@@ -107,7 +107,7 @@ def test_a_flat_mesh_is_touched_as_a_box(tmp_path: Path) -> None:
     assert built(shape)[0].nmesh == 1
     model, (geom,) = built(shape, self_collision=True)
     assert model.geom(geom).type[0] == mujoco.mjtGeom.mjGEOM_BOX
-    assert model.geom(geom).size == pytest.approx([0.5, 1.0, LEAST_LENGTH])
+    assert model.geom(geom).size == pytest.approx([0.5, 1.0, MIN_HALF_LENGTH])
     assert model.geom(geom).pos.tolist() == [0.5, 1.0, 0.0]
 
 

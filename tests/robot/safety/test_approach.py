@@ -1,4 +1,4 @@
-"""The way from what is desired to what is applied: always within limits, never faster than is allowed."""
+"""Target limiter: applied positions stay within limits of position, speed and acceleration."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class TestGuard:
         approach.advance(0.1)
         assert approach.applied.tolist() == pytest.approx([0.05, 0.2, 0.0]), "only who jumps is slow"
 
-    def test_who_takes_over_from_another_begins_anew(self) -> None:
+    def test_a_source_that_takes_over_is_guarded_again(self) -> None:
         approach = made(SafetySettings(start_guard=0.3))
         approach.follow(0, ALL, at(0.1, 0.1, 0.0), lambda: at(0.0, 0.1, 0.0))
         with pytest.raises(RejectedCommandError):
@@ -175,7 +175,7 @@ def braked(safety: SafetySettings | None = None) -> TargetLimiter:
 
 
 def ways(approach: TargetLimiter, steps: int) -> Array:
-    """Ways of all joints in each of some steps (steps, joints) [rad; m]."""
+    """Return the motions of all joints in each of some steps (steps, joints) [rad; m]."""
     places = [approach.applied.copy()]
     for _ in range(steps):
         approach.advance(TICK)

@@ -1,4 +1,4 @@
-"""Who is let through, and how old a command may be."""
+"""Command gate: admission of nodes, and age of commands."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TOPIC = "/io_teleop/joint_cmd"
 
 
 class Watched:
-    """A gate whose clocks are set by hand [s]."""
+    """Gate with clocks that are set by hand [s]."""
 
     def __init__(self, **safety: float) -> None:
         self.time = 100.0
@@ -29,7 +29,7 @@ class Watched:
         self.gate.confirm(topic, node, round(stamp * SECOND))
 
 
-def test_it_lets_everybody_through_when_nothing_was_asked_for() -> None:
+def test_it_admits_all_nodes_by_default() -> None:
     watched = Watched()
     watched.take("/a", stamp=1.0)
     watched.take("/b", stamp=500.0)
@@ -84,7 +84,7 @@ def test_what_comes_out_of_order_is_refused() -> None:
     watched.take("/b", 99.9)
 
 
-def test_a_node_that_was_started_anew_may_begin_with_older_stamps() -> None:
+def test_a_restarted_node_may_begin_with_older_stamps() -> None:
     watched = Watched(max_age=10.0)
     watched.take("/a", 100.0)
     watched.time += 1.5

@@ -1,4 +1,4 @@
-"""Few lines, whatever comes."""
+"""Notices: few lines, whatever happens."""
 
 from __future__ import annotations
 
@@ -22,37 +22,37 @@ def test_a_kind_of_line_comes_at_most_once_a_second() -> None:
     notices, clock, lines = made()
     for tenth in range(25):
         clock.now = tenth * SECOND // 10
-        notices.tell_now_and_then("limits", f"at {tenth}")
-        notices.tell_now_and_then("other", "other")
+        notices.log_throttled("limits", f"at {tenth}")
+        notices.log_throttled("other", "other")
     assert [line for line in lines if line != "other"] == ["at 0", "at 10", "at 20"]
 
 
 def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
     notices, clock, lines = made()
     for _ in range(1000):
-        notices.tell("commands are switched off")
+        notices.log("commands are switched off")
     assert len(lines) == MAX_LINES_PER_SECOND
     clock.now = SECOND
-    notices.tell("commands are switched on")
+    notices.log("commands are switched on")
     assert lines[-1] == f"commands are switched on (and {1000 - MAX_LINES_PER_SECOND} lines more since the last one)"
-    notices.tell("commands are switched off")
+    notices.log("commands are switched off")
     assert lines[-1] == "commands are switched off"
 
 
-def test_time_that_begins_anew_is_no_reason_for_silence() -> None:
+def test_time_that_restarts_is_no_reason_for_silence() -> None:
     notices, clock, lines = made()
     clock.now = 100 * SECOND
-    notices.tell_now_and_then("limits", "first")
+    notices.log_throttled("limits", "first")
     clock.now = 0
-    notices.tell_now_and_then("limits", "second")
+    notices.log_throttled("limits", "second")
     assert lines == ["first", "second"]
 
 
-def test_names_are_told_once_and_do_not_eat_the_memory() -> None:
+def test_names_are_logged_once_and_their_memory_is_limited() -> None:
     notices, _, lines = made()
     for _ in range(2):
         for number in range(1000):
-            notices.tell_of_unknown("/t", {f"{number}" * 1000: "is nothing"})
+            notices.log_unknown("/t", {f"{number}" * 1000: "is nothing"})
     assert len(notices.unknown) == len(lines) == MAX_NAMES
     assert all(len(name) <= 80 for name in notices.unknown)
     assert max(map(len, lines)) < 160
@@ -64,25 +64,25 @@ def test_when_no_more_names_are_kept_none_is_looked_at() -> None:
             raise AssertionError("4096 names a message take their time")
 
     notices, _, lines = made()
-    notices.tell_of_unknown("/t", {str(number): "is nothing" for number in range(MAX_NAMES)})
-    notices.tell_of_unknown("/t", Unread({"more": "is nothing"}))
+    notices.log_unknown("/t", {str(number): "is nothing" for number in range(MAX_NAMES)})
+    notices.log_unknown("/t", Unread({"more": "is nothing"}))
     assert len(lines) == 1
 
 
 def test_a_name_cannot_break_a_line() -> None:
     notices, _, lines = made()
-    notices.tell_of_unknown("/t", {"a\nb\x1b[31m": "is nothing"})
+    notices.log_unknown("/t", {"a\nb\x1b[31m": "is nothing"})
     assert lines == ["/t: 'a\\nb\\x1b[31m' is nothing; passed over (told once)"]
 
 
 def test_many_names_at_once_are_one_line() -> None:
     notices, _, lines = made()
-    notices.tell_of_unknown("/t", {"a": "is nothing"})
-    notices.tell_of_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
+    notices.log_unknown("/t", {"a": "is nothing"})
+    notices.log_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
     assert (
         lines[1] == "/t: 'b' is nothing, 'c' is nothing, 'd' is nothing and 3 more such names; passed over (told once)"
     )
     assert notices.unknown == list("abcdefg")
-    notices.tell_of_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
-    notices.tell_of_unknown("/t", {})
+    notices.log_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
+    notices.log_unknown("/t", {})
     assert len(lines) == 2

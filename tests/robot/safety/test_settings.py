@@ -1,4 +1,4 @@
-"""What a node guards against, as it is asked for."""
+"""Safety settings of a node."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is kept of runs: on disk as it grows, readable whatever ends the program."""
+"""Recording files and run logs, readable even after the program was killed."""

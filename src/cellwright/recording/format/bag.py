@@ -1,4 +1,4 @@
-"""A ROS 1 bag of a recording: all that was said on the bus, in the ROS 1 form, for the tools of ROS 1."""
+"""ROS 1 bag export of a recording: all messages of the bus in the ROS 1 form, for the tools of ROS 1."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.files import in_its_place
 
 _EARLIEST = 1
-"""[ns]: `rosbag play` passes over what is said at 0, such as the fixed frames."""
+"""Earliest time in a bag [ns]: `rosbag play` ignores messages at time 0, such as the fixed frames."""
 
 
 def write_bag(
@@ -23,11 +23,17 @@ def write_bag(
     until: int | None = None,
     tell: Callable[[float], None] | None = None,
 ) -> list[str]:
-    """Make a bag of a recording; one that is there already is replaced when the new one is whole.
+    """Write a ROS 1 bag of a recording. An existing file is replaced once the new one is complete.
 
-    What Cellwright adds to recordings stays behind: a bag can be listened to, and not be run again. A bag that begins
-    later, at `start` [ns], begins with what is latched then, as its listeners would have been told; it goes up to
-    `until` [ns]. `tell` takes now and then how far it is, 0..1.
+    The topics that Cellwright adds to recordings are left out: a bag can be played, but not run again.
+
+    Args:
+        recording: the MCAP file.
+        bag: the bag to write.
+        start: first time [ns]; a bag that begins later than the recording begins with the messages that are latched
+            then.
+        until: last time [ns].
+        tell: called now and then with the finished share, 0..1.
 
     Returns:
         Topics that are left out, since their types have another form in ROS 1.
@@ -64,7 +70,7 @@ def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float
                 callerid=topic.node or None,
                 latching=int(topic.latch),
             )
-        before: dict[str, tuple[bytes, bytes]] = {}  # states are said over and over
+        before: dict[str, tuple[bytes, bytes]] = {}  # states are often published unchanged
         for message in span.messages(connections, tell):
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:

@@ -1,8 +1,8 @@
-"""MCAP chunks: a queue of messages to be written, and the compressed, indexed chunks made of them.
+"""MCAP chunks: a write queue of messages, and the compressed, indexed chunks made of them.
 
-Thousands of messages come a second; nothing is done for each that can be done for many. So there is no object for
-a message, which the garbage collector would look at: there are three lists side by side, which are taken in one go. To
-append to a list, to copy its head and to delete it are each done at once, whatever another thread is about.
+Thousands of messages come a second, so work is done for many of them at once. A message is no object, which the garbage
+collector would visit: three parallel lists hold channels, times and contents. Appending to a list, copying its head and
+deleting it are atomic each, whatever another thread does.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 
 def encoded_records(*records: McapRecord) -> bytes:
-    """Records as they go to the file."""
+    """Encode records as they stand in the file."""
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
@@ -32,7 +32,7 @@ def encoded_records(*records: McapRecord) -> bytes:
 
 
 def built_bytes(builder: RecordBuilder) -> bytes:
-    """What has been built."""
+    """Return the bytes that a builder holds."""
     return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
@@ -40,19 +40,19 @@ R = TypeVar("R")
 T = TypeVar("T")
 
 MESSAGE_OVERHEAD = 31
-"""Bytes that a message takes in a file besides its own."""
+"""Bytes that a message takes in a file besides its content."""
 
 
 @dataclass(frozen=True, slots=True)
 class Messages:
-    """Messages in their order; entry by entry they belong together.
+    """Messages in order, as parallel columns.
 
     Attributes:
-        channels: numbers of their channels.
-        times: when they were said [ns].
+        channels: channel numbers.
+        times: when they were published [ns].
         contents: their bytes.
-        ends: (n,) how many bytes all that was ever handed in takes up to the end of each.
-        begin: how many it takes up to the first.
+        ends: (n,) total size of all messages ever queued, up to the end of each [bytes].
+        begin: that size up to the first message [bytes].
     """
 
     channels: list[int]
@@ -65,12 +65,12 @@ class Messages:
         return len(self.contents)
 
     def part(self, begin: int, end: int) -> Messages:
-        """Some of them."""
+        """Return the messages from index `begin` up to `end`."""
         some, before = slice(begin, end), int(self.ends[begin - 1]) if begin else self.begin
         return Messages(self.channels[some], self.times[some], self.contents[some], self.ends[some], before)
 
     def parts(self, size: int) -> Iterator[Messages]:
-        """All of them in parts that end as soon as they have this size [bytes]."""
+        """Split into parts, each of which ends as soon as it has this size [bytes]."""
         begin, before = 0, self.begin
         while begin < len(self):
             end = int(np.searchsorted(self.ends, before + size)) + 1
@@ -80,12 +80,12 @@ class Messages:
 
 
 class WriteQueue(Generic[R]):
-    """Messages that wait, and records between them.
+    """Queue of messages to be written, with records between them.
 
     Attributes:
-        channels, times, contents: of messages; whoever hands one in appends to all three, the content last.
-        given: bytes of all messages that were ever handed in; counted by who hands in alone.
-        taken: bytes of those that were written; counted by who takes alone.
+        channels, times, contents: of the messages; the producer appends to all three, the content last.
+        given: size of all messages that were ever added [bytes]; counted by the producer alone.
+        taken: size of those that were written [bytes]; counted by the consumer alone.
     """
 
     def __init__(self) -> None:
@@ -96,11 +96,11 @@ class WriteQueue(Generic[R]):
         self._records: deque[tuple[int, R]] = deque()
 
     def add_record(self, record: R) -> None:
-        """Hand in a record, which stands behind all messages that were handed in so far."""
+        """Add a record behind all messages that were added so far."""
         self._records.append((self.given, record))
 
     def take(self) -> Iterator[Messages | R]:
-        """What there is, in its order; what is handed in meanwhile is left for the next time."""
+        """Take out what is queued, in order. What is added meanwhile is left for the next call."""
         count = len(self.contents)
         channels, times = _take_first(self.channels, count), _take_first(self.times, count)
         contents = _take_first(self.contents, count)
@@ -118,7 +118,7 @@ class WriteQueue(Generic[R]):
             yield messages.part(begin, count)
 
     def clear(self) -> None:
-        """Forget everything; nothing more is taken."""
+        """Discard everything that is queued."""
         self.channels.clear()
         self.times.clear()
         self.contents.clear()
@@ -126,7 +126,7 @@ class WriteQueue(Generic[R]):
 
 
 def _take_first(values: list[T], count: int) -> list[T]:
-    """Take the first of a list out of it."""
+    """Remove the first `count` values of a list and return them."""
     head = values[:count]
     del values[:count]
     return head
@@ -142,7 +142,7 @@ _MESSAGE = np.dtype(
         ("publish_time", "<u8"),
     ]
 )
-"""What stands before the bytes of a message."""
+"""Head of a message record, before its content."""
 
 _RECORD_HEAD = 9  # bytes of opcode and length, which the length does not count
 _AS_BYTES = np.dtype(("V", _MESSAGE.itemsize))
@@ -152,7 +152,7 @@ _ZSTD = "zstd"
 
 @dataclass(frozen=True)
 class WrittenChunk:
-    """A chunk: its record with those of its indexes, its entry in the file's summary, and messages by channel."""
+    """A chunk: its record with its index records, its entry in the file's summary, and message counts by channel."""
 
     data: bytes
     index: ChunkIndex
@@ -160,9 +160,9 @@ class WrittenChunk:
 
 
 def make_chunk(compressor: zstandard.ZstdCompressor, messages: Messages, offset: int) -> WrittenChunk:
-    """A chunk of these messages, of which there is at least one, at a place in the file.
+    """Make a chunk of at least one message, at an offset in the file.
 
-    There are thousands of messages in one: what is done for each is done for all at once.
+    It holds thousands of messages, so each operation covers all of them at once.
     """
     sizes = np.diff(messages.ends, prepend=messages.begin)
     heads = np.empty(len(messages), _MESSAGE)
@@ -204,7 +204,7 @@ def make_chunk(compressor: zstandard.ZstdCompressor, messages: Messages, offset:
 
 
 def _places(heads: NDArray[np.void], places: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.uint64]]]:
-    """The channels of these messages; for each, time and place in the chunk of its messages, in their order."""
+    """Return the channels of these messages, each with times and offsets in the chunk of its messages, in order."""
     table = np.empty((len(heads), 2), "<u8")
     table[:, 0], table[:, 1] = heads["log_time"], places
     order = np.argsort(heads["channel"], kind="stable")

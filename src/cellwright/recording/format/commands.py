@@ -1,4 +1,4 @@
-"""What came from outside in the course of a run, and in which tick: played again it brings about the same run."""
+"""Commands in a recording: external input of a run with its ticks, from which the same run follows again."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from cellwright.middleware.messages import from_cdr, message_type, service_type,
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 
 Extras: TypeAlias = Mapping[str, Callable[[dict[str, Any]], object]]
-"""What is done past the bus, by name."""
+"""Handlers of input that bypasses the bus, by name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Something that came from outside.
+    """One external input.
 
     Attributes:
-        tick: how many ticks had passed.
-        how: how it came.
+        tick: number of ticks that had passed.
+        how: kind of input.
         name: of the topic or service.
-        type: of the message or service, the short name; empty where it came past the bus.
-        node: whom it came from.
-        data: the message or request as CDR; JSON where it came past the bus.
-        stamp: what a clock of its own told when it came, such as that of a robot's node [ns]; None without one.
+        type: short name of the message or service type; empty for input that bypasses the bus.
+        node: the sender.
+        data: the message or request as CDR; JSON for input that bypasses the bus.
+        stamp: reading of a second clock when it arrived [ns], such as that of a robot's node; None without one.
     """
 
     tick: int
@@ -43,7 +43,7 @@ class Command:
 
     @staticmethod
     def of(given: Given, tick: int, type_name: str, stamp: int | None = None) -> Command:
-        """What came, as a command.
+        """Make a command of an external input.
 
         Raises:
             MessageError: a value does not fit its field.
@@ -52,27 +52,27 @@ class Command:
         return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
 
     def message(self) -> Any:
-        """The message or request; a dictionary of JSON values where it came past the bus.
+        """Decode the message or request; a dictionary of JSON values for input that bypasses the bus.
 
         Raises:
-            RecordingError: there is no such type, or the bytes are none of it.
+            RecordingError: the type is unknown, or the bytes do not fit it.
         """
         try:
             if self.how is How.EXTRA:
-                asked = json.loads(self.data)
-                if not isinstance(asked, dict):
+                request = json.loads(self.data)
+                if not isinstance(request, dict):
                     raise MessageError("no JSON object")
-                return asked
+                return request
             is_call = self.how is How.CALL
             return from_cdr(self.data, service_type(self.type).request if is_call else message_type(self.type))
         except (CellwrightError, ValueError, RecursionError) as error:
             raise RecordingError(f"the command on {self.name} in tick {self.tick} makes no sense: {error}") from None
 
     def carry_out(self, bus: Bus, extras: Extras | None = None) -> None:
-        """Do it again; what was refused then is refused again.
+        """Execute the command again; one that was refused is refused again.
 
         Raises:
-            RecordingError: it makes no sense, or is something that cannot be done here.
+            RecordingError: it cannot be decoded, or is something that cannot be done here.
         """
         message = self.message()
         if self.how is How.EXTRA:
@@ -86,21 +86,21 @@ class Command:
             (bus.call if self.how is How.CALL else bus.publish)(self.name, message, node=self.node, is_decoded=True)
 
     def encode(self) -> str:
-        """As JSON."""
-        told = {"tick": self.tick, "kind": self.how.value, "name": self.name, "type": self.type, "node": self.node}
-        return json.dumps({**told, "stamp": self.stamp, "data": base64.b64encode(self.data).decode()})
+        """Encode as JSON."""
+        values = {"tick": self.tick, "kind": self.how.value, "name": self.name, "type": self.type, "node": self.node}
+        return json.dumps({**values, "stamp": self.stamp, "data": base64.b64encode(self.data).decode()})
 
     @staticmethod
     def decode(text: str) -> Command:
-        """The command in a text, which may come from anywhere.
+        """Decode a command from untrusted text.
 
         Raises:
-            RecordingError: it is none.
+            RecordingError: the text is no command.
         """
         try:
-            told = json.loads(text)
-            how, data = How(told["kind"]), base64.b64decode(told["data"], validate=True)
-            tick, stamp, name, kind, node = (told[key] for key in ("tick", "stamp", "name", "type", "node"))
+            values = json.loads(text)
+            how, data = How(values["kind"]), base64.b64decode(values["data"], validate=True)
+            tick, stamp, name, kind, node = (values[key] for key in ("tick", "stamp", "name", "type", "node"))
             if (
                 not all(isinstance(each, str) for each in (name, kind, node))
                 or type(tick) is not int
@@ -116,13 +116,13 @@ class Command:
 def note_commands(
     bus: Bus, clock: Clock, take: Callable[[Command], None], stamp: Callable[[], int] | None = None
 ) -> Callable[[], None]:
-    """Take a note of everything that comes to a bus, each before it is handled, until what is returned is called.
+    """Report each external input of a bus before it is handled, until the returned function is called.
 
     Args:
         bus: the bus.
         clock: counts the ticks.
-        take: is given each command.
-        stamp: what else tells when it came (see `Command.stamp`).
+        take: called with each command.
+        stamp: second clock for the time of arrival (see `Command.stamp`).
     """
 
     def note(given: Given) -> None:

@@ -1,4 +1,4 @@
-"""The files that a recording is asked to be in: it is written as MCAP, and turned into others when it has ended."""
+"""Output files of a recording: written as MCAP, and converted to other formats at its end."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -9,21 +9,21 @@ from cellwright.util.errors import CellwrightError, UsageError
 MCAP, BAG = ".mcap", ".bag"
 
 KINDS = (MCAP, BAG)
-"""Suffixes of the files that can be asked for."""
+"""Suffixes of the files that can be written."""
 
 
 class RecordingFiles:
-    """Where a recording goes.
+    """Output files of a recording.
 
-    A ROS 1 bag has no form that outlives a kill: where one is asked for and no MCAP file, such a file stands in for it
-    until the end, `NAME.bag.mcap`; after a kill `cellwright replay` makes the bag of it.
+    A ROS 1 bag has no form that survives a kill. A bag that is requested without an MCAP file is recorded as
+    `NAME.bag.mcap` until the end; after a kill, `cellwright replay` makes the bag of that.
 
     Args:
-        paths: what was asked for; the suffixes say of which kind.
-        report: takes a line about a file that could not be written.
+        paths: the requested files; suffixes give the formats.
+        report: called with a line about a file that could not be written.
 
     Raises:
-        UsageError: two of a kind, or one of an unknown kind.
+        UsageError: two files of one format, or one of an unknown format.
     """
 
     def __init__(self, paths: Sequence[Path], *, report: Callable[[str], None] = lambda _line: None) -> None:
@@ -45,12 +45,12 @@ class RecordingFiles:
         self.path: Path = file
         """The MCAP file."""
         self.is_whole = True
-        """Whether all that were asked for could be written."""
+        """True if all requested files could be written."""
         self.written: list[Path] = []
-        """The files that are there when all is over."""
+        """The files that exist at the end."""
 
     def finish(self, written: Sequence[Path]) -> None:
-        """Make what else was asked for of the MCAP files that were written, one a run."""
+        """Make the other requested files of the MCAP files that were written, one a run."""
         self.written += written
         if self._bag is None:
             return

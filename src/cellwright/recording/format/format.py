@@ -1,7 +1,7 @@
 """Recording format: topics, attachments, metadata and header that Cellwright adds to an MCAP file of ROS 2.
 
-Times are simulation time [ns]. Topics of the bus keep their names and types. What Cellwright adds stands under
-`/cellwright/`, as messages of standard types too, so that every tool of ROS opens every channel.
+Times are simulation time [ns]. Topics of the bus keep their names and types. The topics that Cellwright adds begin with
+`/cellwright/` and have standard message types too, so that every tool of ROS opens every channel.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from cellwright.middleware.messages import short_name
 from cellwright.util.errors import RecordingError, showable
 
 Entry: TypeAlias = tuple[int, int, bytes]
-"""A message in a file: number of its channel, its time [ns], its bytes."""
+"""A message in a file: channel number, time [ns], bytes."""
 
 FORMAT_VERSION, EXPORT = "1", "export"
-"""Format in the metadata: of a recording, and of what was made of one for other tools."""
+"""Values of the metadata key `format`: of a recording, and of an export for other tools."""
 
 MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of every MCAP file."""
 
 PROFILE = "ros2"
 METADATA = "cellwright"
-"""Name of the metadata record that says what the recording is of."""
+"""Name of the metadata record that holds the header."""
 
 SCENE = "scene"
-"""Attachment: what stands where and how it looks, as `scene.encode_scene` writes it."""
+"""Attachment: the scene, as `scene.encode_scene` writes it."""
 
 START = "start"
 """Attachment: the checkpoint that the run began from, if it did not begin at time 0."""
@@ -46,7 +46,7 @@ STATE_HASH = "/cellwright/state_hash"
 END = "/cellwright/end"
 
 OWN_TOPICS = {COMMAND: TEXT, FRAME: BYTES, PANEL: TEXT, EVENT: TEXT, STATE_HASH: TEXT, END: TEXT}
-"""What Cellwright adds, with the type of message that carries it: JSON in a text, frames of the scene in bytes."""
+"""Topics that Cellwright adds, with their message types: JSON in strings, scene frames in bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +54,10 @@ class RecordedTopic:
     """A topic in a recording.
 
     Attributes:
-        type: of its messages, the short name.
+        type: short name of the message type.
         direction: "out" of the cell, or "in".
-        rate: how often, in words.
-        node: who publishes it, or hears it.
+        rate: in words.
+        node: its publisher or subscriber.
     """
 
     name: str
@@ -69,20 +69,20 @@ class RecordedTopic:
 
     @property
     def is_own(self) -> bool:
-        """Whether Cellwright adds it: it was not on the bus."""
+        """True if Cellwright adds it: it was not on the bus."""
         return self.name in OWN_TOPICS
 
     def metadata(self) -> dict[str, str]:
-        """What the channel in the file says besides name and type."""
+        """Return the metadata of the channel, besides name and type."""
         latch = "true" if self.latch else "false"
         return {"direction": self.direction, "rate": self.rate, "latch": latch, "node": self.node}
 
     @staticmethod
     def of(name: str, type_name: str, metadata: Mapping[str, str]) -> RecordedTopic:
-        """The topic of a channel in a file."""
+        """Read the topic of a channel in a file."""
         latch = metadata.get("latch") == "true"
-        told = metadata.get("direction", "out"), metadata.get("rate", ""), latch, metadata.get("node", "")
-        return RecordedTopic(name, short_name(type_name), *told)
+        values = metadata.get("direction", "out"), metadata.get("rate", ""), latch, metadata.get("node", "")
+        return RecordedTopic(name, short_name(type_name), *values)
 
 
 _MAX_NAME_LENGTH = 200  # characters
@@ -90,12 +90,12 @@ _MAX_NAME_LENGTH = 200  # characters
 
 @dataclass(frozen=True)
 class RecordingHeader:
-    """What a recording is of.
+    """Header of a recording.
 
     Attributes:
         kind: "cell" or "robot".
         name: of the trial or the robot.
-        facts: JSON values: versions, seed, timestep and whatever else the run depends on.
+        facts: JSON values: versions, seed, timestep and everything else that the run depends on.
     """
 
     kind: str
@@ -103,15 +103,15 @@ class RecordingHeader:
     facts: Mapping[str, Any] = field(default_factory=dict)
 
     def metadata(self, format_version: str = FORMAT_VERSION) -> dict[str, str]:
-        """As the values of a metadata record; `EXPORT` is the format of files for other tools."""
+        """Return the values of the metadata record; the format `EXPORT` marks files for other tools."""
         return {"format": format_version, "kind": self.kind, "name": self.name, "header": json.dumps(self.facts)}
 
     @staticmethod
     def of(values: Mapping[str, str]) -> RecordingHeader:
-        """The header in a metadata record, which may come from anywhere.
+        """Read the header in an untrusted metadata record.
 
         Raises:
-            RecordingError: it is none, or of another format.
+            RecordingError: it is no header, or one of another format.
         """
         if values.get("format") == EXPORT:
             raise RecordingError("it was made for other tools, and is no recording: give the one that it was made of")

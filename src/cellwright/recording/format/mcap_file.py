@@ -1,7 +1,7 @@
 """MCAP writer: a file that grows during a run, its background thread, and the summary at its end.
 
-Who records hands in bytes and goes on; a thread puts them together, compresses them (outside of the interpreter's
-lock) and gives them to the operating system, some times a second. SIGKILL takes away what came since then.
+The caller adds bytes and goes on. A thread makes chunks, compresses them (without the interpreter's lock) and hands
+them to the operating system, several times a second. SIGKILL loses what came since then.
 """
 
 import os
@@ -48,13 +48,13 @@ from cellwright.util.errors import UsageError
 
 
 def _encoded_end(summary: Summary, counts: dict[int, int], offset: int, checksum: int) -> bytes:
-    """The end of a file, which begins at `offset` in it.
+    """Encode the end of a file, which begins at `offset`.
 
     Args:
-        summary: what is in the file.
+        summary: contents of the file.
         counts: messages by channel.
-        offset: how long the file is.
-        checksum: CRC-32 of all that.
+        offset: length of the file so far [bytes].
+        checksum: CRC-32 of the file so far.
     """
     schemas, channels, chunks = list(summary.schemas.values()), list(summary.channels.values()), summary.chunk_indexes
     statistics = Statistics(
@@ -94,13 +94,13 @@ def _encoded_end(summary: Summary, counts: dict[int, int], offset: int, checksum
 
 
 INTERVAL = 0.25
-"""Wall time [s] after which what was handed in is on its way to the file."""
+"""Longest wall time [s] before queued messages are written."""
 
 CHUNK = 1 << 20
-"""Bytes of a chunk at most, uncompressed, but for a single message that is longer."""
+"""Maximum uncompressed size of a chunk [bytes], except for a longer single message."""
 
-MOST_WAITING = 64 << 20
-"""Bytes that may wait for a disk that is slow; whoever hands in more waits for it."""
+MAX_WAITING = 64 << 20
+"""Bytes that may wait for a slow disk; a caller that adds more waits for it."""
 
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)
 
@@ -108,13 +108,13 @@ _Record: TypeAlias = Attachment | Channel | Metadata | Schema
 
 
 class McapFile:
-    """Writes an MCAP file.
+    """MCAP file that is being written.
 
-    A disk that fails is no reason to lose the run: it is reported once, and nothing is written from then on.
+    A disk error does not end the run: it is reported once, and nothing is written from then on.
 
     Args:
-        path: the file; it is begun anew.
-        report: takes a line about a file that can be written no more.
+        path: the file; an existing one is overwritten.
+        report: called with a line when the file can no longer be written.
 
     Raises:
         UsageError: the file cannot be opened.
@@ -131,7 +131,7 @@ class McapFile:
         self._counts: Counter[int] = Counter()  # messages by channel
         self._schemas: dict[str, int] = {}
         self._channels = 0
-        self._compressor = ZstdCompressor(level=1)  # so lightly that it costs next to nothing
+        self._compressor = ZstdCompressor(level=1)  # a level that costs next to nothing
         self._offset = self._checksum = 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
@@ -144,11 +144,11 @@ class McapFile:
 
     @property
     def is_whole(self) -> bool:
-        """Whether everything has gone to the file so far."""
+        """True if everything has been written so far."""
         return not self._failure
 
     def channel(self, topic: RecordedTopic) -> int:
-        """Make a channel for a topic; its number.
+        """Make a channel for a topic and return its number.
 
         Raises:
             UnknownNameError: there is no message type of this name.
@@ -164,18 +164,24 @@ class McapFile:
         return self._channels
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Add a file within the file."""
+        """Add an attachment."""
         self._waiting.add_record(Attachment(0, 0, name, media_type, data))
 
     def describe(self, name: str, values: Mapping[str, str]) -> None:
-        """Add a record of metadata."""
+        """Add a metadata record."""
         self._waiting.add_record(Metadata(name, dict(values)))
 
     def add(self, channel: int, time: int, data: bytes) -> None:
-        """Hand in a message: number of its channel, time [ns] not before that of the one before it, bytes as CDR."""
+        """Add a message.
+
+        Args:
+            channel: number of its channel.
+            time: [ns], not before that of the message before it.
+            data: CDR.
+        """
         if self._is_deaf:
             return
-        waiting = self._waiting  # not a call of its own: this is done thousands of times a second
+        waiting = self._waiting  # inlined: this runs thousands of times a second
         waiting.channels.append(channel)
         waiting.times.append(time)
         waiting.contents.append(data)
@@ -184,7 +190,7 @@ class McapFile:
             self._hurry()
 
     def flush(self) -> None:
-        """Wait until all that was handed in has gone to the operating system."""
+        """Wait until everything that was added has gone to the operating system."""
         done = Event()
         self._waiting.add_record(done)
         self._wake.set()
@@ -192,7 +198,7 @@ class McapFile:
             pass
 
     def close(self) -> None:
-        """Write what is left and the index; write no more. Again is no error."""
+        """Write the rest and the index, and close the file. A second call does nothing."""
         if not self._is_closing:
             self._is_closing = self._is_deaf = True
             self._wake.set()
@@ -207,11 +213,11 @@ class McapFile:
         self.close()
 
     def _hurry(self) -> None:
-        """A chunk is full: the thread has something to do. Wait where far too much waits."""
+        """Wake the thread, as a chunk is full; wait while too many bytes are queued."""
         waiting = self._waiting
         self._hurry_at = waiting.given + CHUNK
         self._wake.set()
-        while waiting.given - waiting.taken > MOST_WAITING and self._thread.is_alive():
+        while waiting.given - waiting.taken > MAX_WAITING and self._thread.is_alive():
             time.sleep(0.001)
 
     def _work(self) -> None:
@@ -230,19 +236,19 @@ class McapFile:
         finally:
             try:
                 os.close(self._file)
-            except OSError as error:  # some file systems tell only now that the disk is full
+            except OSError as error:  # some file systems report only now that the disk is full
                 self._failure = self._failure or f"{self.path}: may be incomplete: {error.strerror or error}"
 
     def _drain(self) -> None:
-        """Write what was handed in when the call began."""
-        for what in self._waiting.take():
-            if isinstance(what, Messages):
-                for part in what.parts(CHUNK):
+        """Write what was queued when the call began."""
+        for item in self._waiting.take():
+            if isinstance(item, Messages):
+                for part in item.parts(CHUNK):
                     self._write_chunk(part)
-            elif isinstance(what, Event):
-                what.set()
+            elif isinstance(item, Event):
+                item.set()
             else:
-                self._write_record(what)
+                self._write_record(item)
 
     def _write_chunk(self, messages: Messages) -> None:
         chunk = make_chunk(self._compressor, messages, self._offset)

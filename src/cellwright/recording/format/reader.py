@@ -1,4 +1,4 @@
-"""Recording reader: topics, messages, commands and frames, also of files that were cut short."""
+"""Recording reader: topics, messages, commands and frames, also of truncated files."""
 
 import json
 from bisect import bisect_left
@@ -20,11 +20,11 @@ from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
 from cellwright.util.files import open_to_read
 
-_KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
+_KEPT = 8  # unpacked chunks that are kept, for repeated reads in one place
 
 
 class RecordedMessage(NamedTuple):
-    """A message in a recording: its topic, its time [ns] and its bytes, CDR."""
+    """A message in a recording: topic, time [ns] and bytes (CDR)."""
 
     topic: str
     time: int
@@ -32,7 +32,7 @@ class RecordedMessage(NamedTuple):
 
 
 class Recording:
-    """A recording, opened for reading.
+    """Recording that is open for reading.
 
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.
@@ -40,7 +40,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._unpacked: dict[int, bytes] = {}  # chunks by their places, the one used last at the end
+        self._unpacked: dict[int, bytes] = {}  # chunks by offset, the one used last at the end
         with ExitStack() as opened:
             with self._named_errors():
                 self._file = opened.enter_context(open_to_read(self.path))
@@ -50,23 +50,23 @@ class Recording:
                 self.header = RecordingHeader.of(self._layout.metadata[names.METADATA])
             self._names = {number: topic.name for number, topic in self._layout.topics.items()}
             self.topics = {topic.name: topic for topic in self._layout.topics.values()}
-            """The topics in it by name, those that Cellwright adds among them."""
+            """Its topics by name, including those that Cellwright adds."""
             if any(each.is_cut and not any(self._entries(each)) for each in self._layout.chunks[-1:]):
                 self._layout.chunks.pop()
             opened.pop_all()
 
     @property
     def is_complete(self) -> bool:
-        """Whether it was ended as it should be; one that was cut short is read as far as it goes."""
+        """True if it was ended properly; a truncated one is read as far as it goes."""
         return self._layout.is_complete
 
     @property
     def attachments(self) -> list[str]:
-        """Names of the files within the file."""
+        """Names of the attachments."""
         return sorted(self._layout.attachments)
 
     def attachment(self, name: str) -> bytes:
-        """A file within the file.
+        """Return the content of an attachment.
 
         Raises:
             UnknownNameError: there is none of this name.
@@ -86,7 +86,7 @@ class Recording:
 
     @property
     def scene(self) -> bytes | None:
-        """The scene, as `scene.decode_scene` takes it."""
+        """The encoded scene, for `scene.decode_scene`."""
         return self.attachment(names.SCENE) if names.SCENE in self._layout.attachments else None
 
     @property
@@ -121,7 +121,7 @@ class Recording:
         return found
 
     def check_bytes(self) -> None:
-        """Compare the checksums of the whole file with its bytes, also of what nobody asks for here.
+        """Verify all checksums of the file, also of parts that are not read otherwise.
 
         Raises:
             RecordingError: it is damaged; the text says where.
@@ -132,7 +132,7 @@ class Recording:
     def messages(
         self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
     ) -> Iterator[RecordedMessage]:
-        """The messages of some topics, or of all, in order.
+        """Yield the messages of some topics, or of all, in order.
 
         Args:
             topics: names of topics; those that are not in the recording have no messages.
@@ -142,26 +142,26 @@ class Recording:
         Raises:
             RecordingError: the file is damaged.
         """
-        wanted = {number for number, name in self._names.items() if topics is None or name in topics}
-        for chunk in self._chunks(wanted, start, until):
-            for channel, time, data in self._entries(chunk, wanted):
+        channels = {number for number, name in self._names.items() if topics is None or name in topics}
+        for chunk in self._chunks(channels, start, until):
+            for channel, time, data in self._entries(chunk, channels):
                 if (start is None or time >= start) and (until is None or time < until):
                     yield RecordedMessage(self._names[channel], time, data)
 
     def newest(self, topic: str, time: int) -> RecordedMessage | None:
-        """The newest message of a topic at or before a time [ns]; None where there is none."""
-        wanted = {number for number, name in self._names.items() if name == topic}
-        for chunk in reversed(list(self._chunks(wanted, None, time + 1))):
-            found = [(when, data) for _, when, data in self._entries(chunk, wanted) if when <= time]
+        """Return the newest message of a topic at or before a time [ns]; None if there is none."""
+        channels = {number for number, name in self._names.items() if name == topic}
+        for chunk in reversed(list(self._chunks(channels, None, time + 1))):
+            found = [(when, data) for _, when, data in self._entries(chunk, channels) if when <= time]
             if found:
                 return RecordedMessage(topic, *found[-1])
         return None
 
     def decode(self, message: RecordedMessage) -> Any:
-        """A message as the bus had it.
+        """Decode a message.
 
         Raises:
-            RecordingError: its type is not known here, or its bytes are none of it.
+            RecordingError: its type is unknown here, or its bytes do not fit the type.
         """
         try:
             type_name = OWN_TOPICS.get(message.topic) or self.topics[message.topic].type
@@ -170,7 +170,7 @@ class Recording:
             raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
 
     def commands(self) -> Iterator[Command]:
-        """What came from outside, in order.
+        """Yield the external input, in order.
 
         Raises:
             RecordingError: the file is damaged.
@@ -181,7 +181,7 @@ class Recording:
     def values(
         self, topic: str, *, start: int | None = None, until: int | None = None
     ) -> Iterator[tuple[int, dict[str, Any]]]:
-        """The JSON objects of a topic that carries such, such as `/cellwright/event`, with their times [ns].
+        """Yield the JSON objects of a topic such as `/cellwright/event`, with their times [ns].
 
         Raises:
             RecordingError: the file is damaged.
@@ -197,12 +197,12 @@ class Recording:
 
     @cached_property
     def end(self) -> dict[str, Any] | None:
-        """What came of the run; None if it was cut short."""
+        """Result of the run; None if the recording is truncated."""
         found = [value for _, value in self.values(names.END)]
         return found[-1] if found else None
 
     def close(self) -> None:
-        """Read no more."""
+        """Close the file."""
         self._file.close()
 
     def __enter__(self) -> Self:
@@ -211,17 +211,17 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _chunks(self, wanted: set[int], start: int | None, until: int | None) -> Iterator[ChunkPlace]:
-        """The chunks that may hold messages of some channels from `start` [ns] on and before `until` [ns]."""
+    def _chunks(self, channels: set[int], start: int | None, until: int | None) -> Iterator[ChunkPlace]:
+        """Yield the chunks that may hold messages of some channels from `start` [ns] on and before `until` [ns]."""
         chunks = self._layout.chunks
         for chunk in chunks[0 if start is None else bisect_left(chunks, start, key=lambda each: each.last) :]:
             if until is not None and chunk.first >= until:
                 return
-            if not chunk.counts or wanted.intersection(chunk.counts):
+            if not chunk.counts or channels.intersection(chunk.counts):
                 yield chunk
 
     def _entries(self, chunk: ChunkPlace, channels: Collection[int] | None = None) -> Iterator[Entry]:
-        """The messages of some channels in a chunk, or of all."""
+        """Yield the messages of some channels in a chunk, or of all."""
         with self._named_errors():
             data = self._unpacked.pop(chunk.offset, None)
             if data is None:
@@ -235,7 +235,7 @@ class Recording:
         try:
             self._file.seek(offset)
             data = self._file.read(length)
-        except ValueError as error:  # it was closed
+        except ValueError as error:  # the file is closed
             raise RecordingError(f"cannot be read: {error}") from None
         if len(data) < length:
             raise RecordingError("has become shorter while it was read")
@@ -243,7 +243,7 @@ class Recording:
 
     @contextmanager
     def _named_errors(self) -> Iterator[None]:
-        """Raise errors of reading the file as RecordingError that begins with its path."""
+        """Turn read errors into a RecordingError that begins with the path."""
         try:
             yield
         except RecordingError as error:
@@ -256,13 +256,13 @@ _PROGRESS_PERIOD = 500  # messages
 
 
 class TimeRange:
-    """The part of a recording from one time [ns] up to another; None: from the begin, to the end.
+    """Part of a recording from one time [ns] up to another; None: from the begin, to the end.
 
     Attributes:
         begin, end: its first and last time [ns].
 
     Raises:
-        UsageError: nothing is in it at these times.
+        UsageError: it contains no messages.
     """
 
     def __init__(self, source: Recording, start: int | None, until: int | None) -> None:
@@ -275,9 +275,9 @@ class TimeRange:
     def messages(
         self, topics: Collection[str], on_progress: Callable[[float], None] | None = None
     ) -> Iterator[RecordedMessage]:
-        """What was latched when it begins, as if it were said then, and what was said in it.
+        """Yield the messages that are latched at its begin, with that time, then the messages in it.
 
-        `on_progress` takes now and then how much of it is over, 0..1.
+        `on_progress` is called now and then with the finished share, 0..1.
         """
         found = self._source.messages(topics, start=self.begin, until=self.end + 1)
         for number, message in enumerate(chain(self._latched(topics), found)):
@@ -293,11 +293,11 @@ class TimeRange:
                 yield latched._replace(time=self.begin)
 
 
-_WHOLE_FRAME_SEARCH = 5_000_000_000  # so far back [ns] a whole frame is looked for; there is one a second
+_WHOLE_FRAME_SEARCH = 5_000_000_000  # [ns] searched backwards for a whole frame; there is one a second
 
 
 def recorded_frames(recording: Recording, *, start: int | None = None, until: int | None = None) -> Iterator[Frame]:
-    """The frames from a time on and before another [ns], in order. Changes to a frame that was cut off are left out.
+    """Yield the frames from `start` on and before `until` [ns], in order. Changes without a whole frame are skipped.
 
     Raises:
         RecordingError: the file is damaged.
@@ -307,7 +307,7 @@ def recorded_frames(recording: Recording, *, start: int | None = None, until: in
     for message in recording.messages([FRAME], start=begin, until=until):
         data = frame_bytes(message.data)
         if before is None and not is_whole_frame(data):
-            continue  # it begins in the middle of a second
+            continue  # a change whose whole frame is not here
         try:
             before = decode_frame(data, before)
         except MessageError as error:
@@ -317,7 +317,7 @@ def recorded_frames(recording: Recording, *, start: int | None = None, until: in
 
 
 def json_object(data: bytes) -> dict[str, Any]:
-    """The JSON object in the message that carries it, CDR.
+    """Decode the JSON object in a string message (CDR).
 
     Raises:
         MessageError: there is none.
@@ -332,7 +332,7 @@ def json_object(data: bytes) -> dict[str, Any]:
 
 
 def frame_bytes(data: bytes) -> bytes:
-    """The bytes of a frame in the message that carries it, CDR; none where it is no such message."""
+    """Return the bytes of a frame from the message that carries it (CDR); empty if it is no such message."""
     try:
         return from_cdr(data, UInt8MultiArray).data.tobytes()
     except MessageError:

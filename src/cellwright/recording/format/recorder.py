@@ -1,4 +1,4 @@
-"""Records a run: everything that is said on its bus, what came from outside, and what replaying needs besides."""
+"""Recorder of a run: all messages of its bus, its external input, and what a replay needs besides."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -23,31 +23,31 @@ from cellwright.util.errors import CellwrightError
 
 NODE = "/recorder"
 _FRAMES = Fraction(1, 25)  # simulation time between two frames of the scene [s]
-_WHOLE_FRAMES = 25  # one in so many frames is whole; the others say what has changed
+_WHOLE_FRAMES = 25  # every 25th frame is whole; the others hold changes
 _HASHES = Fraction(1)  # simulation time between two state hashes [s]
-_PANELS = Fraction(1, 2)  # simulation time between two looks at what a panel shows [s]
+_PANELS = Fraction(1, 2)  # simulation time between two readings of a panel [s]
 
 PICTURES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
-"""Types of messages that are kept when somebody else listens to them: drawing them for the file alone would slow the
-run down, and they are by far the largest."""
+"""Message types that are recorded only while a client subscribes to them. They are by far the largest, and drawing them
+for the file alone would slow the run down."""
 
 _LAST = 1_000_000
-"""Rank among the watches of a tick: everything else has been said."""
+"""Rank among the watches of a tick: after all publications."""
 
 
 class Recorder:
-    """Records what is served, from when it is made until `end`, or until time begins anew: then into another file.
+    """Recorder of a node, from its creation until `end`; a reset of the simulation continues in another file.
 
-    It listens, and leaves the run as it is.
+    It only listens, and leaves the run as it is.
 
     Args:
-        served: what is recorded.
-        path: the file; of a second run in the same course, after a reset, it is NAME_2 and so on.
-        header: what the recording says of itself.
-        attachments: files that go into the file, by name (see `format`).
-        panel: tells what somebody sees of it besides, as JSON values.
-        stamp: what else tells when a command came (see `Command.stamp`).
-        report: takes a line about a file that can be written no more.
+        served: the recorded node.
+        path: the file; after the first reset the next file is NAME_2, and so on.
+        header: header of the recording.
+        attachments: attached files, by name (see `format`).
+        panel: returns the values of its panel, as JSON values.
+        stamp: second clock for the arrival of commands (see `Command.stamp`).
+        report: called with a line when a file can no longer be written.
 
     Raises:
         UsageError: the file cannot be opened.
@@ -65,7 +65,7 @@ class Recorder:
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self.on_begin: Callable[[], None] = lambda: None
-        """Called when a file has been begun after a reset, for the events that are to stand first in it."""
+        """Called when a new file was begun after a reset, for the events that come first in it."""
         self._served, self._simulation = served, served.simulation
         self._path, self._header = path, header
         self._attachments = dict(attachments or {})
@@ -76,7 +76,7 @@ class Recorder:
         self.paths: list[Path] = []
         """The files, one a run."""
         self.is_whole = True
-        """Whether everything has gone to the files that were ended."""
+        """True if all finished files were written completely."""
         self._begin()
         self._leave = [note_commands(served.bus, self._simulation.clock, self._note, stamp)]
         self._leave += [self._listen(topic).cancel for topic in _topics(served)]
@@ -84,18 +84,18 @@ class Recorder:
         self._watch("state hashes", _HASHES, self._keep_hash)
         if panel is not None:
             self._watch("panels", _PANELS, self._keep_panel)
-        self._simulation.on_reset.append(self._begin_anew)
-        self._leave.append(partial(self._simulation.on_reset.remove, self._begin_anew))
+        self._simulation.on_reset.append(self._restart)
+        self._leave.append(partial(self._simulation.on_reset.remove, self._restart))
         self._keep_frame(0)
         self._keep_panel(0)
         self._file.flush()
 
     def event(self, value: Mapping[str, Any]) -> None:
-        """Keep something that happened, as JSON values."""
+        """Record an event, as JSON values."""
         self._write_text(names.EVENT, json.dumps(value))
 
     def end(self, result: Mapping[str, Any]) -> None:
-        """Keep what came of the run, and end the file. Again is no error."""
+        """Record the result of the run, and close the file. A second call does nothing."""
         if self._is_over:
             return
         self._is_over = True
@@ -118,8 +118,8 @@ class Recorder:
         self._before: Frame | None = None
         self._last_panel = ""
 
-    def _begin_anew(self) -> None:
-        """Time is about to begin anew: what comes is another run."""
+    def _restart(self) -> None:
+        """Begin another file, as time is about to restart at 0."""
         self._finish({"outcome": "reset"})
         self._attachments.pop(names.START, None)
         try:
@@ -164,7 +164,7 @@ class Recorder:
     def _keep_frame(self, _index: int) -> None:
         self._simulation.refresh()
         frame = self._taker.frame(self._simulation.data, self._simulation.now)
-        if not np.isfinite(frame.poses).all():  # the run has become unstable, and is about to end
+        if not np.isfinite(frame.poses).all():  # the simulation has become unstable and is about to end
             return
         is_whole = self._frames % _WHOLE_FRAMES == 0
         self._frames += 1
@@ -199,7 +199,7 @@ class Recorder:
 
 
 def _topics(served: Served) -> list[RecordedTopic]:
-    """What goes over the bus, as a recording has it."""
+    """List the topics of the bus, as a recording has them."""
     found = []
     for info in served.bus.topics():
         node = ",".join(info.publishers) or next(iter(info.subscribers), "")

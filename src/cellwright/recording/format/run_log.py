@@ -1,13 +1,13 @@
-"""The log of a run: what it is, what the referee did and when, the evidence at each submission, and what came of it.
+"""Run log: the run's settings, the referee's actions with their times, evidence at each submission, and the result.
 
 Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time` [s] where it has one:
 
-- `run`: trial, seed, versions and so on, the most that can be had, and whatever else the caller knows;
-- `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: what the referee did;
-- `collision`: a link of the arm hit something, and it is over; `link`, `obstacle`, `begin`, `end` [s], and `deviation`
-  [m], how far the tool was from its setpoint at most;
-- `reset`: the run has begun anew under way, at the time that is told; what follows counts from 0 again;
-- `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
+- `run`: trial, seed, versions and so on, the attainable score, and what the caller adds;
+- `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: actions of the referee;
+- `collision`: a finished collision of the arm; `link`, `obstacle`, `begin`, `end` [s], and `deviation` [m], the largest
+  distance of the tool from its setpoint;
+- `reset`: the simulation was reset at that time; times after it count from 0 again;
+- `result`: outcome, score with all its evidence, state hash. A log without it is of a run that was killed.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,15 +24,15 @@ from cellwright.engine.clock import seconds
 from cellwright.util.files import JsonLines
 
 FORMAT = 1
-"""Number of the format, in the first line."""
+"""Format number, in the first line."""
 
 
 class RunEvents:
-    """Tells what happens in one run, as the values of the lines of its log.
+    """Events of one run, as the values of the lines of its log.
 
     Args:
-        write: takes each.
-        about: what the caller knows of the run besides, such as the agent's name, for the first one.
+        write: called with each line.
+        about: values that the caller adds to the first line, such as the agent's name.
     """
 
     def __init__(self, write: Callable[[Mapping[str, Any]], None], about: Mapping[str, Any] | None = None) -> None:
@@ -41,7 +41,7 @@ class RunEvents:
         self._reach = TrialReach(())
 
     def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
-        """Tell what it is; `more` is seed, versions and the like."""
+        """Write the first line; `more` is seed, versions and the like."""
         self._reach = reach(trial)
         facts = {
             "best": self._reach.maximum,
@@ -53,27 +53,27 @@ class RunEvents:
         self._write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
 
     def effect(self, effect: effects.Effect, now: int) -> None:
-        """Tell what the referee did at the time `now` [ns]."""
+        """Write an action of the referee at the time `now` [ns]."""
         kind, values = _values(effect, self._reach)
         self._write({"kind": kind, "time": seconds(now), **values})
 
     def collision(self, facts: Mapping[str, Any]) -> None:
-        """Tell of a collision of the arm that is over, with the fields of `run.collisions.Collision`."""
+        """Write a finished collision of the arm, with the fields of `run.collisions.Collision`."""
         self._write({"kind": "collision", "time": facts["end"], **facts})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
-        """Tell what came of it, at the time `now` [ns]; `more` is state hash, wall time and the like."""
+        """Write the result at the time `now` [ns]; `more` is state hash, wall time and the like."""
         score = evidence_to_json(evidence)
         self._write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
 
 
 class RunLog(RunEvents):
-    """Writes the log of one run.
+    """Log file of one run.
 
     Args:
-        path: the file; it is begun anew.
+        path: the file; an existing one is overwritten.
         about: see `RunEvents`.
-        report: takes a line when the disk fails; the run goes on without its log.
+        report: called with a line when the disk fails; the run goes on without its log.
 
     Raises:
         UsageError: the file cannot be opened.
@@ -86,7 +86,7 @@ class RunLog(RunEvents):
         super().__init__(self.lines.write_value, about)
 
     def reset(self, now: int) -> None:
-        """Write that the run has begun anew, at the time `now` [ns]."""
+        """Write that the simulation was reset at the time `now` [ns]."""
         self.lines.write_value({"kind": "reset", "time": seconds(now)})
 
 
@@ -116,8 +116,8 @@ def _values(effect: effects.Effect, could: TrialReach) -> tuple[str, dict[str, A
 
 def _submission(effect: effects.KitSubmitted, could: TrialReach) -> dict[str, Any]:
     score = effect.score
-    told = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
+    values = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
     if score.refusal is not None:
-        return {**told, "refusal": score.refusal.sentence(), "evidence": None}
+        return {**values, "refusal": score.refusal.sentence(), "evidence": None}
     evidence = kit_evidence(score, could.kit(score.kit_type), fates=effect.fates)
-    return {**told, "refusal": None, "evidence": kit_to_json(evidence)}
+    return {**values, "refusal": None, "evidence": kit_to_json(evidence)}

@@ -1,7 +1,7 @@
 """MCAP parser for untrusted files: layout record by record, messages of a chunk, and checksums.
 
-Nothing that the file says of sizes is trusted: a record ends with the file at the latest, and what is too large to be
-true is an error. The content of chunks is passed over, so that some hundred megabytes take a moment.
+Sizes in the file are not trusted: a record ends with the file at the latest, and an implausible size is an error. The
+content of chunks is skipped, so that some hundred megabytes take a moment.
 """
 
 import struct
@@ -18,27 +18,27 @@ from mcap.records import Channel, Metadata
 from cellwright.recording.format.format import MAGIC, Entry, RecordedTopic
 from cellwright.util.errors import RecordingError, showable
 
-LARGEST_CHUNK = 256 << 20
-"""Bytes of a chunk at most, uncompressed."""
+MAX_CHUNK_SIZE = 256 << 20
+"""Maximum uncompressed size of a chunk [bytes]."""
 
-LARGEST_ATTACHMENT = 1 << 30
-LARGEST_RECORD = 16 << 20
-"""Bytes of any other record at most."""
+MAX_ATTACHMENT_SIZE = 1 << 30
+MAX_RECORD_SIZE = 16 << 20
+"""Maximum size of any other record [bytes]."""
 
-MOST_CHUNKS = 10_000_000
+MAX_CHUNKS = 10_000_000
 LATEST = 4 * 10**18
-"""Of times [ns], some 127 years: no run comes to a later one, and no bag can hold it."""
+"""Latest time [ns], some 127 years: no run reaches it, and no bag can hold a later one."""
 
 _MAX_NAME_LENGTH = 1000  # characters of the name of a topic or a type
-_RECORD_HEAD = struct.Struct("<BQ")  # what a record is, and how long
-_BAG = b"#ROSBAG V"  # what a bag of ROS 1 begins with
+_RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
+_BAG = b"#ROSBAG V"  # first bytes of a ROS 1 bag
 _CHUNK = struct.Struct("<QQQI")
 _INDEX = struct.Struct("<HI")
 
 
 @dataclass(slots=True)
 class ChunkPlace:
-    """A chunk in a file: times of its first and last message [ns], where its bytes are, and what they come to."""
+    """Chunk in a file: times of its first and last message [ns], its bytes, and their unpacked size and checksum."""
 
     first: int
     last: int
@@ -49,29 +49,29 @@ class ChunkPlace:
     checksum: int
     is_cut: bool = False
     counts: dict[int, int] = field(default_factory=dict)
-    """Messages by channel, as far as the file says."""
+    """Messages by channel, as far as the file gives them."""
 
 
 @dataclass
 class Layout:
-    """What a file holds and where."""
+    """Contents of a file, with their offsets."""
 
     topics: dict[int, RecordedTopic] = field(default_factory=dict)
-    """Those of the channels whose messages are CDR, by number."""
+    """Topics of the channels whose messages are CDR, by number."""
     chunks: list[ChunkPlace] = field(default_factory=list)
     attachments: dict[str, tuple[int, int, int]] = field(default_factory=dict)
-    """Place and length of each by name, and where that begins which its checksum is of; that follows at once."""
+    """By name: offset and length of the data, and offset of the bytes under its checksum, which follows the data."""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     is_complete: bool = False
-    """Whether the file was ended as it should be, not cut short."""
+    """True if the file was ended properly, not truncated."""
     data_end: int = 0
-    """Place of the record that ends the data of such a file."""
+    """Offset of the record that ends the data of a complete file."""
     footer: int = 0
-    """Place of the last record of such a file."""
+    """Offset of the last record of a complete file."""
 
 
 class _Fields(ReadDataStream):
-    """The fields of a record; one that ends too early is an error, and letters that are none are replaced."""
+    """Fields of a record; raises an error where the record is too short, and replaces invalid characters."""
 
     def __init__(self, data: bytes) -> None:
         super().__init__(BytesIO(data))
@@ -88,7 +88,7 @@ class _Fields(ReadDataStream):
 
 
 def scan_file(file: BinaryIO) -> Layout:
-    """What the file holds, up to its end or to where it was cut.
+    """Read the layout of a file, up to its end or to where it was truncated.
 
     Raises:
         RecordingError: it is no MCAP file, or damaged.
@@ -115,8 +115,8 @@ def scan_file(file: BinaryIO) -> Layout:
             chunk = _chunk(file, place, length, size)
             if chunk is not None:
                 layout.chunks.append(chunk)
-            if len(layout.chunks) > MOST_CHUNKS:
-                raise RecordingError(f"it has more than {MOST_CHUNKS} chunks")
+            if len(layout.chunks) > MAX_CHUNKS:
+                raise RecordingError(f"it has more than {MAX_CHUNKS} chunks")
         if length > size - place:
             break
         if opcode == Opcode.ATTACHMENT:
@@ -124,7 +124,7 @@ def scan_file(file: BinaryIO) -> Layout:
         elif opcode == Opcode.MESSAGE_INDEX:
             _count(file, length, layout)
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
-            if length > LARGEST_RECORD:
+            if length > MAX_RECORD_SIZE:
                 raise RecordingError(f"a record of {length} bytes")
             _describe(opcode, _Fields(file.read(length)), layout, schemas)
         elif opcode == Opcode.DATA_END:
@@ -135,13 +135,13 @@ def scan_file(file: BinaryIO) -> Layout:
             break
         place += length
     if layout.chunks and not layout.is_complete:
-        layout.chunks[-1].counts.clear()  # its indexes may have been cut, and not every channel be among them
+        layout.chunks[-1].counts.clear()  # its indexes may be truncated and lack channels
     layout.chunks.sort(key=lambda each: each.first)
     return layout
 
 
 def _chunk(file: BinaryIO, place: int, length: int, size: int) -> ChunkPlace | None:
-    """A chunk, whole or as far as it is there; None when not even its head is."""
+    """Read a chunk's head, also of a truncated chunk; None if not even the head is complete."""
     head = file.read(_CHUNK.size + 4)
     if len(head) < _CHUNK.size + 4:
         return None
@@ -156,7 +156,7 @@ def _chunk(file: BinaryIO, place: int, length: int, size: int) -> ChunkPlace | N
     if max(first, last) > LATEST:
         raise RecordingError("a chunk says nothing sensible of its times")
     begin = place + _CHUNK.size + 4 + len(rest)
-    if whole > LARGEST_CHUNK or packed > LARGEST_CHUNK or begin - place + packed != length:
+    if whole > MAX_CHUNK_SIZE or packed > MAX_CHUNK_SIZE or begin - place + packed != length:
         raise RecordingError("a chunk says nothing sensible of its size")
     there = min(packed, size - begin)
     compression = rest[:named].decode(errors="replace")
@@ -169,13 +169,13 @@ def _attachment(file: BinaryIO, place: int, length: int, layout: Layout) -> None
     name = fields.read_prefixed_string()
     fields.read_prefixed_string()  # its media type
     data = fields.read8()
-    if data > LARGEST_ATTACHMENT or data + 4 > length:
+    if data > MAX_ATTACHMENT_SIZE or data + 4 > length:
         raise RecordingError(f"the attachment {name!r:.60} says nothing sensible of its size")
     layout.attachments[name] = place + length - 4 - data, data, place
 
 
 def _count(file: BinaryIO, length: int, layout: Layout) -> None:
-    """How many messages of a channel the newest chunk has."""
+    """Note how many messages of a channel the newest chunk has."""
     head = file.read(_INDEX.size)
     if length >= _INDEX.size and len(head) == _INDEX.size and layout.chunks:
         channel, size = _INDEX.unpack(head)
@@ -198,7 +198,7 @@ def _describe(opcode: int, fields: _Fields, layout: Layout, schemas: dict[int, s
 
 
 def _shown_name(name: str) -> str:
-    """A name that a terminal can show, whatever stands in the file."""
+    """Return a name that a terminal can show, whatever the file contains."""
     return showable(name, _MAX_NAME_LENGTH).replace("\n", " ").replace("\t", " ")
 
 
@@ -206,10 +206,10 @@ _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 
 
 def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
-    """The content of a chunk, from its bytes in the file; of one that was cut, what can be had of it.
+    """Decompress a chunk; of a truncated one, as much as possible.
 
     Raises:
-        RecordingError: it is damaged, or compressed in a way that is not known.
+        RecordingError: it is damaged, or its compression is unknown.
     """
     match place.compression:
         case "":
@@ -224,8 +224,8 @@ def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
 
 
 def _zstd(data: bytes, place: ChunkPlace) -> bytes:
-    """Decompress piece by piece: what the data says of its own size is no measure of what it may take."""
-    import zstandard  # not before something is read: the command line starts without it
+    """Decompress piece by piece: the size that the data gives for itself is not trusted."""
+    import zstandard  # imported late: the command line starts without it
 
     found = bytearray()
     reader = zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data)
@@ -239,7 +239,7 @@ def _zstd(data: bytes, place: ChunkPlace) -> bytes:
 
 
 def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterator[Entry]:
-    """The whole messages in the content of a chunk, in its order; those of some channels, or of all."""
+    """Yield the complete messages in the content of a chunk, in order; of some channels, or of all."""
     place, size = 0, len(raw)
     unpack_message, head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
     while place + head <= size:
@@ -264,13 +264,13 @@ _FOOTER = _RECORD_HEAD.size + 20
 
 
 def verify_checksums(file: BinaryIO, layout: Layout) -> None:
-    """Compare all checksums that the file has with its bytes.
+    """Compare all checksums with the bytes of the file.
 
-    Of a file that was ended as it should be that is every byte up to the last records. One that was cut short has
-    checksums of its whole chunks and of the files within.
+    In a file that was ended properly, that covers every byte up to the last records. A truncated file has checksums of
+    its complete chunks and of its attachments.
 
     Raises:
-        RecordingError: some are not what was written; the text says where.
+        RecordingError: some bytes are not what was written; the text says where.
     """
     for chunk in layout.chunks:
         if not chunk.is_cut:
@@ -287,12 +287,12 @@ def verify_checksums(file: BinaryIO, layout: Layout) -> None:
 def _verify_end(file: BinaryIO, layout: Layout) -> None:
     """Compare the checksum of everything before the summary, and that of the summary."""
     end, footer = layout.data_end, layout.footer
-    told = _read_number(file, end + _RECORD_HEAD.size)
-    if told and _checksum(file, 0, end) != told:
+    expected = _read_number(file, end + _RECORD_HEAD.size)
+    if expected and _checksum(file, 0, end) != expected:
         raise RecordingError(f"damaged before byte {end}: the checksum of all data is wrong")
     summary, checked = end + _DATA_END, footer + _FOOTER - 4
-    told = _read_number(file, checked)
-    if told and _checksum(file, summary, checked - summary) != told:
+    expected = _read_number(file, checked)
+    if expected and _checksum(file, summary, checked - summary) != expected:
         raise RecordingError(f"damaged behind byte {summary}: the checksum of the summary is wrong")
     file.seek(footer + _FOOTER)
     if file.read(len(MAGIC) + 1) != MAGIC:
@@ -300,7 +300,7 @@ def _verify_end(file: BinaryIO, layout: Layout) -> None:
 
 
 def _checksum(file: BinaryIO, begin: int, length: int) -> int:
-    """CRC-32 of so many bytes of a file."""
+    """Return the CRC-32 of `length` bytes of a file."""
     checksum = 0
     file.seek(begin)
     while length > 0 and (piece := file.read(min(length, _PIECE))):

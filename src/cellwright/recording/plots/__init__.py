@@ -1,1 +1,1 @@
-"""Figures of what was recorded: what moved, what lay where, and what it was worth, over time."""
+"""Figures of recordings: motions, trays, score and commands over time."""

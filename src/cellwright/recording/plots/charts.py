@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cellwright.recording.plots.tracks import Array, JointTrack, ScoreTrack, Span, Story, ToolTrack, TrayPart
+from cellwright.recording.plots.tracks import Array, JointTrack, PlotData, ScoreTrack, Span, ToolTrack, TrayPart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#555555")
-"""Of curves, in this order (Okabe and Ito's, without their yellow, which does not print)."""
+"""Colours of curves, in this order (Okabe and Ito's, without their yellow, which does not print)."""
 
 INK, FAINT, GRID = "#222222", "#888888", "#DDDDDD"
 
@@ -24,7 +24,7 @@ VERDICTS = {
     "faulty": ("#D55E00", "////"),
     "not ordered": ("#E69F00", "...."),
 }
-"""Colour and hatching of a part on a tray, by what was said of it: told apart in grey by the hatching."""
+"""Colour and hatching of a part on a tray, by its verdict; the hatching distinguishes them in grey."""
 
 SETTINGS: dict[Any, Any] = {
     "font.size": 8.0,
@@ -43,7 +43,7 @@ SETTINGS: dict[Any, Any] = {
     "xtick.color": INK,
     "ytick.color": INK,
     "text.color": INK,
-    "text.parse_math": False,  # names are names, also with two dollars in them
+    "text.parse_math": False,  # names may contain two dollars
     "legend.frameon": False,
     "legend.fontsize": 7.5,
     "lines.linewidth": 1.1,
@@ -54,29 +54,31 @@ SETTINGS: dict[Any, Any] = {
 }
 
 
-SIZE_OF_NAMES = 7.0  # of names beside curves [pt]
-_CURVE_SLICES = 1500  # of a curve: as many as a printed page can show
+SIZE_OF_NAMES = 7.0  # font size of names beside curves [pt]
+_CURVE_SLICES = 1500  # as many as a printed page can show of a curve
 
 
 def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
-    """Write names of curves at their right ends, where they do not lie on each other.
+    """Write names of curves at their right ends, without overlaps.
 
-    The limits of the axes are final; of each curve its name is `named`, its value at the end, and its colour.
+    Args:
+        axes: with final limits.
+        named: of each curve its name, its value at the end, and its colour.
     """
     low, high = axes.get_ylim()
     box = axes.get_window_extent()
-    least = 1.35 * SIZE_OF_NAMES * axes.figure.dpi / 72.0 / max(box.height, 1.0) * (high - low)
+    min_gap = 1.35 * SIZE_OF_NAMES * axes.figure.dpi / 72.0 / max(box.height, 1.0) * (high - low)
     ordered = sorted(named, key=lambda each: each[1])
     heights = [value for _, value, _ in ordered]
-    for _ in range(200):  # each pushes its neighbours away until all have room
+    for _ in range(200):  # each pushes its neighbours away until all fit
         worst = 0.0
         for lower in range(len(heights) - 1):
-            short = least - (heights[lower + 1] - heights[lower])
-            if short > 1e-6 * least:
+            short = min_gap - (heights[lower + 1] - heights[lower])
+            if short > 1e-6 * min_gap:
                 heights[lower] -= short / 2
                 heights[lower + 1] += short / 2
                 worst = max(worst, short)
-        if worst < 1e-3 * least:
+        if worst < 1e-3 * min_gap:
             break
     for (name, _, colour), height in zip(ordered, heights, strict=True):
         axes.annotate(
@@ -93,9 +95,9 @@ def name_at_the_end(axes: Axes, named: list[tuple[str, float, str]]) -> None:
 
 
 def thinned(times: Array, values: Array, slices: int = _CURVE_SLICES) -> tuple[Array, Array]:
-    """Fewer points of a curve (n,), which is drawn the same; a gap of nan stays one.
+    """Reduce the points of a curve (n,) without a visible change; a gap of nan stays one.
 
-    A curve with fewer than four points for each slice stays as it is.
+    A curve of at most four points a slice stays as it is.
     """
     count = len(times)
     if count <= 4 * slices:
@@ -109,33 +111,33 @@ def thinned(times: Array, values: Array, slices: int = _CURVE_SLICES) -> tuple[A
         whole = np.where(is_gap, filled, values)
         chosen = [low + int(pick(whole[low:high])) for low, high in pairwise(bounds)]
         kept.append(np.array(chosen))
-    gaps = np.flatnonzero(is_gap & ~np.concatenate(([False], is_gap[:-1])))  # where each of them begins
+    gaps = np.flatnonzero(is_gap & ~np.concatenate(([False], is_gap[:-1])))  # begin of each gap
     places = np.unique(np.concatenate([*kept, gaps]))
     return times[places], values[places]
 
 
 MAX_JOINTS = len(COLOURS)
-"""So many curves can be told apart; of more joints those that move most are drawn."""
+"""Maximum number of curves that a reader can distinguish; of more joints, those that move most are drawn."""
 
 STILL = 1e-3
-"""A joint that moves less than this [rad; m] stands still."""
+"""Range of motion [rad; m] below which a joint stands still."""
 
 _UNITS = {"rad": "position [rad]", "m": "position [m]"}
 
 
 def joints_to_draw(tracks: Sequence[JointTrack]) -> list[JointTrack]:
-    """The joints to draw: those that move, no more than can be told apart, in their own order."""
+    """Select the joints to draw: those that move, at most `MAX_JOINTS`, in their own order."""
     moving = [track for track in tracks if track.travel >= STILL] or list(tracks[:1])
-    most = sorted(moving, key=lambda track: -track.travel)[:MAX_JOINTS]
-    return [track for track in moving if any(track is each for each in most)]
+    largest = sorted(moving, key=lambda track: -track.travel)[:MAX_JOINTS]
+    return [track for track in moving if any(track is each for each in largest)]
 
 
 def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack]) -> None:
-    """Draw a group of joints of the same unit, where limits along time are set."""
+    """Draw joints of one group and one unit; the time limits of the axes are set."""
     drawn = joints_to_draw(tracks)
     for track, colour in zip(drawn, COLOURS, strict=False):
         if len(track.targets):
-            axes.plot(*thinned(track.told_at, track.targets), color=colour, linewidth=0.8, linestyle=(0, (3, 2)))
+            axes.plot(*thinned(track.target_times, track.targets), color=colour, linewidth=0.8, linestyle=(0, (3, 2)))
         axes.plot(*thinned(track.times, track.positions), color=colour)
     left_out = len(tracks) - len(drawn)
     still = sum(track.travel < STILL for track in tracks)
@@ -151,12 +153,12 @@ def draw_joints(axes: Axes, group: str, tracks: Sequence[JointTrack]) -> None:
         axes.text(1.0, 1.03, "dashed: target", transform=axes.transAxes, ha="right", fontsize=7, color=FAINT)
 
 
-_LABEL_ROWS = 4  # of labels, one below another, where many things happen at once
+_LABEL_ROWS = 4  # rows of labels, for events close in time
 
 
-def draw_score(axes: Axes, score: ScoreTrack, story: Story) -> None:
-    """Draw the score as stairs, where limits along time are set."""
-    times = np.append(score.times, max(story.end, score.times[-1]))
+def draw_score(axes: Axes, score: ScoreTrack, data: PlotData) -> None:
+    """Draw the score as stairs; the time limits of the axes are set."""
+    times = np.append(score.times, max(data.end, score.times[-1]))
     points = np.append(score.points, score.points[-1])
     axes.step(times, points, where="post", color=COLOURS[0], linewidth=1.6)
     axes.fill_between(times, 0.0, points, step="post", color=COLOURS[0], alpha=0.12, linewidth=0)
@@ -170,21 +172,21 @@ def draw_score(axes: Axes, score: ScoreTrack, story: Story) -> None:
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.set_title("Score")
     axes.set_ylabel("points")
-    _label_marks(axes, story)
+    _label_marks(axes, data)
 
 
-def _label_marks(axes: Axes, story: Story) -> None:
-    """Write what happened at its moment, in rows so that nothing lies on anything."""
-    width = max(story.end - story.begin, 1e-9)
-    free = [story.begin - width] * _LABEL_ROWS
-    for mark in sorted(story.marks, key=lambda mark: mark.time):
+def _label_marks(axes: Axes, data: PlotData) -> None:
+    """Write the labels of marks at their times, in rows without overlaps."""
+    width = max(data.end - data.begin, 1e-9)
+    free = [data.begin - width] * _LABEL_ROWS
+    for mark in sorted(data.marks, key=lambda mark: mark.time):
         axes.axvline(mark.time, color=FAINT, linewidth=0.6)
         needed = 0.0095 * len(mark.label) * width
-        is_late = mark.time + needed > story.end
+        is_late = mark.time + needed > data.end
         begin = mark.time - needed if is_late else mark.time
         row = next((row for row in range(_LABEL_ROWS) if free[row] <= begin), None)
         if row is None:
-            continue  # its line is there; there is no room for more words
+            continue  # only its line is drawn: no row has room for the label
         free[row] = begin + needed + 0.01 * width
         axes.annotate(
             mark.label,
@@ -201,12 +203,12 @@ def _label_marks(axes: Axes, story: Story) -> None:
 
 
 _LOADED, _SUCTION_ON = "#D55E00", "#0072B2"
-_LEGEND = 60  # characters that a legend beside the title has room for
-_POINTS = 20_000  # of a path from above, which cannot be thinned by time
+_LEGEND = 60  # maximum characters of a legend beside the title
+_POINTS = 20_000  # maximum points of a path from above, which cannot be thinned by time
 
 
 def draw_from_above(axes: Axes, tools: Sequence[ToolTrack]) -> None:
-    """Draw paths from above: x to the right and y up, or y to the left and x up where that lies better on the page."""
+    """Draw paths from above: x to the right and y up, or y to the left and x up if that fits the page better."""
     extent = np.ptp(np.concatenate([tool.positions[:, :2] for tool in tools]), axis=0)
     across, up = (1, 0) if extent[1] > extent[0] else (0, 1)
     for tool, colour in zip(tools, COLOURS, strict=False):
@@ -234,7 +236,7 @@ def draw_from_above(axes: Axes, tools: Sequence[ToolTrack]) -> None:
 
 
 def draw_height(axes: Axes, tools: Sequence[ToolTrack]) -> None:
-    """Draw heights over time, and below when a cup sucks and holds."""
+    """Draw heights over time, with bars below for suction and for a carried part."""
     for tool, colour in zip(tools, COLOURS, strict=False):
         has_cup = bool(tool.on or tool.attached)
         times, height = thinned(tool.times, tool.positions[:, 2])
@@ -257,7 +259,9 @@ def _legend(axes: Axes) -> None:
         axes.legend(
             once.values(),
             once.keys(),
-            loc="upper left" if is_wide else "lower right",  # of the legend, which stands beside or above the drawing
+            loc="upper left"
+            if is_wide
+            else "lower right",  # corner of the legend, which stands beside or above the drawing
             bbox_to_anchor=(1.01, 1.0) if is_wide else (1.0, 1.0),
             ncols=1 if is_wide else 4,
             borderpad=0,
@@ -279,38 +283,38 @@ def _dot(axes: Axes, tool: ToolTrack, time: float, along: tuple[int, int], marke
 
 
 MAX_COMMANDS = 12
-"""So many names of commands have a row; those that were used most."""
+"""Maximum number of rows of commands; the most frequent ones are drawn."""
 
 _SLICES = 400
 _LIGHT = 0.35
 _BLUE = (0.0, 0.447, 0.698)
 
 
-def command_rows(story: Story) -> int:
-    """How many rows the drawing has."""
-    return len(story.states) + min(len(story.commands), MAX_COMMANDS)
+def command_rows(data: PlotData) -> int:
+    """Return the number of rows of the drawing."""
+    return len(data.states) + min(len(data.commands), MAX_COMMANDS)
 
 
-def draw_commands(axes: Axes, story: Story) -> None:
-    """Draw states as bars with their names, and below them commands: the darker, the more of them came."""
+def draw_commands(axes: Axes, data: PlotData) -> None:
+    """Draw states as bars with their names, and below them commands: the more came, the darker."""
     ticks, row = [], 0
-    for name, spans in story.states.items():
+    for name, spans in data.states.items():
         labels = list(dict.fromkeys(span.label for span in spans))
         for span in spans:
             colour = COLOURS[labels.index(span.label) % len(COLOURS)]
             width = span.end - span.begin
             axes.barh(row, width, left=span.begin, height=0.72, color=colour, alpha=_LIGHT, linewidth=0)
-            if width > 0.0095 * len(span.label) * (story.end - story.begin):
+            if width > 0.0095 * len(span.label) * (data.end - data.begin):
                 axes.text(span.begin + width / 2, row, span.label, ha="center", va="center", fontsize=6.5, color=INK)
         ticks.append(name)
         row += 1
-    most = sorted(story.commands, key=lambda track: -len(track.times))[:MAX_COMMANDS]
-    edges = np.linspace(story.begin, max(story.end, story.begin + 1e-9), _SLICES + 1)
-    for track in (track for track in story.commands if any(track is each for each in most)):
+    frequent = sorted(data.commands, key=lambda track: -len(track.times))[:MAX_COMMANDS]
+    edges = np.linspace(data.begin, max(data.end, data.begin + 1e-9), _SLICES + 1)
+    for track in (track for track in data.commands if any(track is each for each in frequent)):
         counts, _ = np.histogram(track.times, edges)
-        greatest = max(int(counts.max()), 1)
+        maximum = max(int(counts.max()), 1)
         there = np.flatnonzero(counts)
-        shades = [(*_BLUE, 0.25 + 0.75 * float(counts[place]) / greatest) for place in there]
+        shades = [(*_BLUE, 0.25 + 0.75 * float(counts[place]) / maximum) for place in there]
         strips = [(float(edges[place]), float(edges[1] - edges[0])) for place in there]
         axes.broken_barh(strips, (row - 0.33, 0.66), facecolors=shades, linewidth=0)
         count = len(track.times)
@@ -318,11 +322,11 @@ def draw_commands(axes: Axes, story: Story) -> None:
         ticks.append(track.name.strip("/").partition("/")[2] or track.name)  # without its first part
         row += 1
     axes.set_yticks(range(len(ticks)), ticks, fontsize=7)
-    _finish_rows(axes, row, "States and commands" if story.states else "Commands")
+    _finish_rows(axes, row, "States and commands" if data.states else "Commands")
 
 
 def _finish_rows(axes: Axes, rows: int, title: str) -> None:
-    """Set up an axis along which rows stand, the first at the top."""
+    """Set up an axis of rows, the first at the top."""
     axes.set_ylim(max(rows, 1) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
@@ -330,59 +334,59 @@ def _finish_rows(axes: Axes, rows: int, title: str) -> None:
 
 
 MAX_PARTS = 40
-"""So many bars are drawn; the first ones of each tray."""
+"""Maximum number of bars of each tray; the first ones are drawn."""
 
 
-def tray_rows(story: Story) -> int:
-    """How many rows the drawing has: one for each part, and at least one for each tray."""
-    counts = [sum(part.tray == tray for part in story.tray_parts) for tray in story.trays]
+def tray_rows(data: PlotData) -> int:
+    """Return the number of rows of the drawing: one for each part, and at least one for each tray."""
+    counts = [sum(part.tray == tray for part in data.tray_parts) for tray in data.trays]
     return sum(min(max(count, 1), MAX_PARTS) for count in counts)
 
 
-def draw_trays(axes: Axes, story: Story) -> None:
-    """Draw the trays one below another; the first at the top."""
+def draw_trays(axes: Axes, data: PlotData) -> None:
+    """Draw the trays one below another, the first at the top."""
     row, ticks = 0, []
-    for tray in story.trays:
-        parts = sorted((part for part in story.tray_parts if part.tray == tray), key=lambda part: part.begin)
+    for tray in data.trays:
+        parts = sorted((part for part in data.tray_parts if part.tray == tray), key=lambda part: part.begin)
         first = row
         for part in parts[:MAX_PARTS]:
             colour, hatch = VERDICTS.get(part.verdict, VERDICTS[""])
             length = part.end - part.begin
             axes.barh(row, length, left=part.begin, height=0.78, color=colour, hatch=hatch, edgecolor="white")
-            _name_part(axes, row, part, colour, story)
+            _name_part(axes, row, part, colour, data)
             row += 1
         row += not parts
         words = tray if len(parts) <= MAX_PARTS else f"{tray}: the first {MAX_PARTS} of {len(parts)}"
         ticks.append(((first + row - 1) / 2, words))
-        for mark in story.marks:
+        for mark in data.marks:
             if mark.tray == tray:
                 axes.plot([mark.time] * 2, [first - 0.5, row - 0.5], color=INK, linewidth=1.2)
         axes.axhline(row - 0.5, color=FAINT, linewidth=0.6)
     axes.set_yticks([place for place, _ in ticks], [words for _, words in ticks])
     _finish_rows(axes, row, "On the trays")
-    said = {part.verdict for part in story.tray_parts}
+    verdicts = {part.verdict for part in data.tray_parts}
     handles: list[Any] = [
         axes.barh(-9, 0, color=colour, hatch=hatch, edgecolor="white", label=verdict or "not judged")
         for verdict, (colour, hatch) in VERDICTS.items()
-        if verdict in said
+        if verdict in verdicts
     ]
-    if any(mark.tray for mark in story.marks):
+    if any(mark.tray for mark in data.marks):
         handles += axes.plot([], [], color=INK, linewidth=1.2, label="kit judged")
     if handles:
         corner = (1.0, 1.0)
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=corner, ncols=5, borderpad=0, handlelength=1.4)
 
 
-def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, story: Story) -> None:
-    """Write a part's name in its bar where it fits, else beside it, where there is room."""
+def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, data: PlotData) -> None:
+    """Write a part's name into its bar if it fits, else beside it."""
     from matplotlib.patheffects import withStroke
 
-    width = max(story.end - story.begin, 1e-9)
-    needed, space = 0.0105 * len(part.name) * width, 0.005 * width  # of text of this size, on a page of this width
+    width = max(data.end - data.begin, 1e-9)
+    needed, space = 0.0105 * len(part.name) * width, 0.005 * width  # for this font size and page width
     if part.end - part.begin >= needed:
         text = axes.text(part.begin + space, row, part.name, va="center", fontsize=6.5, color="white")
-        text.set_path_effects([withStroke(linewidth=2.0, foreground=behind)])  # it may be hatched
-    elif part.begin - story.begin >= needed:
+        text.set_path_effects([withStroke(linewidth=2.0, foreground=behind)])  # the bar may be hatched
+    elif part.begin - data.begin >= needed:
         axes.text(part.begin - space, row, part.name, ha="right", va="center", fontsize=6.5)
     else:
         axes.text(part.end + space, row, part.name, va="center", fontsize=6.5)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from cellwright.recording.plots import charts
 from cellwright.recording.plots.charts import INK, SETTINGS
-from cellwright.recording.plots.tracks import Story
+from cellwright.recording.plots.tracks import PlotData
 from cellwright.util.errors import UsageError, showable
 from cellwright.util.files import write_whole
 
@@ -22,58 +22,58 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
 FIGURE_SUFFIXES = (".png", ".svg", ".pdf")
-"""Of the files that can be written."""
+"""Suffixes of the files that can be written."""
 
 PANELS = ("score", "trays", "joints", "tool", "commands")
-"""Parts of a figure, in the order in which they stand on the page."""
+"""Panels of a figure, in their order on the page."""
 
-_WIDTH = 8.27  # of the page [in]: A4
+_WIDTH = 8.27  # width of the page [in]: A4
 _LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves
 _HEAD, _FOOT, _GAP = 0.86, 0.5, 0.42  # above, below and between the drawings [in]
 _DPI = 160
-_LONGEST = 200  # characters of a text; of a longer one the middle is left out
-_TITLE = 60  # characters of a title that fit across the page
-_PAD = 0.08  # beside a text for which the page has to be widened [in]
+_MAX_TEXT = 200  # characters of a text; of a longer one the middle is left out
+_TITLE = 60  # characters of a title that fit the width of the page
+_PAD = 0.08  # margin of a text for which the page is widened [in]
 _FROM_ABOVE = 2.7  # height of the path from above [in]
-_AXIS = 0.3  # more room, where figures and a name stand below an axis [in]
+_AXIS = 0.3  # additional room for the figures and the name below an axis [in]
 
 
 @dataclass(frozen=True)
 class _Panel:
-    """One drawing: its height [in], what draws it, and whether it stands on the axis of time."""
+    """One panel: its height [in], its drawing function, and whether it has the time axis."""
 
     height: float
     draw: Callable[[Axes], None]
     is_over_time: bool = True
 
 
-def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
-    """The page, with parts named in `PANELS`.
+def draw_figure(data: PlotData, what: Sequence[str] = PANELS) -> Figure:
+    """Draw the page, with the parts that `what` names (see `PANELS`).
 
     Raises:
-        UsageError: nothing of what was asked for is there.
+        UsageError: the recording has nothing to draw in these parts.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    panels = [panel for name in PANELS if name in what for panel in _panels(story, name)]
+    panels = [panel for name in PANELS if name in what for panel in _panels(data, name)]
     panels.sort(key=lambda panel: not panel.is_over_time)
     if not panels:
-        raise UsageError(f"{story.title}: holds nothing of {', '.join(what)} that could be drawn")
+        raise UsageError(f"{data.title}: holds nothing of {', '.join(what)} that could be drawn")
     with mpl.rc_context(SETTINGS):
         last = sum(panel.is_over_time for panel in panels) - 1
         gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
         height = _HEAD + sum(panel.height for panel in panels) + sum(gaps) + _FOOT
         figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
-        left, size = _LEFT / _WIDTH, 13.0 * min(1.0, _TITLE / max(len(story.title), 1))  # a long title is smaller
-        figure.text(left, 1.0 - 0.24 / height, story.title, fontsize=size, fontweight="bold", va="center")
-        figure.text(left, 1.0 - 0.46 / height, story.note, fontsize=8, color=INK, va="center")
+        left, size = _LEFT / _WIDTH, 13.0 * min(1.0, _TITLE / max(len(data.title), 1))  # smaller for a long title
+        figure.text(left, 1.0 - 0.24 / height, data.title, fontsize=size, fontweight="bold", va="center")
+        figure.text(left, 1.0 - 0.46 / height, data.note, fontsize=8, color=INK, va="center")
         top = height - _HEAD
         for number, (panel, gap) in enumerate(zip(panels, [*gaps, 0.0], strict=True)):
             width = 1 - (_LEFT + _RIGHT) / _WIDTH
             axes = figure.add_axes((left, (top - panel.height) / height, width, panel.height / height))
             if panel.is_over_time:
-                axes.set_xlim(story.begin, max(story.end, story.begin + 1e-9))
+                axes.set_xlim(data.begin, max(data.end, data.begin + 1e-9))
                 axes.autoscale(enable=False, axis="x")
                 axes.tick_params(axis="x", labelbottom=number == last)
             panel.draw(axes)
@@ -84,7 +84,7 @@ def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a page into a file, whole or not at all; its suffix says the format.
+    """Write a page into a file atomically; its suffix gives the format.
 
     Raises:
         OSError: it cannot be written.
@@ -92,19 +92,19 @@ def write_figure(figure: Figure, path: Path) -> None:
     import matplotlib as mpl
     from matplotlib.text import Text
 
-    for words in figure.findobj(Text):  # of a recording that may come from anywhere
+    for words in figure.findobj(Text):  # recordings are untrusted
         words.set_text(_shown(words.get_text()))
-    held = BytesIO()
+    buffer = BytesIO()
     kind = path.suffix.lower().removeprefix(".")
     made: dict[str, Any] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph ")  # a sign that the font has not is a box, and no news for a terminal
-        figure.savefig(held, format=kind, facecolor="white", metadata=made[kind], bbox_inches=_page(figure))
-    write_whole(path, held.getvalue())
+        warnings.filterwarnings("ignore", "Glyph ")  # a character that the font lacks is drawn as a box
+        figure.savefig(buffer, format=kind, facecolor="white", metadata=made[kind], bbox_inches=_page(figure))
+    write_whole(path, buffer.getvalue())
 
 
 def _page(figure: Figure) -> Bbox | None:
-    """The page [in], widened where a name would reach beyond it; None where all names have room."""
+    """Return the page [in] widened so that all names fit; None if they fit already."""
     from matplotlib.transforms import Bbox
 
     width, height = figure.get_size_inches()
@@ -114,45 +114,45 @@ def _page(figure: Figure) -> Bbox | None:
 
 
 def _shown(text: str) -> str:
-    """A text of a recording that may come from anywhere, fit to be drawn."""
-    line = showable(text, 10 * _LONGEST)
-    half = (_LONGEST - 1) // 2
-    return line if len(line) <= _LONGEST else f"{line[:half]}…{line[-half:]}"
+    """Make a text of an untrusted recording fit to be drawn."""
+    line = showable(text, 10 * _MAX_TEXT)
+    half = (_MAX_TEXT - 1) // 2
+    return line if len(line) <= _MAX_TEXT else f"{line[:half]}…{line[-half:]}"
 
 
-def _panels(story: Story, name: str) -> list[_Panel]:
-    """The drawings of one of the names in `PANELS`; none where there is nothing to draw."""
+def _panels(data: PlotData, name: str) -> list[_Panel]:
+    """Return the panels of one of the names in `PANELS`; empty if there is nothing to draw."""
     match name:
-        case "score" if story.score is not None and len(story.score.times):
-            found = story.score
-            return [_Panel(1.35, lambda axes: charts.draw_score(axes, found, story))]
-        case "trays" if story.tray_parts:
-            return [_Panel(0.17 * charts.tray_rows(story) + 0.1, lambda axes: charts.draw_trays(axes, story))]
+        case "score" if data.score is not None and len(data.score.times):
+            found = data.score
+            return [_Panel(1.35, lambda axes: charts.draw_score(axes, found, data))]
+        case "trays" if data.tray_parts:
+            return [_Panel(0.17 * charts.tray_rows(data) + 0.1, lambda axes: charts.draw_trays(axes, data))]
         case "joints":
-            return _joints(story)
-        case "tool" if any(len(each.times) for each in story.tools):
-            tools = [each for each in story.tools if len(each.times)]
+            return _joints(data)
+        case "tool" if any(len(each.times) for each in data.tools):
+            tools = [each for each in data.tools if len(each.times)]
             return [
                 _Panel(1.25, lambda axes: charts.draw_height(axes, tools)),
                 _Panel(_FROM_ABOVE, lambda axes: charts.draw_from_above(axes, tools), is_over_time=False),
             ]
-        case "commands" if charts.command_rows(story):
-            return [_Panel(0.17 * charts.command_rows(story) + 0.1, lambda axes: charts.draw_commands(axes, story))]
+        case "commands" if charts.command_rows(data):
+            return [_Panel(0.17 * charts.command_rows(data) + 0.1, lambda axes: charts.draw_commands(axes, data))]
         case _:
             return []
 
 
-def _joints(story: Story) -> list[_Panel]:
-    """A drawing for each group of joints in which something moves, and for each unit; the first, where nothing does."""
+def _joints(data: PlotData) -> list[_Panel]:
+    """Return a panel for each unit of each group in which a joint moves; only the first if none does."""
     groups = [
         (group, [track for track in tracks if track.unit == unit and len(track.times)])
-        for group, tracks in story.joints.items()
+        for group, tracks in data.joints.items()
         for unit in dict.fromkeys(track.unit for track in tracks if len(track.times))
     ]
     moving = [each for each in groups if any(track.travel >= charts.STILL for track in each[1])] or groups[:1]
     drawn = []
     for group, tracks in moving:
         is_one = len(tracks) == 1
-        title = f"{group}: {tracks[0].name}" if is_one and len(story.joints[group]) > 1 else group
+        title = f"{group}: {tracks[0].name}" if is_one and len(data.joints[group]) > 1 else group
         drawn.append(_Panel(0.9 if is_one else 1.7, partial(charts.draw_joints, group=title, tracks=tracks)))
     return drawn

@@ -1,4 +1,4 @@
-"""What a figure shows, as arrays over time: drawn alike, wherever it was read from."""
+"""Plot data: the content of a figure as arrays over time, independent of its source."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ class JointTrack:
         unit: of its positions, "rad" or "m".
         times: (n,) [s].
         positions: (n,) [rad; m].
-        told_at: (m,) when there was a target [s].
+        target_times: (m,) times of the targets [s].
         targets: (m,) [rad; m]; nan where there was none.
     """
 
@@ -25,18 +25,18 @@ class JointTrack:
     unit: str
     times: Array
     positions: Array
-    told_at: Array = field(default_factory=lambda: np.zeros(0))
+    target_times: Array = field(default_factory=lambda: np.zeros(0))
     targets: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def travel(self) -> float:
-        """From its least to its greatest position [rad; m]."""
+        """Range of its positions [rad; m]."""
         return float(np.ptp(self.positions)) if len(self.positions) else 0.0
 
 
 @dataclass(frozen=True)
 class Span:
-    """Something that lasted: from when until when [s], and what it was."""
+    """A period: begin and end [s], and its label."""
 
     begin: float
     end: float
@@ -45,14 +45,14 @@ class Span:
 
 @dataclass(frozen=True)
 class ToolTrack:
-    """Where a tool was.
+    """Path of a tool.
 
     Attributes:
-        frame: in whose coordinates.
+        frame: frame of the positions.
         times: (n,) [s].
         positions: (n, 3) [m].
-        on: when its suction was on, for one that has any.
-        attached: when something hung on it.
+        on: periods with suction on, for a tool that has suction.
+        attached: periods with an attached part.
     """
 
     name: str
@@ -68,9 +68,9 @@ class TrayPart:
     """A part on a tray.
 
     Attributes:
-        name: of the part, or its type where names are not known.
-        begin: from when on it was reported [s].
-        end: until when [s].
+        name: of the part, or its type if names are not known.
+        begin: first time at which it was reported [s].
+        end: time from which it was no longer reported [s].
         verdict: "right", "faulty" or "not ordered" when its kit was judged; empty before that.
     """
 
@@ -83,7 +83,7 @@ class TrayPart:
 
 @dataclass(frozen=True)
 class Mark:
-    """A moment [s], what happened then, and on which tray, where it was on one."""
+    """An event: its time [s], its label, and its tray if it has one."""
 
     time: float
     label: str
@@ -92,12 +92,12 @@ class Mark:
 
 @dataclass(frozen=True)
 class ScoreTrack:
-    """What had been earned when.
+    """Score over time.
 
     Attributes:
         times: (n,) [s].
-        points: (n,) from then on.
-        best: the most that one could have got; None when it is not known.
+        points: (n,) score from that time on.
+        best: attainable score; None if it is not known.
     """
 
     times: Array
@@ -107,25 +107,25 @@ class ScoreTrack:
 
 @dataclass(frozen=True)
 class CommandTrack:
-    """When commands of one topic or service came, (n,) [s]."""
+    """Times of the commands on one topic or service, (n,) [s]."""
 
     name: str
     times: Array
 
 
 @dataclass(frozen=True)
-class Story:
-    """All that there is to be drawn of a recording; what it has not is empty.
+class PlotData:
+    """Plot data of a recording; what it lacks is empty.
 
     Attributes:
-        note: by whom, with which seed, and what came of it.
+        note: agent, seed and result, in one line.
         begin, end: of the recording [s].
         joints: by name of their group.
         trays: names of the trays.
-        score: what had been earned; None for what earns nothing.
+        score: score over time; None for what has no score.
         marks: orders, kits and the like.
-        states: spans of a state, by what it is the state of.
-        warning: what is wrong with the recording; empty for one that is whole.
+        states: periods of each state, by name of the state machine.
+        warning: what is wrong with the recording; empty for a complete one.
     """
 
     title: str

@@ -1,1 +1,1 @@
-"""What was recorded, once more: played to programs, and run again from its commands to see if it comes out alike."""
+"""Replay: playback and verification of recordings, and their export and analysis."""

@@ -1,8 +1,8 @@
 """MCAP export for tools such as Foxglove and RViz: topics, and the scene as markers and transforms.
 
-Whoever draws transforms puts a body between the two that are next to the moment. So where a body begins to move, its
-last place is said once more for the frame before, or it would seem to glide there for as long as nothing was said of
-it; and what comes into play or goes out of it does so at once.
+These tools interpolate between the two transforms next to the displayed time. So when a body begins to move, its last
+pose is repeated for the frame before. Otherwise the body would seem to glide there from its last transform. Bodies that
+appear or disappear do so at once.
 """
 
 from __future__ import annotations
@@ -48,35 +48,35 @@ MARKERS = RecordedTopic(
 """The shapes of the scene, each in the frame of its body."""
 
 TRANSFORMS = RecordedTopic("/cellwright/tf", "tf2_msgs/TFMessage", rate="25 Hz", node=_EXPORT_NODE)
-"""Where the bodies are."""
+"""World poses of the bodies."""
 
 WORLD = "world"
-"""The frame of what stands still, and the parent of all others."""
+"""Fixed frame, and the parent of all others."""
 
 
 def frame_of(body: int, name: str) -> str:
-    """The name of a body's frame. The arm's links have frames on `/tf` too, so those here stand apart."""
+    """Return the name of a body's frame. The arm's links have frames on `/tf` too, so these have a prefix."""
     return f"cellwright/{name}" if body else WORLD
 
 
-MOST_CORNERS = 1 << 22
-"""Corners of triangles in all markers together, some 100 MB: what is beyond is left out, a mesh at a time."""
+MAX_CORNERS = 1 << 22
+"""Maximum number of triangle corners in all markers together, some 100 MB; meshes beyond it are left out."""
 
-_WIDEST = 30.0  # half the side of a plane without end [m]
-_THIN = 0.001  # thickness of a plane [m], which markers do not know
-_AS_IT_IS: Size = (1.0, 1.0, 1.0)
+_MAX_HALF_SIZE = 30.0  # half the side of an infinite plane [m]
+_PLANE_THICKNESS = 0.001  # thickness of a plane [m]: markers have no planes
+_UNSCALED: Size = (1.0, 1.0, 1.0)
 _NO_BYTES: NDArray[np.uint8] = np.zeros(0, np.uint8)
 
 
 class Markers:
-    """What is to be seen of a scene.
+    """Markers of the visible shapes of a scene.
 
-    The namespace of a marker is its body, so that a tool can leave bodies out. Markers are locked to their frames:
-    given once, they go where these go.
+    The namespace of a marker is its body, so that a tool can hide bodies. Markers are locked to their frames: published
+    once, they move with these.
 
     Attributes:
         message: the markers.
-        left_out: how many meshes are not among them, since they would be too large.
+        left_out: number of meshes that are left out, since they are too large.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -97,8 +97,8 @@ class Markers:
             case Form.BOX:
                 yield _Piece(Marker.CUBE, (2 * x, 2 * y, 2 * z), shape.pose)
             case Form.PLANE:
-                size = 2 * (x or _WIDEST), 2 * (y or _WIDEST), _THIN
-                yield _Piece(Marker.CUBE, size, shape.pose @ Pose((0.0, 0.0, -_THIN / 2)))
+                size = 2 * (x or _MAX_HALF_SIZE), 2 * (y or _MAX_HALF_SIZE), _PLANE_THICKNESS
+                yield _Piece(Marker.CUBE, size, shape.pose @ Pose((0.0, 0.0, -_PLANE_THICKNESS / 2)))
             case Form.SPHERE:
                 yield _Piece(Marker.SPHERE, (2 * x, 2 * x, 2 * x), shape.pose)
             case Form.ELLIPSOID:
@@ -112,13 +112,13 @@ class Markers:
             case Form.MESH:
                 corners = self._mesh(shape.mesh)
                 if corners:
-                    yield _Piece(Marker.TRIANGLE_LIST, _AS_IT_IS, shape.pose, corners)
+                    yield _Piece(Marker.TRIANGLE_LIST, _UNSCALED, shape.pose, corners)
 
     def _mesh(self, number: int | None) -> list[Point]:
-        """The corners of a mesh's triangles, three a triangle; none where there would be too many."""
+        """Return the corners of a mesh's triangles, three a triangle; empty if there are too many."""
         assert number is not None
         mesh = self._scene.meshes[number]
-        if self._corners + mesh.faces.size > MOST_CORNERS:
+        if self._corners + mesh.faces.size > MAX_CORNERS:
             self.left_out += 1
             return []
         self._corners += mesh.faces.size
@@ -129,7 +129,7 @@ class Markers:
 
 
 class _Piece(NamedTuple):
-    """A shape, or a part of one, in a form that markers have: type, whole size [m], pose in the body's frame."""
+    """A shape, or a part of one, as a marker: type, full size [m], pose in the body's frame."""
 
     type: int
     size: Size
@@ -161,41 +161,41 @@ def _marker(number: int, shape: Shape, body: str, piece: _Piece) -> Marker:
     )
 
 
-_WHOLE_PERIOD = NANOSECONDS  # simulation time after which everything is said [ns]
-_OUT_OF_SIGHT = (0.0, 0.0, -1000.0, 1.0, 0.0, 0.0, 0.0)  # place [m] of what is not shown: markers cannot be hidden
+_WHOLE_PERIOD = NANOSECONDS  # simulation time between full sets of transforms [ns]
+_HIDDEN_POSE = (0.0, 0.0, -1000.0, 1.0, 0.0, 0.0, 0.0)  # pose [m] of hidden bodies: markers cannot be hidden
 
 
 class Transforms:
-    """The transforms of one frame after another, of bodies by name, the world first."""
+    """Transforms of successive frames, for bodies by name, the world first."""
 
     def __init__(self, bodies: tuple[str, ...]) -> None:
         self._names = [frame_of(body, name) for body, name in enumerate(bodies)]
-        self._said = np.full(len(bodies), -1)  # when each was last said [ns]
+        self._sent_at = np.full(len(bodies), -1)  # time of each body's last transform [ns]
         self._whole = -_WHOLE_PERIOD
         self._before: Frame | None = None
 
     def take(self, frame: Frame) -> TFMessage | None:
-        """What is to be said of the next frame; None where nothing is, or it is of another scene."""
+        """Return the transforms of the next frame; None if there are none, or it is of another scene."""
         if len(frame.poses) != len(self._names):
             return None
         places, before, now = _places(frame), self._before, frame.time
-        told = []
+        transforms = []
         due = np.ones(len(places), np.bool_)
         if before is not None:
             old = _places(before)
             moved = (places != old).any(axis=1)
             jumped = moved & (frame.shown != before.shown)
-            begun = moved & ~jumped & (self._said < before.time)
-            told += [self._transform(body, old[body], before.time) for body in np.flatnonzero(begun)]
-            told += [self._transform(body, old[body], now - 1) for body in np.flatnonzero(jumped)]
+            begun = moved & ~jumped & (self._sent_at < before.time)
+            transforms += [self._transform(body, old[body], before.time) for body in np.flatnonzero(begun)]
+            transforms += [self._transform(body, old[body], now - 1) for body in np.flatnonzero(jumped)]
             due = moved
         if now - self._whole >= _WHOLE_PERIOD:
             due, self._whole = np.ones(len(places), np.bool_), now
         due[0] = False
-        told += [self._transform(body, places[body], now) for body in np.flatnonzero(due)]
-        self._said[due] = now
+        transforms += [self._transform(body, places[body], now) for body in np.flatnonzero(due)]
+        self._sent_at[due] = now
         self._before = frame
-        return TFMessage(told) if told else None
+        return TFMessage(transforms) if transforms else None
 
     def _transform(self, body: np.intp, place: NDArray[np.float64], time: int) -> TransformStamped:
         x, y, z, qw, qx, qy, qz = place.tolist()
@@ -203,10 +203,10 @@ class Transforms:
 
 
 def _places(frame: Frame) -> NDArray[np.float64]:
-    """Position and quaternion of each body (bodies, 7), far below the floor where it is not shown."""
-    places = np.where(frame.shown[:, None], frame.poses.astype(np.float64), _OUT_OF_SIGHT)
+    """Return position and quaternion of each body (bodies, 7); hidden bodies are far below the floor."""
+    places = np.where(frame.shown[:, None], frame.poses.astype(np.float64), _HIDDEN_POSE)
     length = np.linalg.norm(places[:, 3:], axis=1, keepdims=True)
-    places[:, 3:] = np.where(length > 0.0, places[:, 3:] / np.where(length > 0.0, length, 1.0), _OUT_OF_SIGHT[3:])
+    places[:, 3:] = np.where(length > 0.0, places[:, 3:] / np.where(length > 0.0, length, 1.0), _HIDDEN_POSE[3:])
     return places
 
 
@@ -218,14 +218,20 @@ def write_mcap(
     until: int | None = None,
     tell: Callable[[float], None] | None = None,
 ) -> list[str]:
-    """Export a recording; a file that is there already is replaced when the new one is whole.
+    """Export a recording. An existing file is replaced once the new one is complete.
 
-    It can be looked at, and neither played nor run again by Cellwright: what that needs stays in the recording. A file
-    that begins later, at `start` [ns], begins with what is latched then; it goes up to `until` [ns]. `tell` takes now
-    and then how far it is, 0..1.
+    Cellwright neither plays nor runs an export again: what that needs stays in the recording.
+
+    Args:
+        recording: the recording.
+        path: the file to write.
+        start: first time [ns]; a file that begins later than the recording begins with the messages that are latched
+            then.
+        until: last time [ns].
+        tell: called now and then with the finished share, 0..1.
 
     Returns:
-        What is missing in it, and why, in lines.
+        A line for each thing that is left out, with the reason.
 
     Raises:
         RecordingError: the recording is damaged.
@@ -236,7 +242,7 @@ def write_mcap(
         if path.exists() and path.samefile(recording.path):
             raise UsageError(f"{path}: is the recording itself, which is worth more than what is made of it")
         with in_its_place(path) as unfinished:
-            unfinished.touch()  # where that fails, the reason is told of the file that was asked for
+            unfinished.touch()  # an error names the requested file, not the unfinished one
             failures: list[str] = []
             with McapFile(unfinished, report=failures.append) as file:
                 missing = _write(recording, file, span, tell)
@@ -248,7 +254,7 @@ def write_mcap(
 
 
 def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable[[float], None] | None) -> list[str]:
-    """Write a part of a recording; what is missing, and why."""
+    """Write a part of a recording; return a line for each thing that is left out."""
     file.describe(METADATA, recording.header.metadata(EXPORT))
     missing: list[str] = []
     channels: dict[str, int] = {}
@@ -256,7 +262,7 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
         if topic.name != FRAME:
             try:
                 channels[topic.name] = file.channel(topic)
-            except CellwrightError as error:  # a type of a package that is not here
+            except CellwrightError as error:  # a type of a package that is not installed
                 missing.append(f"{topic.name} is left out: {error}")
     try:
         scene = decode_scene(recording.scene or b"")
@@ -269,20 +275,20 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
     if markers.left_out:
         missing.append(f"{markers.left_out} meshes are left out: they are too large for markers")
     file.add(file.channel(MARKERS), span.begin, to_cdr(markers.message))
-    transforms, channel, sight = Transforms(scene.bodies), file.channel(TRANSFORMS), Sight(recording)
-    sight.seek(span.begin - 1)
+    transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), Sight(recording)
+    cursor.seek(span.begin - 1)
 
-    def say_frame(time: int) -> None:
-        frame = sight.frame()
-        said = None if frame is None else transforms.take(replace(frame, time=time))
-        if said is not None:
-            file.add(channel, time, to_cdr(said))
+    def write_frame(time: int) -> None:
+        frame = cursor.frame()
+        changed = None if frame is None else transforms.take(replace(frame, time=time))
+        if changed is not None:
+            file.add(channel, time, to_cdr(changed))
 
-    say_frame(span.begin)
+    write_frame(span.begin)
     for message in span.messages([*channels, FRAME], tell):
         if message.topic == FRAME:
-            sight.take(message)
-            say_frame(message.time)
+            cursor.take(message)
+            write_frame(message.time)
         else:
             file.add(channels[message.topic], message.time, message.data)
     return missing

@@ -8,13 +8,13 @@ from cellwright.recording.format.reader import RecordedMessage, Recording, frame
 from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
 
-_BACK = 2 * NANOSECONDS  # so far back a whole frame is looked for first [ns]
+_SEARCH_RANGE = 2 * NANOSECONDS  # first range of the search for a whole frame [ns]
 
 
 class Sight:
-    """The frame and the panel of the moment at which playing stands.
+    """Frame and panel at the playback position.
 
-    Frames are kept as bytes and read when somebody asks: a recording that is played fast shows few of them.
+    Frames are kept as bytes and decoded on request: fast playback shows few of them.
     """
 
     def __init__(self, source: Recording) -> None:
@@ -24,7 +24,7 @@ class Sight:
         self._panel = b""
 
     def take(self, message: RecordedMessage) -> None:
-        """Take the next frame, or what the panel shows from now on."""
+        """Take the next frame, or the next values of the panel."""
         if message.topic == PANEL:
             self._panel = message.data
             return
@@ -35,9 +35,9 @@ class Sight:
             self._waiting.append(frame)
 
     def seek(self, time: int) -> None:
-        """Show what was to be seen at `time` [ns]."""
+        """Go to `time` [ns]."""
         self._frame, self._waiting = None, []
-        back = _BACK
+        back = _SEARCH_RANGE
         while True:
             start = max(self._source.begin, time - back)
             frames = list(self._source.messages((FRAME,), start=start, until=time + 1))
@@ -50,17 +50,17 @@ class Sight:
         self._panel = b"" if panel is None else panel.data
 
     def frame(self) -> Frame | None:
-        """Where the bodies are; None as long as that is not known."""
+        """Return the frame; None as long as it is not known."""
         for data in self._waiting:
             try:
                 self._frame = decode_frame(data, self._frame)
-            except MessageError:  # the file was damaged here: what was seen before stays until the next whole one
+            except MessageError:  # damaged: the frame before stays until the next whole one
                 continue
         self._waiting = []
         return self._frame
 
     def panel(self) -> dict[str, Any]:
-        """What the panel shows; empty as long as that is not known."""
+        """Return the values of the panel; empty as long as they are not known."""
         try:
             return json_object(self._panel) if self._panel else {}
         except MessageError:

@@ -1,4 +1,4 @@
-"""A recording in the hands of somebody who reckons with it: messages, frames and arrays, with times in seconds."""
+"""Recordings for analysis in Python: messages, frames and arrays, with times in seconds."""
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -19,7 +19,7 @@ from cellwright.util.errors import MessageError, RecordingError, UnknownNameErro
 
 
 class Stamped(NamedTuple):
-    """A message, the topic that it went by, and the simulation time [s] at which it did."""
+    """A message with its topic and the simulation time [s] at which it was published."""
 
     time: float
     topic: str
@@ -27,15 +27,15 @@ class Stamped(NamedTuple):
 
 
 class OpenedRecording:
-    """A recording, opened. Use it in a `with`, or close it.
+    """An open recording. Use it in a `with`, or close it.
 
-    Times are simulation times [s]; what is read can be bounded, from `start` on and before `until`.
+    Times are simulation times [s]. Readings can be limited: from `start` on, and before `until`.
 
     Args:
-        path: the file, whole or cut short.
+        path: the file, complete or truncated.
 
     Attributes:
-        recording: the file as it is, for what is not here.
+        recording: the underlying reader, with more functions.
 
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.
@@ -51,27 +51,27 @@ class OpenedRecording:
         self.close()
 
     def close(self) -> None:
-        """Read no more."""
+        """Close the file."""
         self.recording.close()
 
     @property
     def kind(self) -> str:
-        """What was recorded: `cell` or `robot`."""
+        """`cell` or `robot`."""
         return self.recording.header.kind
 
     @property
     def name(self) -> str:
-        """Of the trial or the robot."""
+        """Name of the trial or the robot."""
         return self.recording.header.name
 
     @property
     def header(self) -> Mapping[str, Any]:
-        """What the run depended on, as JSON values: seed, versions, timestep and so on."""
+        """Settings of the run, as JSON values: seed, versions, timestep and so on."""
         return self.recording.header.facts
 
     @property
     def is_complete(self) -> bool:
-        """Whether it was ended as it should be. One that was cut short is read as far as it goes."""
+        """True if it was ended properly. A truncated one is read as far as it goes."""
         return self.recording.is_complete
 
     @property
@@ -86,27 +86,27 @@ class OpenedRecording:
 
     @property
     def topics(self) -> dict[str, str]:
-        """Types of the topics on which something was said, by name."""
+        """Types of the topics that have messages, by name."""
         counts = self.recording.counts
         return {name: topic.type for name, topic in self.recording.topics.items() if counts[name] and not topic.is_own}
 
     @property
     def result(self) -> Mapping[str, Any] | None:
-        """What came of the run, as JSON values; None where it was cut short."""
+        """Result of the run, as JSON values; None if the recording is truncated."""
         return self.recording.end
 
     @property
     def score(self) -> float | None:
-        """What the run earned; None where that is not known."""
+        """Score of the run; None if it is not known."""
         score = (self.result or {}).get("score")
         return float(score) if isinstance(score, int | float) else None
 
     def messages(self, *topics: str, start: float | None = None, until: float | None = None) -> Iterator[Stamped]:
-        """The messages of some topics, or of all, in order.
+        """Yield the messages of some topics, or of all, in order.
 
         Raises:
             UnknownNameError: the recording has no such topic.
-            RecordingError: the file is damaged, or a type is not known here.
+            RecordingError: the file is damaged, or a type is unknown here.
         """
         for topic in topics:
             if topic not in self.recording.topics:
@@ -117,13 +117,13 @@ class OpenedRecording:
     def arrays(
         self, topic: str, *fields: str, start: float | None = None, until: float | None = None
     ) -> tuple[NDArray[np.float64], ...]:
-        """Times [s], and a row of numbers a message for each field: `arrays("/ariac/joint_states", "position")`.
+        """Return times [s] and a row of numbers a message for each field: `arrays("/ariac/joint_states", "position")`.
 
-        Fields such as `position` or `pose.position.x` are in the units of the message.
+        Fields such as `position` or `pose.position.x` have the units of the message.
 
         Raises:
             UnknownNameError: the recording has no such topic, or its messages no such field.
-            RecordingError: a field is not numbers, as many in each message; or the file is damaged.
+            RecordingError: a field is not numeric, or its length varies; or the file is damaged.
         """
         times: list[float] = []
         columns: list[list[Any]] = [[] for _ in fields]
@@ -143,10 +143,10 @@ class OpenedRecording:
 
     @cached_property
     def scene(self) -> Scene:
-        """What there is to be seen.
+        """The scene.
 
         Raises:
-            RecordingError: it was cut before that, or is damaged there.
+            RecordingError: the recording is truncated before the scene, or damaged there.
         """
         try:
             return decode_scene(self.recording.scene or b"")
@@ -154,7 +154,7 @@ class OpenedRecording:
             raise RecordingError(f"{self.recording.path}: {error}") from None
 
     def frames(self, *, start: float | None = None, until: float | None = None) -> Iterator[Frame]:
-        """Where all bodies of the scene are, 25 times a simulated second.
+        """Yield the poses of all bodies of the scene, 25 times a simulated second.
 
         Raises:
             RecordingError: the file is damaged.
@@ -164,7 +164,10 @@ class OpenedRecording:
     def path(
         self, body: str, *, start: float | None = None, until: float | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where a body went, such as `vacuum_gripper_link`: times [s], and world_T_body as x, y, z, qw, qx, qy, qz.
+        """Return the path of a body, such as `vacuum_gripper_link`.
+
+        Returns:
+            Times [s], and world_T_body as x, y, z, qw, qx, qy, qz (n, 7).
 
         Raises:
             UnknownNameError: the scene has no such body.
@@ -179,7 +182,7 @@ class OpenedRecording:
         return times, np.array([pose for _, pose in found], np.float64).reshape(-1, 7)
 
     def commands(self) -> Iterator[Command]:
-        """What came from outside, in order, refused or not.
+        """Yield the external input, in order, refused or not.
 
         Raises:
             RecordingError: the file is damaged.
@@ -187,7 +190,7 @@ class OpenedRecording:
         return self.recording.commands()
 
     def events(self) -> Iterator[tuple[float, dict[str, Any]]]:
-        """What the referee did, as JSON values with their times [s]: orders, kits, scores with their evidence.
+        """Yield the referee's events, as times [s] and JSON values: orders, kits, scores with their evidence.
 
         Raises:
             RecordingError: the file is damaged.
@@ -196,10 +199,10 @@ class OpenedRecording:
 
 
 def open_recording(path: str | Path) -> OpenedRecording:
-    """A recording of a run, to reckon with: see `OpenedRecording`.
+    """Open a recording of a run for analysis: see `OpenedRecording`.
 
     Args:
-        path: what `--record` wrote, an `.mcap`.
+        path: an `.mcap` file that `--record` wrote.
 
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.

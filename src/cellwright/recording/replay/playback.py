@@ -1,4 +1,4 @@
-"""Playback of a recording: its messages once more on a read-only bus, and how its time passes and ends."""
+"""Playback of a recording: its messages again on a read-only bus, and its simulation time."""
 
 from collections.abc import Callable, Iterator
 from enum import Enum
@@ -23,8 +23,8 @@ from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 WHY_NOT = "this is a recording: it plays what was, and hears no commands"
 
 
-class DeafBus(Bus):
-    """Topics that are listened to, as those of any bus; every command and every call is refused."""
+class ReadOnlyBus(Bus):
+    """Read-only bus: topics have subscribers as on any bus; every command and every call is refused."""
 
     def publish(self, topic: str, message: Message, *, node: str = "", is_decoded: bool = False) -> None:  # noqa: ARG002
         """Refuse a message."""
@@ -39,21 +39,21 @@ class DeafBus(Bus):
         raise RejectedCommandError(WHY_NOT)
 
 
-_MAX_MESSAGES = 2000  # messages that are looked at
-_LEAST_OFFSET = NANOSECONDS  # a stamp that is nearer to simulation time than this [ns] is simulation time
+_MAX_MESSAGES = 2000  # messages that are examined
+_MIN_OFFSET = NANOSECONDS  # [ns]; a stamp closer to simulation time is simulation time
 
 
 def clock_offset(source: Recording) -> int:
-    """By how much the stamps of what was said are ahead of simulation time [ns]; 0 where they tell that time."""
-    said = [name for name, topic in source.topics.items() if topic.direction == "out" and not topic.is_own]
-    for message in islice(source.messages(said), _MAX_MESSAGES):
+    """Return by how much message stamps are ahead of simulation time [ns]; 0 if they are simulation time."""
+    outputs = [name for name, topic in source.topics.items() if topic.direction == "out" and not topic.is_own]
+    for message in islice(source.messages(outputs), _MAX_MESSAGES):
         try:
             stamp = getattr(getattr(source.decode(message), "header", None), "stamp", None)
         except RecordingError:
             continue
         if stamp is not None:
             ahead = int(stamp.sec) * NANOSECONDS + int(stamp.nanosec) - message.time
-            return ahead if abs(ahead) >= _LEAST_OFFSET else 0
+            return ahead if abs(ahead) >= _MIN_OFFSET else 0
     return 0
 
 
@@ -61,7 +61,7 @@ _NOTHING = RecordedMessage("", 1 << 62, b"")  # later than any time
 
 CLOCK = "/clock"
 REPLAY_NODE = "/cellwright_replay"
-"""Who says what was not recorded."""
+"""Publisher of topics that were not recorded."""
 
 _CLOCK_RATE = 100  # [Hz]
 _TIMESTEP = Fraction(1, 500)
@@ -69,32 +69,32 @@ _MIN_TIMESTEP, _MAX_TIMESTEP = Fraction(1, 100_000), Fraction(1, 10)  # [s]
 
 
 class Recorded(Device):
-    """Something recorded whose time passes again: its messages are published as time comes to them.
+    """A recording whose time passes again: its messages are published at their times.
 
-    It stands at its begin. A message is read only when somebody listens, or will be given it for being the newest.
+    It starts at its begin. A message is decoded only for subscribers, or if it is latched.
 
     Args:
-        source: what was recorded.
-        report: takes a line about what is refused, and about what cannot be played.
+        source: the recording.
+        report: called with a line about refused input, and about topics that cannot be played.
     """
 
     in_competition = True
-    """Nothing can be changed of what has been."""
+    """A recording cannot be changed."""
 
     def __init__(self, source: Recording, *, report: Callable[[str], None] = lambda _line: None) -> None:
         super().__init__(source.header.name)
         self.source = source
-        self.sight = Sight(source)
+        self.cursor = Sight(source)
         self.cuts = 0
-        """How often its time has been set: what comes then does not follow from what was before."""
+        """Number of seeks; frames before and after one are unrelated."""
         self.unreadable = 0
-        """How many messages could not be read so far."""
+        """Number of messages so far that could not be decoded."""
         self._publishers: dict[str, tuple[Publisher, type[Message]]] = {}
-        self._latched: dict[str, bytes] = {}  # what was latched last, by topic
+        self._latched: dict[str, bytes] = {}  # data of the newest latched message, by topic
         self._coming: Iterator[RecordedMessage] = iter(())
         self._next = _NOTHING
         simulation = Simulation(mujoco.MjSpec().compile(), timestep=recorded_timestep(source))
-        self.bus = DeafBus(lambda: simulation.now, report)
+        self.bus = ReadOnlyBus(lambda: simulation.now, report)
         simulation.add(self)
         for name, topic in source.topics.items():
             if topic.is_own:
@@ -102,14 +102,14 @@ class Recorded(Device):
             try:
                 publisher = self.bus.advertise(name, topic.type, latch=topic.latch, rate=topic.rate, node=topic.node)
                 self._publishers[name] = publisher, message_type(topic.type)
-            except CellwrightError as error:  # a type of another version, or of a package that is not here
+            except CellwrightError as error:  # a type of another version, or of a package that is not installed
                 report(f"{name} cannot be played: {error}")
         if CLOCK not in source.topics:
-            self._tell_time(clock_offset(source))
+            self._publish_clock(clock_offset(source))
         self.seek(source.begin)
 
     def after_step(self) -> None:
-        """Publish what is due."""
+        """Publish the messages that are due."""
         now = self.simulation.now
         while self._next.time <= now:
             message = self._next
@@ -118,18 +118,18 @@ class Recorded(Device):
                 if publisher.latch or publisher.listeners:
                     self._publish(publisher, message_class, message)
             else:
-                self.sight.take(message)
+                self.cursor.take(message)
             self._next = next(self._coming, _NOTHING)
 
     def seek(self, time: int) -> int:
-        """Go to a time [ns], kept within the recording; the time at which it stands then [ns].
+        """Go to a time [ns] within the recording; return the time reached [ns].
 
-        Listeners are told of latched messages that are others now than before; of the rest only what comes.
+        Subscribers get latched messages that differ from those before; of all other topics only later messages.
         """
         self.cuts += 1
         simulation = self.simulation
-        wanted = min(max(time, self.source.begin), self.source.end_time)
-        state = {"tick": simulation.clock.first_tick_at(wanted), "events": simulation.events.get_state(), "devices": {}}
+        target = min(max(time, self.source.begin), self.source.end_time)
+        state = {"tick": simulation.clock.first_tick_at(target), "events": simulation.events.get_state(), "devices": {}}
         simulation.set_state(state)
         now = simulation.now
         for name, (publisher, message_class) in self._publishers.items():
@@ -139,13 +139,13 @@ class Recorded(Device):
                     publisher.newest = None
                 elif publisher.newest is None or newest.data != self._latched[name]:
                     self._publish(publisher, message_class, newest)
-        self.sight.seek(now)
+        self.cursor.seek(now)
         self._coming = self.source.messages([*self._publishers, FRAME, PANEL], start=now + 1)
         self._next = next(self._coming, _NOTHING)
         return now
 
     def out_of_sight(self) -> tuple[int, ...]:
-        """Ids of bodies that are not there to be seen: what is played has none of the engine's."""
+        """Return the ids of hidden bodies: none, as a recording has no bodies of the engine."""
         return ()
 
     def _publish(self, publisher: Publisher, message_class: type[Message], message: RecordedMessage) -> None:
@@ -158,47 +158,47 @@ class Recorded(Device):
             self._latched[message.topic] = message.data
         publisher.publish(decoded)
 
-    def _tell_time(self, ahead: int) -> None:
-        """Tell the time on /clock, as messages are stamped: `ahead` of simulation time [ns], where they are."""
+    def _publish_clock(self, ahead: int) -> None:
+        """Publish the time on /clock as messages are stamped: `ahead` of simulation time [ns]."""
         publisher = self.bus.advertise(CLOCK, "rosgraph_msgs/Clock", rate=f"{_CLOCK_RATE} Hz", node=REPLAY_NODE)
 
-        def tell(_index: int) -> None:
+        def publish_time(_index: int) -> None:
             if publisher.listeners:
                 second, nanosecond = divmod(self.simulation.now + ahead, NANOSECONDS)
                 publisher.publish(Clock(clock=Time(sec=second, nanosec=nanosecond)))
 
-        self.simulation.watch("clock", Fraction(1, _CLOCK_RATE), tell)
+        self.simulation.watch("clock", Fraction(1, _CLOCK_RATE), publish_time)
 
 
 def recorded_timestep(source: Recording) -> Fraction:
-    """Length of a tick [s] of what was recorded; 1/500 s where the recording does not say it."""
-    told = source.header.facts.get("timestep")
+    """Return the recorded length of a tick [s]; 1/500 s if the recording does not give it."""
+    value = source.header.facts.get("timestep")
     try:
-        found = Fraction(*told) if isinstance(told, list) else Fraction(str(told))
+        found = Fraction(*value) if isinstance(value, list) else Fraction(str(value))
     except (TypeError, ValueError, ZeroDivisionError):
         return _TIMESTEP
     return found if _MIN_TIMESTEP <= found <= _MAX_TIMESTEP else _TIMESTEP
 
 
 class AtEnd(Enum):
-    """What becomes of time when all has been played."""
+    """Behaviour at the end of the recording."""
 
     STOP = "stop"
-    """Playing is over."""
+    """Playback ends."""
     HOLD = "hold"
-    """Time stands. Whoever lets it pass again sees all from the start."""
+    """Time stops. Resuming plays from the start."""
     LOOP = "loop"
-    """It begins again."""
+    """Playback restarts."""
 
 
 class Playing:
-    """How the time of a recording passes.
+    """Playback control of a recording.
 
     Args:
-        recorded: what is played.
-        rate: how its time passes.
+        recorded: the recording that is played.
+        rate: control of its speed and pauses.
         first, last: simulation times [ns] from which and up to which it is played; None: all of it.
-        at_end: what becomes of time then.
+        at_end: behaviour at `last`.
 
     Attributes:
         first, last: these times, within the recording.
@@ -221,23 +221,23 @@ class Playing:
         recorded.seek(self.first)
 
     def seek(self, time: int) -> int:
-        """Go to a time [ns]; the time at which it stands then [ns]."""
+        """Go to a time [ns]; return the time reached [ns]."""
         now = self.recorded.seek(time)
         self.rate.begin_anew()
         return now
 
     def begin_anew(self) -> None:
-        """Go to where it begins."""
+        """Go to the first time."""
         self.seek(self.first)
 
     def resume(self) -> None:
-        """Let time pass again: from the start, where it stands at the end."""
+        """Resume; at the end, from the start."""
         if self.recorded.simulation.now >= self.last:
             self.recorded.seek(self.first)
         self.rate.resume()
 
     def run(self, loop: Loop) -> None:
-        """Play until it is over, or the loop, which stops at `last`, is to stop on request."""
+        """Play until the end, or until the loop, which stops at `last`, is stopped on request."""
         while not loop.stop.is_requested:
             loop.run()
             if loop.stop.is_requested or self._at_end is AtEnd.STOP:
@@ -252,5 +252,5 @@ class Playing:
         self.rate.pause()
         while not loop.stop.is_requested and self.recorded.simulation.now >= self.last:
             loop.tick()
-            if self.recorded.simulation.now > self.last:  # a step past the end leads nowhere
+            if self.recorded.simulation.now > self.last:  # a single step went past the end
                 self.seek(self.last if self.rate.is_paused else self.first)

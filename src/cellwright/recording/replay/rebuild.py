@@ -27,10 +27,10 @@ from cellwright.util.errors import RecordingError
 
 @contextmanager
 def unpacked_files(sources: Mapping[str, bytes]) -> Iterator[Path]:
-    """A folder with these files in it, by their names; it is gone afterwards.
+    """Unpack files into a temporary folder, by their names; it is deleted afterwards.
 
     Raises:
-        RecordingError: a name leads out of the folder, or is none that a file can have here.
+        RecordingError: a name leads out of the folder, or is no valid file name here.
     """
     with TemporaryDirectory(prefix="cellwright-") as made:
         folder = Path(made)
@@ -45,10 +45,10 @@ def unpacked_files(sources: Mapping[str, bytes]) -> Iterator[Path]:
 
 
 def path_inside(folder: Path, name: object) -> Path:
-    """The path of a named file in the folder.
+    """Return the path of a named file in the folder.
 
     Raises:
-        RecordingError: it would be somewhere else.
+        RecordingError: the path leads out of the folder.
     """
     if isinstance(name, str) and name and "\\" not in name and ":" not in name:
         parts = PurePosixPath(name).parts
@@ -58,25 +58,25 @@ def path_inside(folder: Path, name: object) -> Path:
 
 
 class Stamps:
-    """The wall clock [ns] of a run that is over: it says what it said when the newest command came."""
+    """Wall clock [ns] of a recorded run: its time is that of the newest command."""
 
     def __init__(self) -> None:
         self.now = 0
 
     def __call__(self) -> int:
-        """Its time [ns]."""
+        """Return its time [ns]."""
         return self.now
 
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """What runs again.
+    """A rebuilt cell or robot, ready to run again.
 
     Attributes:
         served: the cell or the robot's node.
-        stamps: the clock that its messages are stamped by, where that was the wall's.
-        extras: what can be done to it past the bus, by name.
-        close: lets go of it.
+        stamps: the clock of its message stamps, if that was wall time.
+        extras: handlers of input that bypasses the bus, by name.
+        close: releases it.
     """
 
     served: Served
@@ -85,10 +85,10 @@ class Rebuilt:
     close: Callable[[], None] = lambda: None
 
     def carry_out(self, command: Command) -> None:
-        """Do what was done; what was refused then is refused again.
+        """Execute a command again; one that was refused is refused again.
 
         Raises:
-            RecordingError: the command makes no sense.
+            RecordingError: the command cannot be decoded.
         """
         if command.stamp is not None:
             self.stamps.now = command.stamp
@@ -96,17 +96,17 @@ class Rebuilt:
 
 
 _PACKAGES = "ROS_PACKAGE_PATH"
-_MOST_TIMES = 10_000
+_MAX_TIMES = 10_000
 T = TypeVar("T")
 
 
 @contextmanager
 def rebuild(recording: Recording) -> Iterator[Rebuilt]:
-    """What was recorded, made again; it is let go of afterwards.
+    """Rebuild the recorded cell or robot; it is released afterwards.
 
     Raises:
-        RecordingError: the recording does not say what it was, or it was something that cannot be run again.
-        CellwrightError: what it was read from cannot be used here, such as a sensor of a package that is missing.
+        RecordingError: the recording lacks what is needed, or cannot be run again.
+        CellwrightError: its files cannot be used here, such as a sensor of a package that is missing.
     """
     with unpacked_files(recording.sources) as folder:
         rebuilt = _robot(recording, folder) if recording.header.kind == "robot" else _cell(recording, folder)
@@ -147,7 +147,7 @@ def _robot(recording: Recording, folder: Path) -> Rebuilt:
     node = RobotNode(
         config,
         motion=facts.read("motion", Motion),
-        timestep=facts.read("timestep", lambda told: Fraction(*told)),
+        timestep=facts.read("timestep", lambda value: Fraction(*value)),
         self_collision=facts.of("self_collision", bool),
         safety=facts.read("safety", _safety),
         node=facts.of("node", str),
@@ -160,20 +160,20 @@ def _robot(recording: Recording, folder: Path) -> Rebuilt:
 
 
 class _Facts:
-    """What a header says, which may come from anywhere."""
+    """Values of an untrusted header."""
 
     def __init__(self, facts: Mapping[str, Any]) -> None:
         self._facts = facts
 
     def of(self, key: str, kind: type[T]) -> T:
-        """A value of a type."""
+        """Return a value of a type."""
         value = self._facts.get(key)
         if type(value) is not kind:
             raise self._lack(f"{key} is {value!r:.40}")
         return value
 
     def read(self, key: str, reader: Callable[[Any], T]) -> T:
-        """A value as something reads it."""
+        """Return a value converted by `reader`."""
         value = self._facts.get(key)
         try:
             return reader(value)
@@ -181,24 +181,24 @@ class _Facts:
             raise self._lack(f"{key} is {value!r:.40}") from None
 
     def names(self, key: str) -> list[Any]:
-        """Names of files."""
+        """Return names of files."""
         value = self._facts.get(key)
         return value if isinstance(value, list) else []
 
     def times(self, key: str) -> list[int]:
-        """Times [ns]."""
-        found = [each for each in self.names(key)[:_MOST_TIMES] if type(each) is int and each >= 0]
+        """Return times [ns]."""
+        found = [each for each in self.names(key)[:_MAX_TIMES] if type(each) is int and each >= 0]
         if found != self._facts.get(key):
             raise self._lack(f"{key} are no times")
         return found
 
     @staticmethod
-    def _lack(what: str) -> RecordingError:
-        return RecordingError(f"the recording does not say what is needed to run it again: {what}")
+    def _lack(lacking: str) -> RecordingError:
+        return RecordingError(f"the recording does not say what is needed to run it again: {lacking}")
 
 
 class _Collected:
-    """Takes services that act, in the place of a server."""
+    """Collector of services that act, in place of a server."""
 
     def __init__(self) -> None:
         self.found: dict[str, Callable[[dict[str, Any]], object]] = {}
@@ -218,14 +218,14 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
     return found
 
 
-def _safety(told: Mapping[str, Any]) -> SafetySettings:
-    speeds = tuple((str(pattern), float(speed)) for pattern, speed in told["max_speeds"])
-    return SafetySettings(**{**told, "max_speeds": speeds, "guard": Guard(told["guard"])})
+def _safety(values: Mapping[str, Any]) -> SafetySettings:
+    speeds = tuple((str(pattern), float(speed)) for pattern, speed in values["max_speeds"])
+    return SafetySettings(**{**values, "max_speeds": speeds, "guard": Guard(values["guard"])})
 
 
 @contextmanager
 def _packages(folder: Path, facts: _Facts) -> Iterator[None]:
-    """Have packages of ROS looked for where the recording has them."""
+    """Set ROS's package path to the packages of the recording."""
     before = os.environ.get(_PACKAGES)
     places: Sequence[str] = [str(path_inside(folder, name)) for name in facts.names("packages")]
     os.environ[_PACKAGES] = os.pathsep.join(places)

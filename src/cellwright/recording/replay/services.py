@@ -1,11 +1,9 @@
-"""What those who look on are told of a recording: as of a cell or a robot, at the moment at which playing stands.
+"""Viewer services of a recording: as of a cell or a robot, at the playback position.
 
-| service | asked | answer |
-|---|---|---|
-| `cellwright/scene` | nothing | as of a cell, with nothing in `about` |
-| `cellwright/frame` | | as of a cell; what is not recorded, such as contacts, is left out |
-| `cellwright/panel` | | `kind` is `recording`; `begin`, `end` and `time` [s]; `of`: what the panel showed then |
-| `cellwright/control` | `action` `seek`, `time` [s] | goes there; `reset`: to the start; the rest as of a cell |
+- `cellwright/scene`: as of a cell, with nothing in `about`.
+- `cellwright/frame`: as of a cell; what is not recorded, such as contacts, is left out.
+- `cellwright/panel`: `kind` is `recording`; `begin`, `end` and `time` [s]; `of`: what the panel showed then.
+- `cellwright/control`: `action` `seek` goes to `time` [s], and `reset` to the start; the rest as of a cell.
 """
 
 import math
@@ -25,7 +23,7 @@ KIND = "recording"
 
 
 class RecordingServices:
-    """Tells of a recording that is played."""
+    """Viewer services of a recording that is played."""
 
     def __init__(self, playing: Playing) -> None:
         self._playing = playing
@@ -33,43 +31,43 @@ class RecordingServices:
         scene = self._recorded.source.scene
         try:
             self._bodies = len(decode_scene(scene or b"").bodies)
-        except MessageError:  # it was cut before that, or damaged there
+        except MessageError:  # the recording is truncated before the scene, or damaged there
             scene, self._bodies = None, 1
         if scene is None:
             scene = encode_scene(Scene(self._recorded.name, ("world",), (), ()))
         self.scene = scene
-        """What there is to be seen, encoded."""
+        """The encoded scene."""
         self.control = Control(
             playing.rate,
             reset=Reset(playing.begin_anew),
             acts={"seek": self._seek, "resume": lambda _: playing.resume()},
         )
-        """How its time passes."""
+        """Control of its time."""
 
     def offer(self, server: Server) -> None:
-        """Answer on a server."""
+        """Offer the services on a server."""
         SceneServices(self).offer(server)
         offer_panel(server, self.panel, self.control)
 
     def metadata(self) -> dict[str, Any]:
-        """What else is known of the scene: nothing."""
+        """Return further facts of the scene: none."""
         return {}
 
     def frame(self) -> Frame:
-        """Where it was at this moment; at the world's origin and out of sight where that is not known."""
-        frame = self._recorded.sight.frame()
+        """Return the current frame; if it is unknown, all bodies but the world are hidden."""
+        frame = self._recorded.cursor.frame()
         if frame is not None and len(frame.poses) == self._bodies:
             return frame
         poses = np.zeros((self._bodies, 7), np.float32)
         poses[:, 3] = 1.0
         return Frame(self._recorded.simulation.now, poses, np.arange(self._bodies) == 0)
 
-    def details(self, _asked: dict[str, Any]) -> dict[str, Any]:
-        """`tick` and `run`; no sensors and contacts are recorded."""
+    def details(self, _request: dict[str, Any]) -> dict[str, Any]:
+        """Return `tick` and `run`; sensors and contacts are not recorded."""
         return {"tick": self._recorded.simulation.clock.tick, "run": self._recorded.cuts}
 
-    def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
-        """What the panel shows."""
+    def panel(self, _request: dict[str, Any]) -> dict[str, Any]:
+        """Return the values of the panel."""
         playing, recorded = self._playing, self._recorded
         return {
             "kind": KIND,
@@ -77,11 +75,11 @@ class RecordingServices:
             "time": seconds(recorded.simulation.now),
             "begin": seconds(playing.first),
             "end": seconds(playing.last),
-            "of": recorded.sight.panel(),
+            "of": recorded.cursor.panel(),
         }
 
-    def _seek(self, asked: dict[str, Any]) -> None:
-        time = asked.get("time")
+    def _seek(self, request: dict[str, Any]) -> None:
+        time = request.get("time")
         if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):
             raise RejectedCommandError(f"time: a number of seconds, not {time!r:.40}")
         first, last = seconds(self._playing.first), seconds(self._playing.last)

@@ -25,7 +25,7 @@ _NEVER = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class HashPoint:
-    """What the whole state came to at a tick."""
+    """State hash at a tick."""
 
     tick: int
     hash: str
@@ -35,10 +35,10 @@ Step: TypeAlias = Command | HashPoint | Frame
 
 
 def recorded_steps(source: Recording) -> Iterator[Step]:
-    """Commands, state hashes and frames.
+    """Yield commands, state hashes and frames.
 
     Raises:
-        RecordingError: the recording does not hold what it should.
+        RecordingError: the recording is damaged.
     """
     before: Frame | None = None
     for message in source.messages((COMMAND, STATE_HASH, FRAME)):
@@ -55,15 +55,15 @@ def recorded_steps(source: Recording) -> Iterator[Step]:
 
 
 def _hash_point(text: str) -> HashPoint:
-    told: dict[str, Any] = json.loads(text)
-    tick, digest = told["tick"], told["hash"]
+    value: dict[str, Any] = json.loads(text)
+    tick, digest = value["tick"], value["hash"]
     if type(tick) is not int or not 0 <= tick < _NEVER or not isinstance(digest, str):
         raise ValueError("a tick and a hash are needed")
     return HashPoint(tick, digest)
 
 
 class Answer(StrEnum):
-    """Whether a run came out alike."""
+    """Result of a verification."""
 
     EQUAL = "equal"
     DIFFERENT = "different"
@@ -73,7 +73,7 @@ class Answer(StrEnum):
 
 @dataclass(frozen=True)
 class Moment:
-    """A tick, and its simulation time [ns]."""
+    """A tick and its simulation time [ns]."""
 
     tick: int
     time: int
@@ -84,20 +84,20 @@ class Moment:
 
 @dataclass
 class Verdict:
-    """What came of running it again, so far.
+    """Results of a verification so far.
 
     Attributes:
-        begun: where it began.
-        reached: how far it was run.
-        hashes: how many state hashes were compared and equal.
-        frames: how many times all bodies were where they had been.
-        commands: how many commands were carried out.
-        equal_until: the newest moment whose state hash is equal; None before the first.
-        different: the first moment whose state hash is another; None when there is none.
-        moved: the first moment at which bodies stand elsewhere; None when there is none.
-        bodies: names of some of those.
-        wall: how long that took [s].
-        fault: what ended the run before that; empty when nothing did.
+        begun: begin of the run.
+        reached: end of the run.
+        hashes: number of state hashes that were equal.
+        frames: number of frames in which all bodies were in their recorded poses.
+        commands: number of executed commands.
+        equal_until: newest moment with an equal state hash; None before the first.
+        different: first moment with a different state hash; None if there is none.
+        moved: first moment at which bodies have other poses; None if there is none.
+        bodies: names of some of these bodies.
+        wall: wall time [s].
+        fault: error that ended the run early; empty if there was none.
     """
 
     begun: Moment
@@ -114,25 +114,25 @@ class Verdict:
 
     @property
     def answer(self) -> Answer:
-        """In a word."""
+        """Overall result."""
         if self.different is not None or self.moved is not None or self.fault:
             return Answer.DIFFERENT
         return Answer.EQUAL if self.hashes else Answer.UNKNOWN
 
     @property
     def first_difference(self) -> Moment | None:
-        """The first moment at which it is known to be another run."""
+        """First moment at which the run is known to differ."""
         found = [moment for moment in (self.different, self.moved) if moment is not None]
         return min(found, key=lambda moment: moment.tick, default=None)
 
     @property
     def factor(self) -> float:
-        """Simulated seconds a wall second."""
+        """Real-time factor."""
         return seconds(self.reached.time - self.begun.time) / self.wall if self.wall > 0.0 else 0.0
 
 
 def versions_that_differ(recorded: dict[str, str], here: dict[str, str]) -> list[str]:
-    """What was of another version, in words."""
+    """List the versions that differ, in words."""
     return [
         f"{name} {recorded.get(name, 'unknown')}, here {here.get(name, 'unknown')}"
         for name in sorted({*recorded, *here})
@@ -144,12 +144,12 @@ _MAX_NAMED = 5  # bodies
 
 
 def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int], None] = lambda _time: None) -> Verdict:
-    """Run it again, until the end of what was recorded or the first state hash that is another.
+    """Run the commands again until the end of the recording or the first different state hash.
 
     Args:
-        rebuilt: what runs, standing where the recording begins.
-        steps: what was recorded.
-        on_progress: takes the simulation time [ns], often.
+        rebuilt: the cell or robot, at the begin of the recording.
+        steps: the recorded steps.
+        on_progress: called with the simulation time [ns], often.
     """
     simulation = rebuilt.served.simulation
     taker = SceneTaker(simulation.model, hidden=rebuilt.served.out_of_sight)
@@ -188,7 +188,7 @@ def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int],
 
 
 def _moved_bodies(names: Sequence[str], here: Frame, there: Frame) -> tuple[str, ...]:
-    """Names of some bodies that are elsewhere in another frame; none where it is of another scene."""
+    """Return the names of some bodies whose poses differ in another frame; empty if it is of another scene."""
     if len(here.poses) != len(there.poses):
         return ()
     moved = (here.poses != there.poses).any(axis=1) | (here.shown != there.shown)

@@ -1,1 +1,1 @@
-"""Checks of how a robot moves and of what a driver promises."""
+"""Checks of robot motion and of drivers."""

@@ -1,4 +1,4 @@
-"""Checks a driver by driving it: what `Driver` promises, before a robot depends on it."""
+"""Driver check: drives a robot and tests what `Driver` promises."""
 
 import time
 from collections.abc import Callable
@@ -12,25 +12,29 @@ from cellwright.robot.drivers import Driver, DriverError, LiveDriver
 from cellwright.util.errors import in_a_line
 
 NUDGE = 0.02
-"""How far each joint is moved, and back [rad; m]; away from a limit that is near, and no farther than to the other."""
-LEAST = 1e-3
-"""Joints that have no more way than this [rad; m] are left alone."""
+"""Motion of each joint, and back [rad; m]; away from a near limit, and at most to the other limit."""
+MIN_RANGE = 1e-3
+"""Joints with a smaller range [rad; m] are not moved."""
 RATE = 100
-"""How often a driver is to be read [1/s]: so often joint states leave the node."""
+"""Required rate of readings [1/s]: the rate of joint states."""
 
-_LOOK = 0.5  # [s], how long readings are counted
+_LOOK = 0.5  # [s], time in which readings are counted
 _NAP = 0.002  # [s]
 
 
 def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, within: float = 5.0) -> list[str]:
-    """What is wrong with a driver, a sentence each; empty if nothing was found.
+    """Check a driver; return a sentence for each defect.
 
-    The robot moves: each joint of the driver that `make` makes by `NUDGE` and back, one after another, each way
-    `within` so long [s]. Nothing may stand in its way.
+    The robot moves, and needs free space: each joint of the driver goes by `NUDGE` and back, one after another.
+
+    Args:
+        make: makes the driver.
+        config: the robot.
+        within: time limit of each motion [s].
     """
     try:
         driver = make(config)
-    except Exception as error:  # somebody else's code
+    except Exception as error:  # user code
         return [f"it cannot be made: {in_a_line(error)}"]
     problems = _lacking(driver)
     if problems:
@@ -55,7 +59,7 @@ def _lacking(driver: object) -> list[str]:
 
 
 def _slow(live: LiveDriver) -> list[str]:
-    """Count readings."""
+    """Check the rate of readings."""
     before, begun = live.count, time.monotonic()
     _wait(lambda: bool(live.fault), _LOOK, live)
     rate = (live.count - before) / (time.monotonic() - begun)
@@ -63,7 +67,7 @@ def _slow(live: LiveDriver) -> list[str]:
 
 
 def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float) -> list[str]:
-    """Move each joint there and back; those that follow another go with it."""
+    """Move each joint there and back, together with joints that mimic it."""
     problems = []
     robot, begin = config.robot, live.read().positions.copy()
     for name in driver.joints:
@@ -71,17 +75,17 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
             continue
         number = live.joints.index(name)
         nudge = _nudge(robot.joint(name).limits, begin[number])
-        if abs(nudge) < LEAST:
+        if abs(nudge) < MIN_RANGE:
             continue
         there = begin.copy()
         there[number] += nudge
         for each in robot.driven:
-            if each.mimic and each.mimic.joint == name and each.name in driver.joints:  # others stay where they were
+            if each.mimic and each.mimic.joint == name and each.name in driver.joints:  # others keep their positions
                 there[live.joints.index(each.name)] += each.mimic.multiplier * nudge
-        for targets, what in ((there, "go"), (begin, "come back")):
+        for targets, motion in ((there, "go"), (begin, "come back")):
             live.command(targets)
             if not _wait(partial(_is_there, live, number, targets[number], abs(nudge) / 4), within, live):
-                problems.append(f"{name} did not {what} {abs(nudge):.2g} within {within:g} s")
+                problems.append(f"{name} did not {motion} {abs(nudge):.2g} within {within:g} s")
                 break
             away = np.abs(live.read().positions - targets)
             away[number] = 0.0
@@ -93,7 +97,7 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
 
 
 def _nudge(limits: Limits, position: float) -> float:
-    """By how much a joint is to be moved from where it stands [rad; m]: never past a limit."""
+    """Return the motion of a joint from its position [rad; m], within its limits."""
     up, down = max(0.0, limits.upper - position), max(0.0, position - limits.lower)
     return min(NUDGE, up) if up >= min(NUDGE, down) else -min(NUDGE, down)
 
@@ -103,7 +107,7 @@ def _is_there(live: LiveDriver, number: int, goal: float, near: float) -> bool:
 
 
 def _wait(condition: Callable[[], bool], within: float, live: LiveDriver) -> bool:
-    """Wait for something while the driver is read as the node does; whether it came."""
+    """Wait for a condition while the driver is read as by the node; return whether it came true."""
     end = time.monotonic() + within
     while not condition():
         if time.monotonic() > end:

@@ -18,24 +18,24 @@ from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array, fastest
 
 INERTIA_SHARE = 0.7
-"""Share of the efforts that inertia may take; the rest is for the forces that come with speed."""
+"""Share of the effort for inertia; the rest is for forces that depend on speed."""
 RAMP = 0.05
-"""Least time in which a joint gains its full speed [s]: shorter than a servo's own lag, it would change nothing."""
+"""Minimum time to full speed [s]: a time below the servo's own lag would have no effect."""
 POSTURES = 30
-"""Number of postures, besides the one that the robot is put up in, that are looked at; the same in each check."""
+"""Number of examined postures besides the initial one; the same in each check."""
 
-_WIDEST = math.pi  # [rad; m] from 0: so far postures of joints with wide ranges are drawn
-_MIN_ACCELERATION = 1e-3  # [rad/s^2; m/s^2]; what is proposed for a joint that cannot move is above 0
-_DIGITS = 2  # of a figure that is proposed
+_MAX_POSITION = math.pi  # [rad; m] from 0: limit of random positions for joints with wide ranges
+_MIN_ACCELERATION = 1e-3  # [rad/s^2; m/s^2]; proposals are above 0, also for a joint that cannot move
+_DIGITS = 2  # digits of a proposed figure
 
 
 def bearable_accelerations(rig: Rig) -> dict[str, float]:
-    """Accelerations of the driven joints at which no drive reaches its limit of effort [rad/s^2; m/s^2], by joint.
+    """Return accelerations of the driven joints at which no drive reaches its effort limit [rad/s^2; m/s^2], by joint.
 
-    A drive that reaches its limit lets its joint overshoot or stray. What one joint may do alone is effort over
-    inertia: of its own drive, and of all that have to hold against it; the least of some postures. All are then lowered
-    until each drive bears all joints at once, whose efforts add up as independent ones do, by their squares: they
-    seldom all pull the same way.
+    A drive at its effort limit lets its joint overshoot or stray. The acceleration of one joint alone is effort over
+    inertia, both of its own drive and of all drives that hold against it, as the minimum over some postures. All are
+    then lowered until each drive bears all joints at once. Their efforts add up by their squares, as independent ones
+    do, since they seldom all pull the same way.
     """
     inertias = np.abs(_inertias(rig))
     limits = [joint.limits.effort for joint in rig.config.robot.driven]
@@ -50,14 +50,14 @@ def bearable_accelerations(rig: Rig) -> dict[str, float]:
 
 
 def _inertias(rig: Rig) -> Array:
-    """The inertia that each drive feels of each joint's acceleration, in some postures (postures, drives, joints)."""
+    """Return the inertia that each drive feels of each joint's acceleration (postures, drives, joints)."""
     rig.begin()
     model, first = rig.node.simulation.model, rig.node.simulation.data.qpos.copy()
     joints = rig.config.robot.driven
     places = np.array([model.joint(joint.name).qposadr[0] for joint in joints])
     dofs = np.array([model.joint(joint.name).dofadr[0] for joint in joints])
-    lower = np.array([max(joint.limits.lower, -_WIDEST) for joint in joints])
-    upper = np.array([min(joint.limits.upper, _WIDEST) for joint in joints])
+    lower = np.array([max(joint.limits.lower, -_MAX_POSITION) for joint in joints])
+    upper = np.array([min(joint.limits.upper, _MAX_POSITION) for joint in joints])
     chance, data = np.random.default_rng(0), mujoco.MjData(model)
     whole = np.zeros((model.nv, model.nv))
     found = np.empty((POSTURES + 1, len(joints), len(joints)))
@@ -72,7 +72,7 @@ def _inertias(rig: Rig) -> Array:
 
 
 def propose_accelerations(rig: Rig, joints: Sequence[str]) -> str:
-    """Entries to write for the groups of some joints, or a figure for each joint that is in no group."""
+    """Return configuration entries for the groups of some joints, and a figure for each joint without a group."""
     known = bearable_accelerations(rig)
     entries = [
         f"{key}.max_acceleration: {_listed(rig.config, key, members, known)}"
@@ -87,7 +87,7 @@ def propose_accelerations(rig: Rig, joints: Sequence[str]) -> str:
 
 
 def _listed(config: RobotConfig, key: str, members: tuple[str, ...], known: Mapping[str, float]) -> str:
-    """One figure for each place in the list of a group's joints; the head's has three."""
+    """Format one figure for each place in the list of a group's joints; the head's has three."""
     figures = [_figure(known[name]) for name in members]
     if key == "head":
         figures = [figures[config.head_axes.index(axis)] if axis in config.head_axes else "1" for axis in range(3)]
@@ -95,33 +95,33 @@ def _listed(config: RobotConfig, key: str, members: tuple[str, ...], known: Mapp
 
 
 def _figure(value: float) -> str:
-    """A figure in few digits, and not above what it stands for."""
+    """Format a value with few digits, rounded down."""
     value = max(value, _MIN_ACCELERATION)
     scale = 10.0 ** (math.floor(math.log10(value)) - _DIGITS + 1)
     return f"{math.floor(value / scale) * scale:g}"
 
 
 STEP_SHARE = 0.1
-"""By how much of its range a joint is moved."""
+"""Motion of a joint, as a share of its range."""
 UNLIMITED_STEP = 0.3
-"""By how much a joint without limits is moved [rad; m]."""
+"""Motion of a joint without limits [rad; m]."""
 SETTLED = 0.02
-"""How near a joint comes to its target, as a share of its way."""
+"""Tolerance at the target, as a share of the motion."""
 OVERSHOOT = 0.25
-"""How far it may go beyond, as a share of its way: a drive at the limit of its effort brakes late."""
+"""Maximum overshoot, as a share of the motion: a drive at its effort limit brakes late."""
 STRAY = 0.05
-"""How far joints that nobody commands may go while another one moves [rad; m]: 5 cm at a reach of 1 m."""
+"""Maximum motion of joints without commands while another one moves [rad; m]: 5 cm at a reach of 1 m."""
 SETTLING_TIMEOUT = 1.0
-"""How much longer a joint may take than its way needs, at full speed and with its bound of acceleration [s]."""
+"""Maximum settling time beyond the minimum time of the motion, by its limits of speed and acceleration [s]."""
 DRIFT = 1e-3
-"""How far a joint may go from where the robot was put up, with nothing commanded [rad; m]."""
+"""Maximum motion of a joint from the initial posture without commands [rad; m]."""
 
-_MAX_GRIPPER_TIME = 20.0  # [s] that a gripper is waited for
+_MAX_GRIPPER_TIME = 20.0  # [s]
 
 
 @dataclass
 class Worst:
-    """The worst of several figures, and whose it is; in `beyond`, whose figures are greater than the limit."""
+    """Worst of several figures, with its joint; in `beyond`, the joints whose figures exceed the limit."""
 
     limit: float
     name: str = ""
@@ -130,7 +130,7 @@ class Worst:
     beyond: list[str] = field(default_factory=list)
 
     def look(self, name: str, value: float, owner: str = "") -> None:
-        """Take one more into account; with `owner`, of another joint than the one that is to blame."""
+        """Take a figure into account; with `owner`, a figure of another joint than the one at fault."""
         self.count += 1
         if value > self.limit:
             self.beyond.append(name)
@@ -139,24 +139,24 @@ class Worst:
 
 
 class Response(NamedTuple):
-    """The response of a robot to a step of one joint."""
+    """Response of a robot to a step of one joint."""
 
     late: float
-    """How much longer the joint takes to settle than its way takes [s]; infinite if it does not settle."""
+    """Settling time beyond the minimum time of the motion [s]; infinite if the joint does not settle."""
     beyond: float
-    """How far it goes beyond its target, as a share of its way."""
+    """Overshoot, as a share of the motion."""
     stray: float
-    """How far the joint that moves most among those that nobody commanded goes [rad; m]."""
+    """Largest motion among the joints without commands [rad; m]."""
     who: str
 
 
 def check_joints(rig: Rig) -> Iterator[Finding]:
-    """Hold still, then move every driven joint there, one after another; a finding for each joint that does not."""
+    """Hold still, then move every driven joint in turn; yield a finding for each joint that fails."""
     rig.begin()
     begin = rig.positions
     _, positions = rig.run(0.5)
-    wanted = tuple(joint.name for joint in rig.config.robot.movable)
-    yield Finding(f"order of {len(wanted)} joint states", 0, 0, "differ", "", rig.joint_states == wanted)
+    expected = tuple(joint.name for joint in rig.config.robot.movable)
+    yield Finding(f"order of {len(expected)} joint states", 0, 0, "differ", "", rig.joint_states == expected)
     if not rig.numbers:
         return
     names = tuple(rig.numbers)
@@ -172,7 +172,7 @@ def check_joints(rig: Rig) -> Iterator[Finding]:
 
 
 def _steps(rig: Rig) -> Iterator[Finding]:
-    """Move each joint by itself; a finding for each that does not come, and the farthest of all, these included."""
+    """Move each joint alone; yield a finding for each that does not arrive, and the worst figures of all joints."""
     late, beyond, stray = Worst(SETTLING_TIMEOUT), Worst(OVERSHOOT), Worst(STRAY)
     for joint in rig.config.robot.driven:
         if joint.mimic is not None:
@@ -193,14 +193,14 @@ def _steps(rig: Rig) -> Iterator[Finding]:
         return
     to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
     remedy = propose_accelerations(rig, to_blame) if to_blame else ""
-    what, where, said = "the farthest goes beyond", beyond.name, remedy if beyond.beyond else ""
-    yield Finding(what, 100 * beyond.value, 100 * OVERSHOOT, "% of way", where, not beyond.beyond, remedy=said)
-    what, where, said = "the farthest strays", stray.name if stray.value else "", "" if beyond.beyond else remedy
-    yield Finding(what, 1e3 * stray.value, 1e3 * STRAY, "mrad; mm", where, not stray.beyond, remedy=said)
+    title, where, advice = "the farthest goes beyond", beyond.name, remedy if beyond.beyond else ""
+    yield Finding(title, 100 * beyond.value, 100 * OVERSHOOT, "% of way", where, not beyond.beyond, remedy=advice)
+    title, where, advice = "the farthest strays", stray.name if stray.value else "", "" if beyond.beyond else remedy
+    yield Finding(title, 1e3 * stray.value, 1e3 * STRAY, "mrad; mm", where, not stray.beyond, remedy=advice)
 
 
 def _cannot(joint: Joint) -> str:
-    """Why a joint cannot move at all."""
+    """Return the reason why a joint cannot move at all."""
     limits = joint.limits
     if limits.upper <= limits.lower:
         return f"its limits leave no way: {limits.lower:g} to {limits.upper:g}"
@@ -211,18 +211,18 @@ def _cannot(joint: Joint) -> str:
 
 
 def _step_joint(rig: Rig, joint: Joint) -> Response:
-    """Step a joint, and look at it and at all others."""
+    """Step a joint, and measure it and all others."""
     rig.begin()
     number, limits = rig.numbers[joint.name], joint.limits
     begin = rig.positions
     others = np.array([each != joint.name and rig.config.robot.joint(each).mimic is None for each in rig.numbers])
     start = float(begin[number])
     target = _aside(joint, start)
-    least = _least_time(abs(target - start), limits.velocity, rig.config.max_accelerations.get(joint.name, math.inf))
+    min_time = _min_time(abs(target - start), limits.velocity, rig.config.max_accelerations.get(joint.name, math.inf))
     rig.send({joint.name: target})
     settled, beyond, since = math.inf, 0.0, 0.0
     away = np.zeros(len(begin))
-    while since < least + SETTLING_TIMEOUT:
+    while since < min_time + SETTLING_TIMEOUT:
         positions = rig.step()
         away = np.maximum(away, np.abs(positions - begin))
         share = (float(positions[number]) - start) / (target - start)
@@ -236,11 +236,17 @@ def _step_joint(rig: Rig, joint: Joint) -> Response:
             break
     away[~others] = 0.0
     worst = int(away.argmax())
-    return Response(max(0.0, settled - least), beyond, float(away[worst]), tuple(rig.numbers)[worst])
+    return Response(max(0.0, settled - min_time), beyond, float(away[worst]), tuple(rig.numbers)[worst])
 
 
-def _least_time(way: float, speed: float, acceleration: float) -> float:
-    """How long a way from rest to rest takes at least [s]; way [rad; m], speed [rad/s; m/s], acceleration per s^2."""
+def _min_time(way: float, speed: float, acceleration: float) -> float:
+    """Return the minimum time of a motion from rest to rest [s].
+
+    Args:
+        way: [rad; m].
+        speed: limit [rad/s; m/s].
+        acceleration: limit [rad/s^2; m/s^2].
+    """
     if math.isinf(acceleration):
         return way / speed
     ramp = min(speed / acceleration, math.sqrt(way / acceleration))
@@ -248,27 +254,29 @@ def _least_time(way: float, speed: float, acceleration: float) -> float:
 
 
 def _check_gripper(rig: Rig, number: int) -> Finding:
-    """Close a gripper, and see how far it comes."""
+    """Close a gripper, and measure how far it closes."""
     gripper = rig.config.grippers[number]
     named = [rig.config.robot.joint(name) for name in gripper.joints]
-    joints = [joint for joint in named if joint.mimic is None]  # others may go to the other ends of their ways
+    joints = [
+        joint for joint in named if joint.mimic is None
+    ]  # those that mimic may go to the other ends of their ranges
     ways = [joint.limits.upper - joint.limits.lower for joint in joints]
     rig.begin()
     rig.send_grippers([float(each == number) for each in range(len(rig.config.grippers))])
-    longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
-    _, positions = rig.run(min(longest, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
+    max_time = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
+    _, positions = rig.run(min(max_time, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
     short = [
         abs(gripper.way(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
         for way, joint in zip(ways, joints, strict=True)
     ]
     worst = max(range(len(short)), key=short.__getitem__)
     figure = 100 * short[worst]
-    what = f"{('right', 'left')[number] if number < 2 else number} gripper closes"
-    return Finding(what, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
+    title = f"{('right', 'left')[number] if number < 2 else number} gripper closes"
+    return Finding(title, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
 
 
 def _check_homing(rig: Rig) -> Finding:
-    """Go home from elsewhere."""
+    """Go home from another posture."""
     rig.begin()
     rig.send({name: _aside(rig.config.robot.joint(name), value) for name, value in rig.config.home.items()})
     rig.run(1.0)
@@ -277,7 +285,7 @@ def _check_homing(rig: Rig) -> Finding:
 
 
 def _aside(joint: Joint, position: float) -> float:
-    """A place near a position that the joint can go to [rad; m]."""
+    """Return a reachable position near another [rad; m]."""
     limits = joint.limits
     whole = limits.upper - limits.lower
     way = STEP_SHARE * whole if math.isfinite(whole) else UNLIMITED_STEP
@@ -285,11 +293,14 @@ def _aside(joint: Joint, position: float) -> float:
 
 
 def check_motion(node: RobotNode, on_finding: Callable[[Finding], None] = lambda _finding: None) -> MotionReport:
-    """Move a robot in its node as a client would, and look at what it does.
+    """Move a robot in its node as a client would, and measure its motion.
 
     A robot with a recorded motion beside its configuration is compared with that (recorded with the default timestep).
-    Of any other one each joint is moved by itself, from where the robot is put up. `on_finding` is called with each
-    finding as it is made.
+    Each joint of any other robot is moved alone, from the initial posture.
+
+    Args:
+        node: the robot's node.
+        on_finding: called with each finding as it is made.
 
     Raises:
         UsageError: the recorded motion cannot be read.

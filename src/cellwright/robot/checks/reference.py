@@ -1,6 +1,6 @@
-"""Reference motion: reads what was recorded of a robot, and compares its motion with it.
+"""Reference motion: reads the recorded motion of a robot, and compares the robot's motion with it.
 
-The file's own key `about` says how samples are counted.
+The file's key `about` describes how samples are counted.
 """
 
 import math
@@ -21,16 +21,16 @@ from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
 MAX_FILE_SIZE = 64 << 20
-"""A larger file is not read [bytes]."""
+"""Maximum size of the file [bytes]."""
 REFERENCE_FILE = "reference_motion.json"
 
 Positive: TypeAlias = Annotated[float, Meta(gt=0.0)]
 Samples: TypeAlias = Annotated[list[tuple[float, float]], Meta(min_length=1)]
-"""Steps since the command, and where something is then."""
+"""Steps since the command, with the value after each."""
 
 
 class Hand(Struct, frozen=True):
-    """Where a link is in the world [m; x, y, z, w], with the robot as it is put up."""
+    """World pose of a link [m; x, y, z, w] in the initial posture."""
 
     link: str
     position: Vector3
@@ -38,21 +38,21 @@ class Hand(Struct, frozen=True):
 
 
 class GripperPositions(Struct, frozen=True):
-    """Where the joints of a gripper are [rad; m] for a status, 0 to 1."""
+    """Positions of a gripper's joints [rad; m] at a status, 0 to 1."""
 
     status: float
     joints: list[float]
 
 
 class Gripper(Struct, frozen=True):
-    """The joints of a gripper, and what a status means."""
+    """Joints of a gripper, and their positions at each status."""
 
     joints: tuple[str, ...]
     positions: list[GripperPositions]
 
 
 class Closing(Struct, frozen=True):
-    """A gripper that is told a status once: its status, 0 to 1, on the way."""
+    """Gripper that gets one command: its status, 0 to 1, over time."""
 
     gripper: int
     status: float
@@ -60,7 +60,7 @@ class Closing(Struct, frozen=True):
 
 
 class Step(Struct, frozen=True):
-    """A joint that is told a target once: its positions [rad; m] on the way."""
+    """Joint that gets one target: its positions [rad; m] over time."""
 
     joint: str
     start: float
@@ -69,7 +69,7 @@ class Step(Struct, frozen=True):
 
 
 class Sine(Struct, frozen=True):
-    """A joint that is told target after target at a rate [Hz]: time, target, where it is when the next one comes."""
+    """Joint that gets targets at a rate [Hz]: time, target, and position when the next target comes."""
 
     joint: str
     rate: Positive
@@ -77,7 +77,7 @@ class Sine(Struct, frozen=True):
 
 
 class ReferenceMotion(Struct, frozen=True):
-    """All that was recorded of a robot; `joints` are the names of the joint states, grippers right and left."""
+    """Recorded motion of a robot; `joints` are the names of the joint states, grippers are right and left."""
 
     steps_per_second: Positive
     joints: tuple[str, ...]
@@ -89,7 +89,7 @@ class ReferenceMotion(Struct, frozen=True):
 
 
 def find_reference(config: RobotConfig) -> Path | None:
-    """The recorded motion that comes with a robot; None if none does."""
+    """Return the recorded motion beside a robot's configuration; None if there is none."""
     path = config.path.parent / REFERENCE_FILE
     return path if path.is_file() else None
 
@@ -98,7 +98,7 @@ def read_reference(path: Path) -> ReferenceMotion:
     """Read a recorded motion.
 
     Raises:
-        UsageError: it cannot be read, or is none.
+        UsageError: the file cannot be read, or is no recorded motion.
     """
     try:
         content = read_at_most(path, MAX_FILE_SIZE)
@@ -113,23 +113,23 @@ def read_reference(path: Path) -> ReferenceMotion:
 
 
 MAX_RANGE_ERROR = 0.05
-"""How far a response may be off, as a share of its range: of the way of a step, of the whole swing of a sine."""
+"""Maximum error of a response, as a share of its range: the height of a step, or peak to peak of a sine."""
 MAX_TIME_ERROR = 0.020
-"""Or how much earlier or later it may be [s]."""
+"""Alternatively, its maximum error in time [s]."""
 HAND_POSITION, HAND_ANGLE = 1e-3, 1e-3
-"""How far a hand may be off at home [m; rad]."""
+"""Maximum pose error of a hand at home [m; rad]."""
 GRIPPER = 0.03
-"""How far the status of a gripper may be off on its way."""
+"""Maximum error of a gripper's status while it moves."""
 GRIPPER_JOINT = 1e-3
-"""How far a joint of a gripper may be off for a status [rad; m]."""
+"""Maximum error of a gripper's joint at a status [rad; m]."""
 
-_LEAST = 1e-6  # [rad; m], the range of what did not move
-_TICK = 1e-3  # [s], how finely times are told
-_CLOSED = 2.0  # [s] within which a gripper of any speed of the recording has closed
+_MIN_RANGE = 1e-6  # [rad; m], range of a response without motion
+_TICK = 1e-3  # [s], resolution of the time error
+_CLOSING_TIME = 2.0  # [s] within which a gripper of any recorded speed closes
 
 
 def compare(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
-    """All comparisons, one after another; the robot moves for it."""
+    """Yield all comparisons, one after another; the robot moves for them."""
     rig.begin()
     rig.run(0.1)
     yield _order(rig, reference)
@@ -145,20 +145,20 @@ def compare(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
 
 
 def _timed(samples: Samples, reference: ReferenceMotion) -> tuple[Array, Array]:
-    """The times of samples [s], and their values."""
+    """Return the times of samples [s], and their values."""
     steps, values = np.array(samples).T
     return steps / reference.steps_per_second, values
 
 
 def _order(rig: Rig, reference: ReferenceMotion) -> Finding:
-    found, wanted = rig.joint_states, reference.joints
-    count = max(len(found), len(wanted))
+    found, expected = rig.joint_states, reference.joints
+    count = max(len(found), len(expected))
     padded = zip(
-        found + ("nothing",) * (count - len(found)), wanted + ("nothing",) * (count - len(wanted)), strict=True
+        found + ("nothing",) * (count - len(found)), expected + ("nothing",) * (count - len(expected)), strict=True
     )
     differ = [(number, one, other) for number, (one, other) in enumerate(padded) if one != other]
     where = "" if not differ else f"{differ[0][0]}: {differ[0][1]} instead of {differ[0][2]}"
-    return Finding(f"order of {len(wanted)} joint states", len(differ), 0, "differ", where, not differ)
+    return Finding(f"order of {len(expected)} joint states", len(differ), 0, "differ", where, not differ)
 
 
 def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
@@ -175,30 +175,30 @@ def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
 
 
 def _mappings(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
-    """Each gripper goes to each status; its joints are looked at when they stand."""
+    """Move each gripper to each status, and compare its joints at rest."""
     for number, gripper in enumerate(reference.grippers):
         if not gripper.positions:
             continue
-        what = f"{_side(number)}, joints for {len(gripper.positions)} statuses"
+        title = f"{_side(number)}, joints for {len(gripper.positions)} statuses"
         if number >= len(rig.config.grippers) or rig.config.grippers[number].joints != gripper.joints:
-            yield Finding(what, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "it has other joints", passed=False)
+            yield Finding(title, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "it has other joints", passed=False)
             continue
         chosen, worst, where = [rig.numbers[name] for name in gripper.joints], -math.inf, ""
         for known in gripper.positions:
             rig.begin()
             _command_gripper(rig, number, known.status)
-            _, positions = rig.run(_CLOSED)
+            _, positions = rig.run(_CLOSING_TIME)
             off = np.abs(positions[-1][chosen] - known.joints)
             if off.max() > worst:
                 worst, where = float(off.max()), f"{gripper.joints[int(off.argmax())]} at {known.status:g}"
-        yield Finding(what, 1e3 * worst, 1e3 * GRIPPER_JOINT, "mrad", where, worst <= GRIPPER_JOINT)
+        yield Finding(title, 1e3 * worst, 1e3 * GRIPPER_JOINT, "mrad", where, worst <= GRIPPER_JOINT)
 
 
-def _closing(rig: Rig, closing: Closing, at: Array, wanted: Array) -> Finding:
+def _closing(rig: Rig, closing: Closing, at: Array, expected: Array) -> Finding:
     rig.begin()
-    what = f"{_side(closing.gripper)}, to {closing.status:g}"
+    title = f"{_side(closing.gripper)}, to {closing.status:g}"
     if closing.gripper >= len(rig.config.grippers):
-        return Finding(what, math.inf, 100 * GRIPPER, "%", "there is no such gripper", passed=False)
+        return Finding(title, math.inf, 100 * GRIPPER, "%", "there is no such gripper", passed=False)
     gripper = rig.config.grippers[closing.gripper]
     chosen = [rig.numbers[name] for name in gripper.joints]
     ways = np.array([gripper.way(rig.config.robot.joint(name)) for name in gripper.joints])
@@ -206,29 +206,29 @@ def _closing(rig: Rig, closing: Closing, at: Array, wanted: Array) -> Finding:
     _command_gripper(rig, closing.gripper, closing.status)
     times, positions = rig.run(float(at[-1]))
     statuses = ((positions[:, chosen] - begin) * np.sign(way)).sum(axis=1) / np.abs(way).sum()
-    off = np.abs(np.interp(at, times, statuses) - wanted)
+    off = np.abs(np.interp(at, times, statuses) - expected)
     worst = int(off.argmax())
-    return Finding(what, 100 * off[worst], 100 * GRIPPER, "%", f"{at[worst]:.3f} s", bool(off[worst] <= GRIPPER))
+    return Finding(title, 100 * off[worst], 100 * GRIPPER, "%", f"{at[worst]:.3f} s", bool(off[worst] <= GRIPPER))
 
 
-def _step(rig: Rig, step: Step, at: Array, wanted: Array) -> Finding:
-    what = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
+def _step(rig: Rig, step: Step, at: Array, expected: Array) -> Finding:
+    title = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
     if step.joint not in rig.numbers:
-        return Finding(what, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
+        return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
     rig.begin()
     rig.send({step.joint: step.target})
     times, positions = rig.run(float(at[-1]))
-    whole = abs(float(wanted[-1]) - step.start)
-    return _response(what, times, positions[:, rig.numbers[step.joint]], at, wanted, whole)
+    whole = abs(float(expected[-1]) - step.start)
+    return _response(title, times, positions[:, rig.numbers[step.joint]], at, expected, whole)
 
 
 def _sine(rig: Rig, sine: Sine) -> Finding:
-    """Each target is sent at the first step at or after it is due, as by a client of the node."""
-    what, period = f"{sine.joint}, sine at {sine.rate:g} commands/s", 1.0 / sine.rate
+    """Compare the response to a sine; each target is sent at the first step at or after its time, as by a client."""
+    title, period = f"{sine.joint}, sine at {sine.rate:g} commands/s", 1.0 / sine.rate
     if sine.joint not in rig.numbers:
-        return Finding(what, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
+        return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
     rig.begin()
-    _, targets, wanted = np.array(sine.samples).T
+    _, targets, expected = np.array(sine.samples).T
     due: Array = np.arange(len(targets), dtype=np.float64) * period
     found, sent = [rig.positions], 0
     while (len(found) - 1) * rig.timestep < due[-1] + period:
@@ -239,14 +239,14 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
         found.append(rig.step())
     times = rig.times(len(found) - 1)
     positions = np.array(found)[:, rig.numbers[sine.joint]]
-    return _response(what, times, positions, due + period, wanted, float(np.ptp(wanted)))
+    return _response(title, times, positions, due + period, expected, float(np.ptp(expected)))
 
 
-def _response(what: str, times: Array, found: Array, at: Array, wanted: Array, whole: float) -> Finding:
-    """A response against its samples: near enough where it is, or where it was or will be within `TIME`."""
-    off = np.abs(np.interp(at, times, found) - wanted) / max(whole, _LEAST)
+def _response(title: str, times: Array, found: Array, at: Array, expected: Array, whole: float) -> Finding:
+    """Compare a response with its samples: near enough at the same time, or at another one within `MAX_TIME_ERROR`."""
+    off = np.abs(np.interp(at, times, found) - expected) / max(whole, _MIN_RANGE)
     far = np.flatnonzero(off > MAX_RANGE_ERROR)
-    shifts = [_shift(times, found, at[number], wanted[number]) for number in far]
+    shifts = [_shift(times, found, at[number], expected[number]) for number in far]
     worst = int(far[int(np.argmax(shifts))]) if len(far) and max(shifts) > MAX_TIME_ERROR else int(np.argmax(off))
     note = ""
     if len(far):
@@ -257,11 +257,11 @@ def _response(what: str, times: Array, found: Array, at: Array, wanted: Array, w
         )
         note = f"{len(far)} of {len(at)} samples are off by more than {100 * MAX_RANGE_ERROR:g} %, {by}"
     passed = not len(far) or max(shifts) <= MAX_TIME_ERROR
-    return Finding(what, 100 * float(off[worst]), 100 * MAX_RANGE_ERROR, "%", f"{at[worst]:.3f} s", passed, note)
+    return Finding(title, 100 * float(off[worst]), 100 * MAX_RANGE_ERROR, "%", f"{at[worst]:.3f} s", passed, note)
 
 
 def _shift(times: Array, found: Array, time: float, value: float) -> float:
-    """How much earlier or later a response has a value [s]; infinite when by more than `TIME`."""
+    """Return by how much earlier or later a response has a value [s]; infinite beyond `MAX_TIME_ERROR`."""
     for shift in np.arange(0.0, MAX_TIME_ERROR + 1e-9, _TICK):
         low, high = time - shift, time + shift
         around = [*np.interp((low, high), times, found), *found[(times > low) & (times < high)]]
@@ -275,7 +275,7 @@ def _command_gripper(rig: Rig, gripper: int, status: float) -> None:
 
 
 def _angle(one: Pose, other: Pose) -> float:
-    """By how much one is turned against the other [rad]."""
+    """Return the rotation between two poses [rad]."""
     w, *xyz = (one.inverse() @ other).quaternion
     return 2 * math.atan2(math.hypot(*xyz), abs(w))
 

@@ -15,9 +15,9 @@ from cellwright.robot.servos import Array
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that was looked at: the figure that came out worst, where, and the limit of it, in the same unit.
+    """Finding of a check: the worst figure, its place, and its limit in the same unit.
 
-    `where` is empty where there is but one figure; `note` has more to say, `remedy` what to do where it failed.
+    `where` is empty if there is only one figure; `note` adds details, `remedy` says what to do after a failure.
     """
 
     what: str
@@ -32,7 +32,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class MotionReport:
-    """What a check of a robot's motion found; `reference` is the file that it was compared with, empty for none."""
+    """Findings of a motion check; `reference` is the file that the motion was compared with, empty for none."""
 
     robot: str
     reference: str
@@ -40,7 +40,7 @@ class MotionReport:
 
     @property
     def passed(self) -> bool:
-        """Whether all findings passed."""
+        """True if all findings passed."""
         return all(finding.passed for finding in self.findings)
 
 
@@ -48,17 +48,17 @@ NODE = "/motion_check"
 
 
 class Rig:
-    """A node that is driven step by step."""
+    """Node that is driven step by step."""
 
     def __init__(self, node: RobotNode) -> None:
         self.node, self.config, self.numbers = node, node.config, node.commander.numbers
         self.joint_states: tuple[str, ...] = ()
-        """Names of the joint states, as last heard."""
+        """Names in the newest joint states."""
         self.node.bus.subscribe("/io_teleop/joint_states", self._hear, node=NODE)
         self.timestep = float(self.node.simulation.clock.timestep)
 
     def begin(self) -> None:
-        """Put the robot up anew."""
+        """Reset the robot."""
         self.node.simulation.reset()
 
     def send(self, targets: Mapping[str, float]) -> None:
@@ -70,7 +70,7 @@ class Rig:
         self._publish("/io_teleop/target_gripper_status", [], statuses)
 
     def reset(self) -> tuple[float, str]:
-        """Have the robot go home: how long it took [s], and why it did not; empty when it did."""
+        """Send the robot home; return the time [s] and the reason of a failure, empty for none."""
         begun = self.node.simulation.time
         answer: Any = self.node.bus.call("/io_teleop_reset_robot", TriggerRequest(), node=NODE)
         if isinstance(answer, Later):
@@ -80,24 +80,28 @@ class Rig:
         return self.node.simulation.time - begun, "" if answer.success else str(answer.message)
 
     def step(self) -> Array:
-        """Let a step pass; where the joints are then [rad; m]."""
+        """Run one step; return the positions of the joints after it [rad; m]."""
         self.node.simulation.step()
         return self.positions
 
     def run(self, seconds: float) -> tuple[Array, Array]:
-        """Let time pass [s]: times since now (n) [s] and positions (n, joints) [rad; m], the first of them as it is."""
+        """Run for a time [s].
+
+        Returns:
+            Times since now (n) [s] and positions (n, joints) [rad; m], the first of them before the first step.
+        """
         count = round(seconds / self.timestep)
         found = np.array([self.positions, *(self.step() for _ in range(count))])
         return self.times(count), found
 
     def times(self, count: int) -> Array:
-        """The times (count + 1) [s] before and after each of `count` steps."""
+        """Return the times (count + 1) [s] before and after each of `count` steps."""
         found: Array = np.arange(count + 1, dtype=np.float64) * self.timestep
         return found
 
     @property
     def positions(self) -> Array:
-        """Where the joints are [rad; m], in the order of their indices."""
+        """Return the positions of the joints [rad; m], in the order of their indices."""
         return self.node.driver.read().positions.copy()
 
     def _publish(self, topic: str, names: Sequence[str], positions: Sequence[float]) -> None:

@@ -1,4 +1,4 @@
-"""Recordings for tests: messages of any topics in a file, and what a panel and the log say."""
+"""Recordings for tests: messages of any topics in a file, panels, and lines of the log."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ from cellwright.recording.format.reader import RecordedMessage
 SECOND = 1_000_000_000
 
 Said = tuple[float, str, str, Message]
-"""When [s], on which topic, of which type, and what."""
+"""Time [s], topic, type and message."""
 
 
 def message(time: float, said: Message, topic: str = "/a") -> RecordedMessage:
-    """One message as a reader gets it."""
+    """Return one message as a reader gets it."""
     return RecordedMessage(topic, round(time * SECOND), to_cdr(said))
 
 
 def text(time: float, topic: str, value: Any) -> RecordedMessage:
-    """JSON on a topic."""
+    """Return JSON on a topic."""
     return message(time, String(data=json.dumps(value)), topic)
 
 
 def event(time: float, **values: Any) -> RecordedMessage:
-    """A line of the referee's log."""
+    """Return a line of the referee's log."""
     return text(time, names.EVENT, {"time": time, **values})
 
 
 def trays(time: float, **contents: Iterable[str]) -> RecordedMessage:
-    """A panel of which only the trays matter: names of parts by number of AGV, as in `agv1=["a"]`; `!a` is faulty."""
-    told = [
+    """Return a panel with trays only: names of parts by number of AGV, as in `agv1=["a"]`; `!a` is faulty."""
+    contained = [
         {"number": int(agv[3:]), "parts": [{"name": p.lstrip("!"), "faulty": p.startswith("!")} for p in parts]}
         for agv, parts in contents.items()
     ]
-    return text(time, names.PANEL, {"kind": "cell", "trays": told})
+    return text(time, names.PANEL, {"kind": "cell", "trays": contained})
 
 
 def kit(time: float, agv: int = 1, **evidence: Any) -> RecordedMessage:
-    """A kit that was judged."""
+    """Return the event of a judged kit."""
     link = f"agv{agv}::kit_tray_{agv}::kit_tray_{agv}::tray"
     found = {"kit_type": "order_0_kit_0", "total": 1.0, "best": 6.0, "parts": [], "extras": [], **evidence}
     return event(time, kind="kit", tray_id=link, kit_type="order_0_kit_0", refusal=None, evidence=found)
@@ -54,13 +54,13 @@ def kit(time: float, agv: int = 1, **evidence: Any) -> RecordedMessage:
 def write(
     path: Path, header: RecordingHeader, said: Iterable[Said], *, attachments: dict[str, bytes] | None = None
 ) -> None:
-    """A recording of messages, in the order of their times."""
+    """Write a recording of messages, in the order of their times."""
     with McapFile(path) as file:
         file.describe(names.METADATA, header.metadata())
         for name, data in (attachments or {}).items():
             file.attach(name, "application/octet-stream", data)
         channels: dict[str, int] = {}
-        for time, topic, kind, what in sorted(said, key=lambda each: each[0]):
+        for time, topic, kind, content in sorted(said, key=lambda each: each[0]):
             if topic not in channels:
                 channels[topic] = file.channel(RecordedTopic(topic, kind))
-            file.add(channels[topic], round(time * SECOND), to_cdr(what))
+            file.add(channels[topic], round(time * SECOND), to_cdr(content))

@@ -1,4 +1,4 @@
-"""When commands came, by name."""
+"""Times of commands, by name."""
 
 import json
 
@@ -32,7 +32,7 @@ def test_a_command_as_it_is_recorded() -> None:
     assert (track.name, track.times.tolist()) == ("/ariac/arm/command", [0.5])
 
 
-def test_what_is_no_command_is_passed_over() -> None:
+def test_an_invalid_command_is_skipped() -> None:
     reader = Commands()
     reader.take(message(0.0, String(data="nothing")))
     assert reader.tracks() == []

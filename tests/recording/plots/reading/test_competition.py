@@ -1,4 +1,4 @@
-"""What the referee did, from the log in the recording."""
+"""Actions of the referee, from the log in the recording."""
 
 import pytest
 
@@ -20,8 +20,10 @@ def taken(*messages: RecordedMessage) -> Competition:
 
 
 def test_the_score_changes_when_it_changes() -> None:
-    told = [(0.0, 0.0), (0.1, 0.0), (0.2, 3.0), (0.3, 3.0), (0.4, -1.0)]
-    found = taken(event(0.0, kind="run", reachable=8.0), *(message(t, Float32(data=p), SCORE) for t, p in told)).score()
+    scores = [(0.0, 0.0), (0.1, 0.0), (0.2, 3.0), (0.3, 3.0), (0.4, -1.0)]
+    found = taken(
+        event(0.0, kind="run", reachable=8.0), *(message(t, Float32(data=p), SCORE) for t, p in scores)
+    ).score()
     assert found is not None
     assert (found.times.tolist(), found.points.tolist(), found.best) == ([0.0, 0.2, 0.4], [0.0, 3.0, -1.0], 8.0)
 

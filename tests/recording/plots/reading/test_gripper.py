@@ -1,4 +1,4 @@
-"""Spans out of a value that is told again and again."""
+"""Periods from a value that is published repeatedly."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,12 +9,12 @@ from tests.recording.plots.reading.recordings import message
 
 
 @given(st.lists(st.sampled_from(["", "a", "b"]), min_size=1, max_size=30))
-def test_spans_say_at_each_moment_what_was_told_last(told: list[str]) -> None:
+def test_spans_have_the_newest_label_at_each_time(labels: list[str]) -> None:
     spans = Spans()
-    for time, label in enumerate(told):
+    for time, label in enumerate(labels):
         spans.add(float(time), label)
-    found = spans.until(float(len(told)))
-    for time, label in enumerate(told):
+    found = spans.until(float(len(labels)))
+    for time, label in enumerate(labels):
         assert [span.label for span in found if span.begin <= time < span.end] == ([label] if label else [])
 
 

@@ -1,4 +1,4 @@
-"""Joint states are read as the library reads them, only faster."""
+"""Joint states: the same as the library's, only faster."""
 
 import numpy as np
 import pytest

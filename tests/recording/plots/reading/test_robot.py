@@ -1,4 +1,4 @@
-"""What is read of a robot beside its joints."""
+"""Plot data of a robot besides its joints."""
 
 import numpy as np
 
@@ -17,9 +17,9 @@ ROBOT = {
 
 
 def status(**values: object) -> TeleopStatus:
-    told = {"enabled": True, "emergency_stop": False, "resetting": False, "silent": False, "commander": ""}
+    flags = {"enabled": True, "emergency_stop": False, "resetting": False, "silent": False, "commander": ""}
     counts = {"taken": 0, "refused": 0, "ignored": 0, "unknown_names": [], "message": ""}
-    return TeleopStatus(**{**told, **counts, **values})  # type: ignore[arg-type]
+    return TeleopStatus(**{**flags, **counts, **values})  # type: ignore[arg-type]
 
 
 def poses(*points: tuple[float, float, float]) -> PoseArray:
@@ -28,9 +28,9 @@ def poses(*points: tuple[float, float, float]) -> PoseArray:
     return PoseArray(header=header, poses=[Pose(position=Point(x=x, y=y, z=z), orientation=turn) for x, y, z in points])
 
 
-def test_what_stands_against_commands_most_is_told() -> None:
+def test_the_strongest_obstacle_to_commands_is_shown() -> None:
     reader = Status()
-    told = [
+    statuses = [
         status(),
         status(silent=True),
         status(enabled=False, silent=True),
@@ -38,7 +38,7 @@ def test_what_stands_against_commands_most_is_told() -> None:
         status(resetting=True),
         status(commander="/keyboard"),
     ]
-    for time, each in enumerate(told):
+    for time, each in enumerate(statuses):
         reader.take(message(time, each))
     assert [span.label for span in reader.safety.until(9.0)] == [
         "takes commands",
@@ -55,7 +55,7 @@ def test_paths_of_the_tips() -> None:
     reader = Tips()
     for number in range(100):
         reader.take(message(number / 100, poses((number, 0.0, 1.0), (0.0, number, 2.0))))
-    reader.take(message(2.0, poses((0.0, 0.0, 0.0))))  # of another robot: left out
+    reader.take(message(2.0, poses((0.0, 0.0, 0.0))))  # of another robot: skipped
     right, left = reader.tracks([{"name": "right", "reference": "base_link"}])
     assert (right.name, right.frame, left.name) == ("right tip", "base_link", "left tip")
     assert 40 <= len(right.times) <= 51
@@ -70,7 +70,7 @@ def test_without_poses_there_are_no_paths() -> None:
     assert reader.tracks([]) == []
 
 
-def test_how_the_robot_is_made_up_is_told_once() -> None:
+def test_the_first_description_of_the_robot_counts() -> None:
     about = About()
     for panel in ({"kind": "robot"}, {"robot": ROBOT}, {"robot": {"groups": 3}}):
         about.take(text(0.0, PANEL, panel))

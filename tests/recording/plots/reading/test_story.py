@@ -1,4 +1,4 @@
-"""All that is to be drawn of a recording: of a cell at work, of a robot, and of files that were cut or damaged."""
+"""Plot data of a cell at work, of a robot, and of truncated or damaged files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.plots.reading.plot_data import load_plot_data
-from cellwright.recording.plots.tracks import Story
+from cellwright.recording.plots.tracks import PlotData
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RecordingError
 from cellwright.viewer.services.robot_panel import RobotPanel
@@ -29,7 +29,7 @@ AHEAD = (0.5, *INITIAL[1:])
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cell whose arm moves and whose AGV leaves."""
+    """Record a cell whose arm moves and whose AGV leaves."""
     path = tmp_path_factory.mktemp("recordings") / "cell.mcap"
     served = Cell(WHOLE)
     recorder = Recorder(served, path, RecordingHeader("cell", "whole", {"seed": 3, "agent": "hand"}))
@@ -46,7 +46,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A robot that moves one joint, and is switched off in the end."""
+    """Record a robot that moves one joint, and is switched off at the end."""
     path = tmp_path_factory.mktemp("recordings") / "robot.mcap"
     node = RobotNode(robot())
     panel = RobotPanel(node)
@@ -64,13 +64,13 @@ def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def told(path: Path) -> Story:
+def loaded(path: Path) -> PlotData:
     with Recording(path) as recording:
         return load_plot_data(recording)
 
 
 def test_a_cell(cell: Path) -> None:
-    found = told(cell)
+    found = loaded(cell)
     assert (found.title, found.warning) == ("whole", "")
     assert found.note.startswith("hand   seed 3   0 of 12 points   2.")
     assert found.note.endswith("stopped")
@@ -88,7 +88,7 @@ def test_a_cell(cell: Path) -> None:
 
 
 def test_a_robot(wave: Path) -> None:
-    found = told(wave)
+    found = loaded(wave)
     joints = [track for group in found.joints.values() for track in group]
     moved = next(track for track in joints if track.travel > 0.1)
     assert moved.positions[-1] == pytest.approx(0.2, abs=0.01) == moved.targets[-1]
@@ -111,7 +111,7 @@ def cut(tmp_path: Path, cell: Path) -> Path:
 
 
 def test_one_that_was_cut_goes_as_far_as_it_goes(cut: Path, cell: Path) -> None:
-    found, whole = told(cut), told(cell)
+    found, whole = loaded(cut), loaded(cell)
     assert found.note.endswith("cut before its end")
     assert found.warning == f"{cut}: was cut short; drawn as far as it goes"
     assert 0.0 < found.end < whole.end
@@ -127,7 +127,7 @@ def test_whatever_is_damaged_is_left_out_or_refused(cell: Path, place: float, va
     path = cell.with_name("damaged.mcap")
     path.write_bytes(data[: round(length * len(data))])
     try:
-        found = told(path)
+        found = loaded(path)
     except RecordingError:
         return
     assert found.begin <= found.end

@@ -1,4 +1,4 @@
-"""What lay on the trays, from what the panel showed."""
+"""Parts on the trays, from the panel."""
 
 import pytest
 

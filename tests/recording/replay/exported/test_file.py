@@ -1,4 +1,4 @@
-"""A recording as a file for other tools, read by the readers of MCAP and of ROS 2's messages."""
+"""Export of a recording, read by the readers of MCAP and of ROS 2's messages."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def export(path: Path, out: Path, start: int | None = None, until: int | None = None) -> list[str]:
-    """Export a file; what is missing."""
+    """Export a file; return what is missing."""
     with Recording(path) as recording:
         return write_mcap(recording, out, start=start, until=until)
 
 
 def read(path: Path) -> Said:
-    """Topic, time [ns] and message of everything in a file, found by its index."""
+    """Return topic, time [ns] and message of everything in a file, found by its index."""
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         assert reader.get_summary() is not None
@@ -176,7 +176,7 @@ def test_a_disk_that_is_full_leaves_nothing(path: Path, tmp_path: Path, monkeypa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_missing_is_told(tmp_path: Path) -> None:
+def test_missing_parts_are_reported(tmp_path: Path) -> None:
     header = RecordingHeader("cell", "small")
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, header.metadata())
@@ -189,7 +189,7 @@ def test_what_is_missing_is_told(tmp_path: Path) -> None:
     ]
 
 
-def test_a_type_that_is_not_known_here_is_told_of(tmp_path: Path) -> None:
+def test_an_unknown_type_is_reported(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), 5, text("a word"))

@@ -1,4 +1,4 @@
-"""The shapes of a scene as markers."""
+"""Shapes of a scene as markers."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ SIZES = st.floats(0.01, 3.0)
 
 
 def of(shape: Shape) -> list[Any]:
-    """The markers of a scene with this shape on its second body."""
+    """Return the markers of a scene with this shape on its second body."""
     return Markers(Scene("one", ("world", "cart"), (shape,), (WEDGE,))).message.markers
 
 
 def reach(marker: Any) -> NDArray[np.float64]:
-    """The least and the greatest coordinates of a marker that is not turned, [m]."""
+    """Return the minimum and maximum coordinates [m] of a marker without rotation."""
     place = marker.pose.position
     if marker.type == Marker.TRIANGLE_LIST:
         corners = np.array([(p.x, p.y, p.z) for p in marker.points])
@@ -93,7 +93,7 @@ def test_a_floor_without_end_has_one() -> None:
 
 
 def test_meshes_that_are_too_large_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exported, "MOST_CORNERS", 2 * WEDGE.faces.size)
+    monkeypatch.setattr(exported, "MAX_CORNERS", 2 * WEDGE.faces.size)
     shape = Shape(1, Form.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, 0)
     found = Markers(Scene("many", ("world", "cart"), (shape,) * 3, (WEDGE,)))
     assert (len(found.message.markers), found.left_out) == (2, 1)

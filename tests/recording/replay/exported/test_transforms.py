@@ -1,4 +1,4 @@
-"""Where the bodies are, as somebody finds it who puts a body between the transforms next to the moment."""
+"""Poses of the bodies, as a tool interpolates them from the exported transforms."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ Place = tuple[float, bool]
 
 
 def frame(number: int, places: list[Place]) -> Frame:
-    """A frame of the cart and the ball: how far along x each is, and whether it is shown."""
+    """Return a frame of the cart and the ball, with the x coordinate and the visibility of each."""
     poses = np.array([(0, 0, 0, *UNTURNED), *((x, 0, 0, *UNTURNED) for x, _ in places)], np.float32)
     return Frame(number * PERIOD, poses, np.array([True, *(shown for _, shown in places)]))
 
 
 class Buffer:
-    """What a tool keeps of transforms, and how it finds a body at a time."""
+    """Transform buffer of a tool, with interpolation."""
 
     def __init__(self, messages: list[TFMessage]) -> None:
         self._kept: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
@@ -44,7 +44,7 @@ class Buffer:
             entries.sort(key=lambda entry: entry[0])
 
     def find(self, body: str, time: int) -> NDArray[np.float64]:
-        """Where a body is at a time [ns], in the world [m]; before the first and after the last, there."""
+        """Return a body's position at a time [ns], in the world [m]; outside the transforms the nearest one's."""
         entries = self._kept[f"cellwright/{body}"]
         times = [entry[0] for entry in entries]
         after = entries[min(bisect_left(times, time), len(times) - 1)]
@@ -59,8 +59,8 @@ runs = st.lists(st.lists(places, min_size=2, max_size=2), min_size=1, max_size=6
 
 @given(runs)
 def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
-    told = Transforms(BODIES)
-    buffer = Buffer([said for number, each in enumerate(run) if (said := told.take(frame(number, each)))])
+    transforms = Transforms(BODIES)
+    buffer = Buffer([said for number, each in enumerate(run) if (said := transforms.take(frame(number, each)))])
     for number, each in enumerate(run):
         for body, (x, shown) in zip(BODIES[1:], each, strict=True):
             found = buffer.find(body, number * PERIOD)
@@ -69,8 +69,8 @@ def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
 
 @given(runs)
 def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Place]]) -> None:
-    told = Transforms(BODIES)
-    buffer = Buffer([said for number, each in enumerate(run) if (said := told.take(frame(number, each)))])
+    transforms = Transforms(BODIES)
+    buffer = Buffer([said for number, each in enumerate(run) if (said := transforms.take(frame(number, each)))])
     for number, (one, other) in enumerate(pairwise(run)):
         for body, (x0, shown0), (x1, shown1) in zip(BODIES[1:], one, other, strict=True):
             found = buffer.find(body, number * PERIOD + PERIOD // 2)
@@ -82,8 +82,8 @@ def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Plac
 
 @given(runs)
 def test_a_second_of_it_is_enough_to_find_everything(run: list[list[Place]]) -> None:
-    told = Transforms(BODIES)
-    messages = [told.take(frame(number, each)) for number, each in enumerate(run)]
+    transforms = Transforms(BODIES)
+    messages = [transforms.take(frame(number, each)) for number, each in enumerate(run)]
     for number, each in enumerate(run):
         recent = [said for said in messages[max(0, number - 25) : number + 1] if said is not None]
         for body, (x, shown) in zip(BODIES[1:], each, strict=True):
@@ -91,12 +91,12 @@ def test_a_second_of_it_is_enough_to_find_everything(run: list[list[Place]]) -> 
 
 
 def test_of_what_stands_nothing_is_said_but_once_a_second() -> None:
-    told = Transforms(BODIES)
-    said = [told.take(frame(number, [(0.0, True), (1.0, False)])) for number in range(51)]
+    transforms = Transforms(BODIES)
+    said = [transforms.take(frame(number, [(0.0, True), (1.0, False)])) for number in range(51)]
     assert [number for number, each in enumerate(said) if each is not None] == [0, 25, 50]
 
 
-def test_a_frame_of_another_scene_is_passed_over() -> None:
+def test_a_frame_of_another_scene_is_skipped() -> None:
     assert Transforms(("world", "cart")).take(frame(0, [(0.0, True), (1.0, True)])) is None
 
 

@@ -1,1 +1,1 @@
-"""What figures show, read from a recording: a reader for each kind of thing, and one way through the file for all."""
+"""Plot data read from a recording: a reader for each kind of data, and one pass over the file for all."""

@@ -14,11 +14,11 @@ from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span
 from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, showable
 
-_SLIDES = "linear"  # in the names of joints that slide
+_SLIDES = "linear"  # part of the names of prismatic joints
 
 
 class Arm:
-    """Reads /ariac/arm/state."""
+    """Reader of /ariac/arm/state."""
 
     topics = ("/ariac/arm/state",)
 
@@ -30,30 +30,30 @@ class Arm:
         """Take the next state."""
         state = from_cdr(message.data, JointTrajectoryControllerState)
         names = tuple(state.joint_names)
-        wanted, seen = (list(point.positions) for point in (state.desired, state.actual))
+        desired, actual = (list(point.positions) for point in (state.desired, state.actual))
         self._names = self._names or names
-        if names == self._names and len(wanted) == len(seen) == len(names):
-            self._rows.append((message.time / SECOND, seen, wanted))
+        if names == self._names and len(desired) == len(actual) == len(names):
+            self._rows.append((message.time / SECOND, actual, desired))
 
     def tracks(self) -> list[JointTrack]:
-        """The joints."""
+        """Return the joints."""
         if not self._rows:
             return []
         times = np.array([time for time, _, _ in self._rows])
-        seen, wanted = (np.array([row[place] for row in self._rows]) for place in (1, 2))
+        actual, desired = (np.array([row[place] for row in self._rows]) for place in (1, 2))
         return [
-            JointTrack(_joint_name(name), "m" if _SLIDES in name else "rad", times, seen[:, n], times, wanted[:, n])
+            JointTrack(_joint_name(name), "m" if _SLIDES in name else "rad", times, actual[:, n], times, desired[:, n])
             for n, name in enumerate(self._names)
         ]
 
 
 def _joint_name(name: str) -> str:
-    """A joint's name as one says it: `shoulder_pan_joint` is the shoulder pan."""
+    """Return the readable name of a joint: `shoulder_pan_joint` is "shoulder pan"."""
     return "rail" if name.startswith("linear_arm") else name.removesuffix("_joint").replace("_", " ")
 
 
 class BodyPath:
-    """Reads the path of one body, by its name in the encoded scene."""
+    """Reader of the path of one body, by its name in the encoded scene."""
 
     topics = (FRAME,)
 
@@ -76,7 +76,7 @@ class BodyPath:
             self._rows.append((message.time / SECOND, x, y, z))
 
     def track(self, name: str, on: list[Span], attached: list[Span]) -> ToolTrack:
-        """The path, under a name."""
+        """Return the path, under a name."""
         rows = np.array(self._rows).reshape(-1, 4)
         return ToolTrack(name, "world", rows[:, 0], rows[:, 1:], on, attached)
 
@@ -85,7 +85,7 @@ _SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
 
 
 class Competition:
-    """Reads the log of the referee, the score and the state."""
+    """Reader of the referee's log, the score and the competition state."""
 
     topics = (EVENT, _SCORE, _STATE)
 
@@ -93,11 +93,11 @@ class Competition:
         self.about: dict[str, Any] = {}
         """The first line of the log: trial, agent, seed."""
         self.result: dict[str, Any] = {}
-        """Its last line, where it has one."""
+        """The last line of the log; empty without one."""
         self.marks: list[Mark] = []
         self.states = Spans()
         self.verdicts: list[tuple[float, str, dict[str, str]]] = []
-        """Of each kit that was judged: when [s], on which tray, and what was said of each part by name."""
+        """Of each judged kit: time [s], tray, and verdict of each part by name."""
         self._points: list[tuple[float, float]] = []
         self._before: dict[str, bytes] = {}
 
@@ -115,7 +115,7 @@ class Competition:
         self._before[message.topic] = message.data
 
     def score(self) -> ScoreTrack | None:
-        """What had been earned when; None where nothing tells it."""
+        """Return the score over time; None if the recording has none."""
         if not self._points:
             return None
         best = self.about.get("reachable")
@@ -156,17 +156,17 @@ class Competition:
 
 
 def tray_name(link: str) -> str:
-    """How a tray is called here, by its link or its number: `AGV 1`."""
+    """Return the readable name of a tray, from its link or its number: `AGV 1`."""
     number = link.partition("::")[0].removeprefix("agv")
     return f"AGV {number}"
 
 
-_LONGEST = 200  # characters of a name
-_LATE = 1.5  # a part that was judged may have been reported last so long before [s]
+_MAX_NAME_LENGTH = 200  # characters of a name
+_LATE = 1.5  # [s] before its judgement, at most, a part was reported for the last time
 
 
 class Trays:
-    """Reads which part was on which tray, from when until when."""
+    """Reader of the parts on trays, with times."""
 
     topics = (PANEL,)
 
@@ -177,7 +177,7 @@ class Trays:
         self._gone: list[tuple[str, str, float, float]] = []
 
     def take(self, message: RecordedMessage) -> None:
-        """Take what the panel shows next."""
+        """Take the next values of the panel."""
         panel = json_object(message.data)
         try:
             trays = {tray_name(str(tray["number"])): _parts_on_tray(tray) for tray in panel.get("trays", ())}
@@ -193,25 +193,25 @@ class Trays:
             self._since[each] = now
 
     def parts(self, end: float, verdicts: list[tuple[float, str, dict[str, str]]]) -> list[TrayPart]:
-        """All parts that lay on trays up to the end [s]; `verdicts` as in `Competition`."""
+        """Return all parts that lay on trays up to the end [s]; `verdicts` as in `Competition`."""
         spans = [*self._gone, *((*each, since, end) for each, since in self._since.items())]
         found = []
         for tray, name, begin, over in sorted(spans, key=lambda span: (span[2], span[1])):
-            said = "faulty" if name in self._faulty else ""
+            verdict = "faulty" if name in self._faulty else ""
             for when, where, words in verdicts:
                 if where == tray and begin <= when <= over + _LATE:
-                    said = words.get(name, said)
-            found.append(TrayPart(tray, _part_name(name), begin, over, said))
+                    verdict = words.get(name, verdict)
+            found.append(TrayPart(tray, _part_name(name), begin, over, verdict))
         return found
 
 
 def _parts_on_tray(tray: dict[str, Any]) -> dict[str, bool]:
-    """The parts on a tray by name, and whether they are known to be faulty."""
+    """Return the parts on a tray by name; True for those that are known to be faulty."""
     return {str(part["name"]): bool(part.get("faulty")) for part in tray["parts"]}
 
 
 def _part_name(name: str) -> str:
-    """A part's name as one says it: `bin7|piston_rod_part_9` is piston rod 9 of bin 7."""
-    place, _, rest = showable(name, _LONGEST).rpartition("|")
+    """Return the readable name of a part: `bin7|piston_rod_part_9` is "piston rod 9 (bin7)"."""
+    place, _, rest = showable(name, _MAX_NAME_LENGTH).rpartition("|")
     words = rest.replace("_part", "").replace("_clone", "").replace("_", " ")
     return f"{words} ({'belt' if 'conveyor' in place else place})" if place else words

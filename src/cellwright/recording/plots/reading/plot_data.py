@@ -8,23 +8,23 @@ from cellwright.recording.format.reader import Recording
 from cellwright.recording.plots.reading.cell import Arm, BodyPath, Competition, Trays
 from cellwright.recording.plots.reading.reader import SECOND, Commands, Gripper, Reader
 from cellwright.recording.plots.reading.robot import About, JointStates, Status, Tips
-from cellwright.recording.plots.tracks import JointTrack, Story
+from cellwright.recording.plots.tracks import JointTrack, PlotData
 from cellwright.util.errors import MessageError, RecordingError
 
 
-def load_plot_data(recording: Recording) -> Story:
-    """What is to be drawn; a message that is damaged is left out."""
+def load_plot_data(recording: Recording) -> PlotData:
+    """Load the plot data of a recording; damaged messages are skipped."""
     return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
 
 
-def _cell(recording: Recording) -> Story:
+def _cell(recording: Recording) -> PlotData:
     arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, "vacuum_gripper_link"), Trays()
     competition, commands = Competition(), Commands()
     warning = _read(recording, (arm, gripper, path, trays, competition, commands))
     end = recording.end_time / SECOND
     tool = path.track("vacuum gripper", gripper.on.until(end), gripper.attached.until(end))
     tracks, states = arm.tracks(), competition.states.until(end)
-    return Story(
+    return PlotData(
         title=recording.header.name,
         note=_note(recording, {**recording.header.facts, **competition.about}, competition),
         begin=recording.begin / SECOND,
@@ -41,15 +41,15 @@ def _cell(recording: Recording) -> Story:
     )
 
 
-def _robot(recording: Recording) -> Story:
+def _robot(recording: Recording) -> PlotData:
     measured, applied = JointStates("/io_teleop/joint_states"), JointStates("/io_teleop/applied_joint_cmd")
     grippers, tips, status = JointStates("/io_teleop/gripper_states"), Tips(), Status()
     about, commands = About(), Commands()
     warning = _read(recording, (measured, applied, grippers, tips, status, about, commands))
     end = recording.end_time / SECOND
-    seen, told, units = measured.curves(), applied.curves(), about.units()
+    actual, targets, units = measured.curves(), applied.curves(), about.units()
     joints = {
-        name: JointTrack(name, units.get(name, "rad"), *curve, *told.get(name, ())) for name, curve in seen.items()
+        name: JointTrack(name, units.get(name, "rad"), *curve, *targets.get(name, ())) for name, curve in actual.items()
     }
     groups = {
         group[:1].upper() + group[1:]: [joints[name] for name in names if name in joints]
@@ -58,10 +58,10 @@ def _robot(recording: Recording) -> Story:
     sides = about.grippers()
     closed = [
         JointTrack(f"{sides[number]} gripper".strip() if number < len(sides) else name, "closed 0..1", *curve)
-        for number, (name, curve) in enumerate(grippers.curves().items())  # the topic only counts them
+        for number, (name, curve) in enumerate(grippers.curves().items())  # the topic only numbers them
     ]
     states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
-    return Story(
+    return PlotData(
         title=recording.header.name,
         note=_note(recording, recording.header.facts),
         begin=recording.begin / SECOND,
@@ -75,14 +75,14 @@ def _robot(recording: Recording) -> Story:
 
 
 def _read(recording: Recording, readers: Sequence[Reader]) -> str:
-    """Show each message to those who want it; what is wrong with the recording, if anything."""
-    wanted: dict[str, list[Reader]] = {}
+    """Pass each message to the readers of its topic; return what is wrong with the recording, if anything."""
+    by_topic: dict[str, list[Reader]] = {}
     for reader in readers:
         for topic in reader.topics:
-            wanted.setdefault(topic, []).append(reader)
+            by_topic.setdefault(topic, []).append(reader)
     try:
-        for message in recording.messages(wanted):
-            for reader in wanted[message.topic]:
+        for message in recording.messages(by_topic):
+            for reader in by_topic[message.topic]:
                 with suppress(MessageError):
                     reader.take(message)
     except RecordingError as error:
@@ -91,7 +91,7 @@ def _read(recording: Recording, readers: Sequence[Reader]) -> str:
 
 
 def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
-    """The line below the title: who, with which seed, what it was worth, and how long it took."""
+    """Return the line below the title: agent, seed, score and duration."""
     words = [str(facts["agent"])] if facts.get("agent") else []
     if facts.get("seed") is not None:
         words.append(f"seed {facts['seed']}")

@@ -16,45 +16,45 @@ from cellwright.recording.plots.tracks import CommandTrack, Span
 from cellwright.util.errors import showable
 
 SECOND = 1e9
-"""Nanoseconds."""
+"""[ns]."""
 
 
 class Reader(Protocol):
-    """Reads something out of the messages of its topics."""
+    """Reader of something in the messages of its topics."""
 
     @property
     def topics(self) -> Collection[str]:
-        """What it wants to see."""
+        """Topics that it reads."""
         ...
 
     def take(self, message: RecordedMessage) -> None:
-        """See the next message of one of its topics.
+        """Take the next message of one of its topics.
 
         Raises:
-            MessageError: the message is damaged; it is left out.
+            MessageError: the message is damaged; it is skipped.
         """
         ...
 
 
 class Spans:
-    """Puts together spans from a value that is told again and again."""
+    """Builder of periods from a value that is published repeatedly."""
 
     def __init__(self) -> None:
         self._changes: list[tuple[float, str]] = []
 
     def add(self, time: float, label: str) -> None:
-        """From `time` [s] on it is `label`; empty for nothing."""
+        """Set the value from `time` [s] on to `label`; empty for none."""
         if not self._changes or self._changes[-1][1] != label:
             self._changes.append((time, label))
 
     def until(self, end: float) -> list[Span]:
-        """The spans, the last of them until `end` [s]."""
+        """Return the periods, the last of them until `end` [s]."""
         ends = [*(time for time, _ in self._changes[1:]), end][: len(self._changes)]
         return [Span(begin, over, label) for (begin, label), over in zip(self._changes, ends, strict=True) if label]
 
 
 class Gripper:
-    """Reads /ariac/gripper/state, which is told in each step: bytes that are the same again are passed over."""
+    """Reader of /ariac/gripper/state, which is published in each step: repeated bytes are skipped."""
 
     topics = ("/ariac/gripper/state",)
 
@@ -77,7 +77,7 @@ _NAME_PATTERN = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
 
 
 class Commands:
-    """Reads names and times alone: what was commanded may be long."""
+    """Reader of the names and times of commands; their content, which may be long, is not decoded."""
 
     topics = (COMMAND,)
 
@@ -90,12 +90,12 @@ class Commands:
             self._times.setdefault(_shown_name(found[1]), []).append(message.time / SECOND)
 
     def tracks(self) -> list[CommandTrack]:
-        """Those of each name, in the order in which they came first."""
+        """Return the commands of each name, ordered by their first command."""
         return [CommandTrack(name, np.array(times)) for name, times in self._times.items()]
 
 
 def _shown_name(name: bytes) -> str:
-    """A name as JSON writes it, in plain text that can be shown."""
+    """Return a name from JSON as text that can be shown."""
     text = name.decode(errors="replace")
     with suppress(ValueError):
         text = str(json.loads(f'"{text}"'))

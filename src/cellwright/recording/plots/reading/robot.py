@@ -13,17 +13,17 @@ from cellwright.recording.plots.reading.reader import SECOND, Spans
 from cellwright.recording.plots.tracks import Array, ToolTrack
 from cellwright.util.errors import MessageError
 
-_HEAD, _STAMP = 4, 8  # bytes: what CDR begins with, and the time of the message
+_HEAD, _STAMP = 4, 8  # [bytes], the CDR header and the message's stamp
 _LITTLE = b"\x00\x01"
 
 
 class JointStates:
-    """Reads the positions of one topic."""
+    """Reader of the positions on one topic."""
 
     def __init__(self, topic: str) -> None:
         self.topics = (topic,)
         self._tables: list[tuple[tuple[str, ...], list[float], list[Array]]] = []  # names, times, positions
-        self._before = b""  # what stands between stamp and positions in the message before
+        self._before = b""  # bytes between stamp and positions in the previous message
         self._count = 0
 
     def take(self, message: RecordedMessage) -> None:
@@ -31,7 +31,7 @@ class JointStates:
         data = message.data
         begin = _HEAD + _STAMP
         end = begin + len(self._before)
-        if not self._before or data[begin:end] != self._before or data[:2] != _LITTLE:  # the first, or another kind
+        if not self._before or data[begin:end] != self._before or data[:2] != _LITTLE:  # the first, or with other names
             self._learn(data)
             end = begin + len(self._before)
         if len(data) < end + 8 * self._count:
@@ -41,7 +41,7 @@ class JointStates:
         rows.append(np.frombuffer(data, "<f8", self._count, end))
 
     def curves(self) -> dict[str, tuple[Array, Array]]:
-        """Times [s] and positions [rad; m] of each joint, in the order in which the joints were named first."""
+        """Return times [s] and positions [rad; m] of each joint, ordered by the first message that names the joint."""
         found: dict[str, list[tuple[Array, Array]]] = {}
         for names, times, rows in self._tables:
             at, table = np.array(times), np.array(rows)
@@ -53,7 +53,7 @@ class JointStates:
         }
 
     def _learn(self, data: bytes) -> None:
-        """Find out where the positions stand, from a message that is read as a whole."""
+        """Locate the positions in the bytes, from a fully decoded message."""
         message = from_cdr(data, JointState)
         if data[:2] != _LITTLE:
             raise MessageError("joint states in an order of bytes that is not ours")
@@ -62,20 +62,20 @@ class JointStates:
         count = len(message.position)
         none = np.zeros(0)
         place = len(to_cdr(JointState(message.header, message.name, none, none, none)))
-        place -= 8  # how many velocities and efforts
-        place += (_HEAD - place) % 8 if count else 0  # what CDR leaves free before numbers of 8 bytes
+        place -= 8  # the counts of velocities and efforts
+        place += (_HEAD - place) % 8 if count else 0  # CDR's padding before numbers of 8 bytes
         self._before, self._count = data[_HEAD + _STAMP : place], count
         names = tuple(message.name)
         if not self._tables or self._tables[-1][0] != names:
             self._tables.append((names, [], []))
 
 
-_APART = 20_000_000  # poses of the tips are read so far apart [ns]
+_MIN_PERIOD = 20_000_000  # minimum time between two poses that are read [ns]
 _SIDES = ("right", "left")
 
 
 class Tips:
-    """Reads /io_teleop/state_ee_poses."""
+    """Reader of /io_teleop/state_ee_poses."""
 
     topics = ("/io_teleop/state_ee_poses",)
 
@@ -87,14 +87,14 @@ class Tips:
         """Take the next poses."""
         if message.time < self._next:
             return
-        self._next = message.time + _APART
+        self._next = message.time + _MIN_PERIOD
         poses = from_cdr(message.data, PoseArray).poses
         at = [(pose.position.x, pose.position.y, pose.position.z) for pose in poses]
         if not self._rows or len(at) == len(self._rows[0][1]):
             self._rows.append((message.time / SECOND, at))
 
     def tracks(self, arms: list[dict[str, Any]]) -> list[ToolTrack]:
-        """The paths of all tips; `arms` says how they are called and in which frame they are."""
+        """Return the paths of all tips; `arms` gives their names and frames."""
         if not self._rows or not self._rows[0][1]:
             return []
         times = np.array([time for time, _ in self._rows])
@@ -109,7 +109,7 @@ class Tips:
 
 
 class Status:
-    """Reads /io_teleop/status: whether commands were taken, and what stood against it."""
+    """Reader of /io_teleop/status: whether commands were accepted, and what prevented it."""
 
     topics = ("/io_teleop/status",)
 
@@ -130,7 +130,7 @@ class Status:
 
 
 class About:
-    """Reads from the first panel that says it how the robot is made up."""
+    """Reader of the robot's structure, from the first panel that holds it."""
 
     topics = (PANEL,)
 
@@ -138,13 +138,13 @@ class About:
         self._robot: dict[str, Any] = {}
 
     def take(self, message: RecordedMessage) -> None:
-        """Take what the panel shows next."""
+        """Take the next values of the panel."""
         if not self._robot:
-            told = json_object(message.data).get("robot")
-            self._robot = told if isinstance(told, dict) else {}
+            robot = json_object(message.data).get("robot")
+            self._robot = robot if isinstance(robot, dict) else {}
 
     def groups(self) -> dict[str, list[str]]:
-        """Names of the joints of each group; empty where it is not known."""
+        """Return the names of the joints of each group; empty if not known."""
         try:
             joints = [str(joint["name"]) for joint in self._robot["joints"]]
             return {str(each["name"]): [joints[n] for n in each["joints"]] for each in self._robot["groups"]}
@@ -152,18 +152,18 @@ class About:
             return {}
 
     def grippers(self) -> list[str]:
-        """The side that each gripper is on, in their order; empty for one that is alone, and where it is not known."""
+        """Return the side of each gripper, in order; empty for a single gripper, and if not known."""
         sides = self._robot.get("grippers", [])
         return [str(side) for side in sides] if isinstance(sides, list) else []
 
     def units(self) -> dict[str, str]:
-        """The unit of each joint, by name."""
+        """Return the unit of each joint, by name."""
         try:
             return {str(joint["name"]): str(joint["unit"]) for joint in self._robot["joints"]}
         except (KeyError, TypeError):
             return {}
 
     def arms(self) -> list[dict[str, Any]]:
-        """Name and frame of each arm; empty where it is not known."""
+        """Return name and frame of each arm; empty if not known."""
         arms = self._robot.get("arms", [])
         return arms if isinstance(arms, list) and all(isinstance(arm, dict) for arm in arms) else []
