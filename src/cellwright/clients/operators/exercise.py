@@ -1,4 +1,4 @@
-"""Test signals for a joint: waves, the run of one, and how well the joint tracked it."""
+"""Test signals for a joint: waves, their run, and the joint's tracking."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cellwright.util.errors import CellwrightError, RunEndedError, UsageError
 MAX_DURATION = 3600.0
 """[s]"""
 MAX_FREQUENCY = 50.0
-"""Half the rate of commands [Hz]: a faster wave cannot be said."""
+"""Half the rate of commands [Hz]: a faster wave cannot be sent."""
 
 
 class Shape(StrEnum):
@@ -36,18 +36,22 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Wave:
-    """A test signal; it lasts whole periods, so that it ends where it began."""
+    """A test signal of whole periods, which ends where it began."""
 
     shape: Shape
     amplitude: float
-    """Its greatest offset [rad; m]; the sign says to which side it goes first."""
+    """Largest offset [rad; m]; the sign is the side of the first motion."""
     frequency: float
     """[Hz]"""
     periods: int
 
     @classmethod
     def lasting(cls, shape: Shape, amplitude: float, frequency: float, duration: float) -> Wave:
-        """A wave of about a duration [s], at least one period; a UsageError where a number makes no sense."""
+        """Return a wave of about a duration [s], at least one period.
+
+        Raises:
+            UsageError: a number is out of its range.
+        """
         if not math.isfinite(amplitude) or amplitude == 0.0:
             raise UsageError(f"an amplitude must be a number other than 0, not {amplitude:g}")
         if not 0.0 < frequency <= MAX_FREQUENCY:
@@ -61,12 +65,12 @@ class Wave:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return self.periods / self.frequency
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The lowest and the highest offset [rad; m]."""
+        """Lowest and highest offset [rad; m]."""
         far = abs(self.amplitude)
         if self.shape is Shape.SINE:
             return -far, far
@@ -74,7 +78,7 @@ class Wave:
 
     @property
     def speed(self) -> float:
-        """The greatest speed that it asks for [rad/s; m/s]; without bound for a step."""
+        """Largest speed [rad/s; m/s]; infinite for a step."""
         match self.shape:
             case Shape.SINE:
                 return abs(self.amplitude) * 2 * math.pi * self.frequency
@@ -84,7 +88,7 @@ class Wave:
                 return math.inf
 
     def offset(self, time: float) -> float:
-        """The offset [rad; m] at a time [s] from its beginning; 0 before and after."""
+        """Return the offset [rad; m] at a time [s] from its beginning; 0 before and after."""
         if not 0.0 <= time < self.duration:
             return 0.0
         phase = time * self.frequency % 1.0
@@ -100,11 +104,11 @@ class Wave:
 Array = NDArray[np.float64]
 
 SETTLING_BAND = 0.05
-"""A joint has settled when it stays within this part of the step."""
+"""Share of the step within which a joint has settled."""
 MIN_MOTION_SHARE = 0.02
-"""A joint that moves less than this part of what it was told did not follow."""
+"""Share of its target's motion below which a joint did not follow."""
 LONGEST_DELAY = 0.5
-"""Delays are looked for up to this [s], and up to half a period."""
+"""Longest delay [s] that is searched for; half a period if that is shorter."""
 
 _GRID = 0.001  # [s]
 _LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
@@ -112,7 +116,7 @@ _LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
 
 @dataclass(frozen=True)
 class Trace:
-    """What a joint was told and what was seen of it [rad; m], against time [s] from the beginning of the signal.
+    """Targets and measured positions of a joint [rad; m], against time [s] from the beginning of the signal.
 
     Each target is in force until the next.
     """
@@ -132,42 +136,42 @@ class Trace:
 
 @dataclass(frozen=True)
 class StepResponse:
-    """What the worst of a signal's steps shows."""
+    """Step response of a joint: the worst of a signal's steps."""
 
     overshoot: float
-    """Past the target, as a part of the step."""
+    """Overshoot past the target, as a share of the step."""
     rise: float | None
-    """From 10 to 90 % of the step [s]; None if it did not get there."""
+    """Rise time from 10 to 90 % of the step [s]; None if it did not get there."""
     settling: float | None
-    """Until it stays within 5 % of the step [s]; None if it does not."""
+    """Time until it stays within 5 % of the step [s]; None if it does not."""
     rest: float
     """Error [rad; m] just before the next step."""
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """How a joint followed."""
+    """Tracking of a target by a joint."""
 
     joint: str
     rms: float
     """Root of the mean square of target minus position [rad; m]."""
     worst: float
-    """Greatest error [rad; m]."""
+    """Largest error [rad; m]."""
     delay: float | None
-    """By which the position comes after the target, by their correlation [s]; None if it did not follow."""
+    """Delay of the position after the target, by their correlation [s]; None if it did not follow."""
     rate: float
-    """Measured positions a second [Hz]."""
+    """Measured positions per second [Hz]."""
     step: StepResponse | None
-    """What its steps show; None where there are none."""
+    """Response to its steps; None where there are none."""
 
     @property
     def judged(self) -> float:
-        """The error [rad; m] that a limit is held against: the worst, or of steps what is left when they are over."""
+        """The error [rad; m] that a limit applies to: the largest, or for steps the one left at their ends."""
         return self.worst if self.step is None else self.step.rest
 
 
 def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tracking:
-    """How a joint followed its target, by two measured positions at least; `edges` are when its steps are [s]."""
+    """Return the tracking of a trace of at least two measured positions; `edges` are the times of its steps [s]."""
     error = trace.target - trace.seen
     span = float(trace.seen_at[-1] - trace.seen_at[0])
     return Tracking(
@@ -181,7 +185,7 @@ def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tra
 
 
 def delay(trace: Trace, longest: float) -> float | None:
-    """By how much [s] the position comes after the target; None if it did not follow, or by more than `longest` [s]."""
+    """Return the delay [s] of the position after the target; None if it did not follow, or above `longest` [s]."""
     if np.ptp(trace.seen) < MIN_MOTION_SHARE * np.ptp(trace.told):
         return None
     begin = max(trace.told_at[0], trace.seen_at[0])
@@ -199,7 +203,7 @@ def delay(trace: Trace, longest: float) -> float | None:
 
 
 def step_response(trace: Trace, edges: Sequence[float]) -> StepResponse | None:
-    """What the worst of the steps at times `edges` [s] shows; None if nothing was measured of them."""
+    """Return the worst response to the steps at times `edges` [s]; None if none of them was measured."""
     ends = [*edges[1:], float(trace.seen_at[-1])]
     found = [each for each in map(lambda begin, end: _one_step(trace, begin, end), edges, ends) if each is not None]
     if not found:
@@ -234,7 +238,7 @@ def _one_step(trace: Trace, begin: float, end: float) -> StepResponse | None:
 
 
 def _first_reached(at: Array, way: Array, level: float) -> float | None:
-    """When a level is first reached, between two samples in proportion."""
+    """Return the first time at a level, linear between two samples."""
     reached = np.flatnonzero(way >= level)
     if not len(reached):
         return None
@@ -255,7 +259,7 @@ def _correlation(one: Array, other: Array) -> float:
 
 
 def _peak(values: Array, best: int) -> float:
-    """Where the top of a parabola through three values lies, from the middle one."""
+    """Return the peak of a parabola through three values, relative to the middle one."""
     if not 0 < best < len(values) - 1:
         return 0.0
     left, middle, right = values[best - 1 : best + 2]
@@ -266,30 +270,31 @@ def _peak(values: Array, best: int) -> float:
 RATE = 100.0
 """Commands a second, as of the original's controller [Hz]."""
 TAIL = 0.5
-"""So long [s] the joint is watched when the signal is over; it is asked back to its start meanwhile."""
+"""Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
 
-_FEWEST = 10  # joint states that a report can be made of
-_HELD_BACK = 0.02  # of the amplitude: more than this between asked and applied is no chance of sampling
+_FEWEST = 10  # joint states that a report needs
+_HELD_BACK = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
 
 
 @dataclass(frozen=True)
 class Exercise:
-    """What came of a signal that began where the joint stood, at `start` [rad; m]."""
+    """Result of a signal that began at the joint's position `start` [rad; m]."""
 
     wave: Wave
     start: float
     trace: Trace
     tracking: Tracking
     note: str = ""
-    """What the node made of the targets, in a sentence; empty when it applied them."""
+    """The node's changes to the targets, in a sentence; empty when it applied them."""
 
 
 def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
-    """Refuse a signal that joints cannot be given from where they stand; sentences about joints too slow to follow it.
+    """Refuse a signal that joints cannot follow from their positions; return warnings about joints that are too slow.
 
     Raises:
         UnknownNameError: the robot has no such joint.
-        UsageError: the signal would leave their limits, or the node takes no commands or does not say where one is.
+        UsageError: the signal would leave their limits, the node takes no commands, or it does not publish one's
+            position.
     """
     robot.check_names(joints)
     for joint in joints:
@@ -300,19 +305,19 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
     return [
         f"{joint}: the signal goes at {wave.speed:.3g} a second, and the joint can do {speed:.3g}"
         for joint, speed in speeds.items()
-        if speed < wave.speed < math.inf  # a step is as fast as it gets anyway
+        if speed < wave.speed < math.inf  # a step is as fast as possible anyway
     ]
 
 
 def exercise(
     robot: OperatedRobot, joint: str, wave: Wave, *, on_beat: Callable[[float], None] = lambda _part: None
 ) -> Exercise:
-    """Give a joint a signal about where it stands, with `RATE` commands a second, and bring it back to there.
+    """Give a joint a signal about its position, with `RATE` commands a second, and bring it back there.
 
-    After each command `on_beat` takes how much of the signal is over, 0 to 1.
+    After each command `on_beat` takes the share of the signal that is over, 0 to 1.
 
     Raises:
-        UsageError: too few joint states came to say anything.
+        UsageError: too few joint states came for a report.
     """
     session = robot.session
     start, begun = robot.position(joint), session.time
@@ -338,7 +343,7 @@ def exercise(
                 applied.append(now[joint])
     finally:
         for part in (partial(robot.send, MoveJoints({joint: start})), leave):
-            with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
+            with suppress(CellwrightError, RunEndedError):  # the node may be gone
                 part()
     if len(seen) < _FEWEST:
         raise UsageError(f"{joint}: only {len(seen)} joint states came in {wave.duration + TAIL:g} s")
@@ -349,7 +354,7 @@ def exercise(
 
 
 def _trace(joint: str, told: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
-    """What was noted, as arrays; the node's own stamps put joint states in time where it gives them."""
+    """Return the samples as arrays; joint states have the node's own stamps where it gives them."""
     heard_at, stamps, positions = np.array(seen).T
     seen_at: Array = heard_at
     if np.all(np.diff(stamps) > 0.0):
@@ -359,7 +364,7 @@ def _trace(joint: str, told: list[tuple[float, float]], seen: list[tuple[float, 
 
 
 def _held_back(told: Array, applied: list[float], wave: Wave) -> str:
-    """What the node made of targets that it did not apply as they were."""
+    """Return a sentence on targets that the node did not apply unchanged."""
     if not applied:
         return ""
     slack = _HELD_BACK * abs(wave.amplitude)
