@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: takes benchmarks, prints them, and writes the page."""
+"""`python -m benchmarks`: runs benchmarks, prints their figures, and writes the page."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def bench(
         ),
     ] = False,
 ) -> None:
-    """Measure what Cellwright costs on this machine, beside the bounds that it is held to.
+    """Measure the costs of Cellwright on this machine, beside their bounds.
 
-    To be read on a machine that does nothing else; all of it takes about a quarter of an hour. What needs something
-    that is not installed (PyBullet, ROS 1) is skipped and says so.
+    Run it on an idle machine; all of it takes about a quarter of an hour. A benchmark that needs something that is not
+    installed (PyBullet, ROS 1) is skipped and says so.
 
-        # a whole trial: nobody listening, the agent at work, everything listened to
+        # a whole trial: without listeners, with the agent, with a listener on every topic
         python -m benchmarks trial
 
         # everything, and the page of the documentation
@@ -97,7 +97,7 @@ def bench(
 
 
 def _write(file: Path, text: str, console: Console) -> bool:
-    """Write the page; whether it could be, and it is told if not: the figures have been printed by then."""
+    """Write the page; on a failure, print it and return False: the figures have been printed by then."""
     try:
         write_whole(file, text)
     except OSError as error:

@@ -1,6 +1,6 @@
-"""Benchmarks that there are, the figures they find with their bounds, and taking one of them.
+"""The list of benchmarks, their figures with bounds, and the run of one of them.
 
-What a benchmark needs is imported when it is taken.
+A benchmark imports its dependencies when it runs.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ class Figure:
     """One figure.
 
     Attributes:
-        what: what was measured, as a reader of the table finds it.
-        value: how much; not a number where it could not be measured here, and then `note` says why.
+        what: name of the figure, as the table shows it.
+        value: the measured value; not a number where it could not be measured here, and then `note` says why.
         unit: of the value, such as `us/step`; `x` for a ratio.
-        most: what the value is to stay at or below, where there is such a bound.
-        least: what the value is to reach, where there is such a bound.
-        note: how it was taken, or what has to be known to read it.
+        most: upper bound of the value, where there is one.
+        least: lower bound of the value, where there is one.
+        note: method or context of the figure.
     """
 
     what: str
@@ -38,11 +38,11 @@ class Figure:
 
     @property
     def is_held(self) -> bool:
-        """Whether the value is within its bounds; a value that is not a number is within none."""
+        """True if the value is within its bounds; a value that is not a number is within none."""
         return (self.most is None or self.value <= self.most) and (self.least is None or self.value >= self.least)
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as JSON values; a value that is not a number is null."""
+        """Return the same as JSON values; a value that is not a number is null."""
         return {
             "what": self.what,
             "value": self.value if math.isfinite(self.value) else None,
@@ -55,32 +55,32 @@ class Figure:
 
 
 Tell: TypeAlias = Callable[[str], None]
-"""Takes a line about what is being measured now."""
+"""Takes a line about the present measurement."""
 
 
 class Measure(Protocol):
-    """Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on.
+    """Measures; yields each figure as soon as it is known, so that a long benchmark shows progress.
 
     Raises:
         BenchmarkSkippedError: this machine lacks something that is needed.
     """
 
     def __call__(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
-        """Take the figures; `quick`: with so few repeats that they only show that everything works."""
+        """Yield the figures; `quick` takes so few repeats that they only show that everything works."""
 
 
 class BenchmarkSkippedError(Exception):
-    """A benchmark cannot be taken on this machine; its text says what is missing."""
+    """A benchmark cannot run on this machine; the text says what is missing."""
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """A benchmark that can be asked for.
+    """A benchmark of the command line.
 
     Attributes:
-        name: on the command line; also its module in this package, whose `measure` takes it.
+        name: on the command line; also its module in this package, with its function `measure`.
         title: heading of its figures.
-        minutes: about how long it takes on a laptop.
+        minutes: approximate duration on a laptop.
     """
 
     name: str
@@ -88,12 +88,12 @@ class Benchmark:
     minutes: float
 
     def measure(self) -> Measure:
-        """What takes it."""
+        """Return the function that takes its figures."""
         measure: Measure = self._module().measure
         return measure
 
     def about(self) -> tuple[str, ...]:
-        """What is measured and how, paragraph by paragraph."""
+        """Return its description, paragraph by paragraph."""
         return tuple(" ".join(paragraph.split()) for paragraph in (self._module().__doc__ or "").split("\n\n"))
 
     def _module(self) -> ModuleType:
@@ -116,7 +116,7 @@ BENCHMARKS = (
 
 
 def find_benchmark(name: str) -> Benchmark:
-    """The benchmark of a name.
+    """Return the benchmark of a name.
 
     Raises:
         UnknownNameError: there is none.
@@ -129,13 +129,13 @@ def find_benchmark(name: str) -> Benchmark:
 
 @dataclass(frozen=True)
 class Taken:
-    """A benchmark that was taken, or tried.
+    """Result of a benchmark.
 
     Attributes:
-        benchmark: which.
-        figures: what it found; all that was found before it failed, if it did.
-        skipped: what this machine lacks for it; empty if nothing.
-        failed: what went wrong; empty if nothing.
+        benchmark: the benchmark.
+        figures: its figures; those before the failure, if it failed.
+        skipped: the missing requirement; empty if it ran.
+        failed: the error; empty if there was none.
     """
 
     benchmark: Benchmark
@@ -145,11 +145,11 @@ class Taken:
 
     @property
     def is_held(self) -> bool:
-        """Whether it did not fail and every bound is held; one that was skipped breaks none."""
+        """True if it did not fail and every bound is held; a skipped one breaks none."""
         return not self.failed and all(figure.is_held for figure in self.figures)
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as JSON values."""
+        """Return the same as JSON values."""
         return {
             "name": self.benchmark.name,
             "title": self.benchmark.title,
@@ -161,12 +161,15 @@ class Taken:
 
 
 def take(benchmark: Benchmark, tell: Tell, *, quick: bool = False) -> Taken:
-    """Take a benchmark.
+    """Run a benchmark.
 
     Args:
-        benchmark: which.
-        tell: takes a line about what is being measured.
-        quick: with so few repeats that the figures only show that everything works.
+        benchmark: the benchmark.
+        tell: takes a line about the present measurement.
+        quick: take so few repeats that the figures only show that everything works.
+
+    Returns:
+        The result; errors of the benchmark are in it.
     """
     figures: list[Figure] = []
     skipped = failed = ""

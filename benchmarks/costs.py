@@ -1,7 +1,7 @@
-"""What one more of something costs, beside the same cell with nothing: a listener, a log, a recording, another cell.
+"""Marginal costs beside the same cell alone: of a listener, a log, a recording, another cell.
 
-All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and go the same way from there.
-They are taken in turn, in processor time.
+All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and continue in the same way.
+They run in turn, and their processor time counts.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 
 BEGIN, STEPS, REPEATS = 20, 3000, 5
-"""Simulation time [s] of the snapshot, steps from there, and how often."""
+"""Simulation time [s] of the snapshot, steps from there, and repeats."""
 
 FEW = 2
-"""Not more messages than these in all the steps, such as a latched one, are not worth a figure."""
+"""Topics with at most this many messages in all the steps, such as a latched one, get no figure."""
 
 WORK = 60.0
 """Simulation time [s] of a run of the bundled agent with and without a log."""
 
 
 def lesson_cell() -> Cell:
-    """The lesson's cell, begun: nobody listens to it any more."""
+    """Return the lesson's cell after its start, with no listeners."""
     cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
     client = Client(InProcess(cell))
     client.start_competition()
@@ -75,7 +75,7 @@ def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, tell: Tell
 
 
 def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
-    """The topics with a message at a rate; one that comes on an event costs nothing worth timing."""
+    """Return the topics with a message at a rate; one that comes on an event costs too little to time."""
     heard: list[str] = []
     _run(cell, start, steps, cell.topics(), heard)
     counts = Counter(heard)
@@ -83,7 +83,7 @@ def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
 
 
 def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None) -> float:
-    """Processor time of some steps from a snapshot, with listeners that count [s]."""
+    """Run some steps from a snapshot, with listeners that count; return their processor time [s]."""
     restore_snapshot(cell.simulation, start)
     counted = [] if heard is None else heard
     subscriptions = [cell.bus.subscribe(name, partial(_count, counted, name)) for name in topics]
@@ -119,7 +119,7 @@ def _log(until: float, repeats: int) -> Iterator[Figure]:
 
 
 def _recording(until: float, repeats: int) -> Iterator[Figure]:
-    """The same run bare, with a listener on every topic, and recorded."""
+    """Yield the figures of the same run bare, with a listener on every topic, and recorded."""
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         file = Path(folder, "run.mcap")
         cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)

@@ -1,9 +1,9 @@
-"""What it costs to look on at a run and to keep it: a page, a page in a browser, a recording, a video.
+"""Cost of viewing and keeping a run: a page, a page in a browser, a recording, a video.
 
-The bundled agent works the lesson, bare and with each of them in turn: as fast as it goes, or at twice real time where
-a browser looks on, which needs longer than such a run to open a page. Compared is the processor time of the process in
-which the cell runs, without that of its start; pages, browsers and videos are drawn in others, which need cores of
-their own. All runs end in the same state.
+The bundled agent works the lesson, bare and with each of them in turn. It runs at full speed, or at twice real time
+with a browser, which needs longer than such a run to open a page. The processor time of the cell's process is compared,
+without that of its start. Pages, browsers and videos are drawn in other processes, which need cores of their own. All
+runs end in the same state.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ UNTIL, FILMED = 60.0, 8.0
 """Simulation time [s] of a run, and of one with a video, which takes long to draw."""
 REPEATS = 5
 VIEW_COST = 1.05
-"""What a page may cost at most, as a ratio to the bare run."""
+"""Bound of the page's cost, as a ratio to the bare run."""
 
 _SHORT = 0.02  # [s], a run that is all start
 _ADDRESS = re.compile(r"http://\S+")
@@ -37,21 +37,21 @@ _FAST, _WATCHED = ["--speed", "max"], ["--speed", "2"]
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _SMALL = ("--window-size=640,480", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 _PLAIN = "&fixedDpr=0.4"  # drawn without a graphics card, in fewer points: the page asks for the more moments
-_LOOKS = 0.25  # [s] between two looks at whether it is connected
+_LOOKS = 0.25  # [s] between checks of the connection
 _CONNECTED = "01"  # as Linux has it in /proc/net/tcp
 _TICKS = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else math.nan  # [s]
 
 
 @dataclass(frozen=True)
 class Ran:
-    """A run that is over.
+    """Figures of a finished run.
 
     Attributes:
-        processor: time that its own process took [s].
-        wall: how long the run itself took [s].
-        state_hash: of the end.
-        file_size: of what it has written [bytes].
-        seen: how long a browser had its page open [s].
+        processor: time of its own process [s].
+        wall: duration of the run itself [s].
+        state_hash: at the end.
+        file_size: of its output file [bytes].
+        seen: time that a browser had its page open [s].
     """
 
     processor: float
@@ -62,10 +62,10 @@ class Ran:
 
 
 def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Take all of them.
+    """Measure all of them.
 
     Raises:
-        BenchmarkSkippedError: this system does not tell what a process took.
+        BenchmarkSkippedError: this system does not report the processor time of a process.
     """
     if not Path("/proc/self/stat").exists():
         raise BenchmarkSkippedError("it needs /proc, where Linux tells what a process took")
@@ -123,7 +123,7 @@ def _ratio(what: str, ran: Ran, bare: Ran, most: float | None, note: str) -> Fig
 def _in_turn(
     options: dict[str, list[str]], until: float, repeats: int, found: list[Ran], browser: str | None = None
 ) -> dict[str, Ran]:
-    """The least that a run with each of some options took, less its start."""
+    """Return the fastest run with each of some options, its start subtracted."""
     best: dict[str, Ran] = {}
     start: dict[str, float] = {}
     for _ in range(repeats):
@@ -137,7 +137,7 @@ def _in_turn(
 
 
 def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
-    """Run the lesson; with a browser, its page is opened as soon as it is there."""
+    """Run the lesson; with a browser, open its page as soon as it is there."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
     process = subprocess.Popen(  # noqa: S603
         [*command, *options],
@@ -155,7 +155,7 @@ def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
         if address and browser and page is None:
             page = _Visit(browser, address[0])
     document = json.loads(process.stdout.read())
-    processor = _own_time(process.pid)  # it has ended, and keeps what it took until somebody asks how it ended
+    processor = _own_time(process.pid)  # it has ended; its figures remain until its exit status is read
     process.wait()
     process.stdout.close()
     process.stderr.close()
@@ -166,7 +166,7 @@ def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
 
 
 class _Visit:
-    """A browser with a page open, and how long it has been connected."""
+    """A browser with a page open, and the time that it has been connected."""
 
     def __init__(self, browser: str, address: str) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
@@ -184,7 +184,7 @@ class _Visit:
         self._watch.start()
 
     def end(self) -> float:
-        """Close the browser; how long it has been connected [s]."""
+        """Close the browser; return the time that it was connected [s]."""
         self._is_over.set()
         self._watch.join()
         end(self._process)
@@ -199,6 +199,6 @@ class _Visit:
 
 
 def _own_time(pid: int) -> float:
-    """Processor time of a process that has ended [s], without that of those it has started."""
+    """Return the processor time of a process that has ended [s], without its children."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) * _TICKS

@@ -1,9 +1,8 @@
-"""The whole cell beside PyBullet, and whether both simulate the same.
+"""The whole cell beside PyBullet: speed, and agreement of both simulations.
 
-Both take equally many steps in turn, and the best of the repeats counts. Ours is the whole product, which nobody
-listens to; PyBullet does nothing but step and drive the arm, sampled from the same trajectory, and the time that this
-sampling takes counts for both. Shapes, masses, gravity, friction and the belt's speed are the same in both; all else of
-PyBullet is its default.
+Both take equally many steps in turn, and the best of the repeats counts. Ours is the whole product, without listeners.
+PyBullet only steps and drives the arm, sampled from the same trajectory; the time of this sampling counts for both.
+Shapes, masses, gravity, friction and the belt's speed are the same in both; all else of PyBullet is its default.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from cellwright.cell.cell import Cell
 FEW, MANY = 20, 60
 """Parts in bins."""
 LEAST = {240: 5.0, 500: 3.0}
-"""Rates [Hz], and how much faster than PyBullet the cell with many parts is to be at each."""
+"""Rates [Hz], and the required ratio of PyBullet's time to that of the cell with many parts at each."""
 LEAST_BY_DEFAULT = 10.0
 WARM_UP, WINDOW, REPEATS = 3, 2, 3  # [s], [s]; PyBullet's parts fall asleep after two seconds
 
@@ -37,7 +36,7 @@ class Ours:
         self.cell = cell
 
     def run(self, steps: int) -> None:
-        """Let so many steps pass."""
+        """Take some steps."""
         for _ in range(steps):
             self.cell.step()
 
@@ -51,14 +50,14 @@ class Theirs:
         self._controller, self._clock, self._tick = cell.arm.controller, cell.simulation.clock, 0
 
     def run(self, steps: int) -> None:
-        """Let so many steps pass."""
+        """Take some steps."""
         for _ in range(steps):
             self._tick += 1
             now = self._clock.time_of(self._tick)
             self.twin.step(self._controller.positions(now), self._controller.velocities(now))
 
     def close(self) -> None:
-        """Give back what PyBullet holds."""
+        """Release PyBullet's world."""
         self.twin.close()
 
 
@@ -67,12 +66,12 @@ Side: TypeAlias = Ours | Theirs
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far both are apart, and from what they are to do.
+    """Difference of both engines, and from the commands.
 
     Attributes:
-        resting: of the parts in bins, the farthest from where it lies in the other engine [mm].
-        belt: greatest deviation from the belt's speed of what rides on it, ours and PyBullet's [%].
-        arm: greatest error of a joint of the arm, ours and PyBullet's [mrad; mm for the rail].
+        resting: of the parts in bins, the largest distance between the engines [mm].
+        belt: largest deviation from the belt's speed of what rides on it, ours and PyBullet's [%].
+        arm: largest error of a joint of the arm, ours and PyBullet's [mrad; mm for the rail].
     """
 
     resting: float
@@ -81,7 +80,7 @@ class Agreement:
 
 
 def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Time both; then see whether they agree."""
+    """Time both; then compare their states."""
     repeats = 1 if quick else REPEATS
     for rate in LEAST:
         tell(f"{FEW} parts, {rate} Hz")
@@ -133,14 +132,14 @@ def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
 def pair(
     count: int, rate: int, repeats: int, stack: ExitStack, *, sleeping: Sequence[bool], riding: int = BELT_PARTS
 ) -> tuple[Ours, list[Theirs]]:
-    """A busy cell at its first step, and a twin of it for each of `sleeping`; the stack closes them."""
+    """Return a busy cell at its first step, and a twin of it for each of `sleeping`; the stack closes them."""
     cell = busy_cell(count, rate, _seconds(repeats), riding)
     twins = [stack.enter_context(closing(Theirs(cell, sleeping=asleep))) for asleep in sleeping]
     return Ours(cell), twins
 
 
 def least_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
-    """The least time of a step [us] of each over the repeats, once what rests has fallen asleep."""
+    """Return the least time of a step [us] of each over the repeats, once resting parts have fallen asleep."""
     for side in sides:
         side.run(WARM_UP * rate)
     best = [float("inf")] * len(sides)
@@ -153,7 +152,7 @@ def least_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
 
 
 def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
-    """How both do in the next `steps`, after equally many."""
+    """Return the agreement of both over the next `steps`, after equally many."""
     cell, twin = ours.cell, theirs.twin
     assert cell.arm is not None
     names = [part.name for part in cell.world.parts]
@@ -175,5 +174,5 @@ def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
 
 
 def _seconds(repeats: int) -> int:
-    """How long the arm is to swing: as long as anybody looks."""
+    """Return the duration of the arm's swings: that of all measurements [s]."""
     return WARM_UP + repeats * WINDOW + 2

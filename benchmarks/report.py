@@ -18,14 +18,14 @@ from cellwright.cli.output import progress_bar
 
 
 def value_text(figure: Figure) -> str:
-    """The value in about three digits and its unit; a dash where there is none."""
+    """Return the value in about three digits with its unit; a dash where there is none."""
     if not math.isfinite(figure.value):
         return "-"
     return f"{number_text(figure.value)} {figure.unit}".rstrip()
 
 
 def number_text(value: float) -> str:
-    """A number in about three digits, never as a power of ten; what was counted, whole."""
+    """Return a number in about three digits, never as a power of ten; a count in full."""
     size = abs(value)
     if isinstance(value, int) or size >= 100:
         return f"{value:.0f}"
@@ -33,13 +33,13 @@ def number_text(value: float) -> str:
 
 
 def bound_text(figure: Figure) -> str:
-    """The bound that the value is held to; empty where there is none."""
+    """Return the bound of the value; empty where there is none."""
     bounds = [f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
     return ", ".join(bounds)
 
 
 def verdict_text(figure: Figure) -> str:
-    """Whether the bound is held; empty where there is none."""
+    """Return the verdict on the bound; empty where there is none."""
     if not bound_text(figure):
         return ""
     return "held" if figure.is_held else "NOT HELD"
@@ -49,9 +49,9 @@ def show(console: Console, taken: Taken, *, judged: bool) -> None:
     """Print the figures of a benchmark.
 
     Args:
-        console: where to.
+        console: the console.
         taken: the benchmark.
-        judged: whether to say of each figure if its bound is held.
+        judged: print for each figure if its bound is held.
     """
     console.print()
     console.print(Text(taken.benchmark.title, style="bold"))
@@ -85,7 +85,7 @@ def _named(figure: Figure) -> Text:
 
 
 WIDTH = 120
-"""Of a line of text."""
+"""Length of a line of text."""
 
 HEAD = """# Benchmarks
 
@@ -106,13 +106,13 @@ is outside its bound.
 
 
 def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date, *, quick: bool = False) -> str:
-    """The whole page.
+    """Return the whole page.
 
     Args:
-        taken: the benchmarks, in the order in which they are to stand.
-        machine: what they were taken on.
-        day: when.
-        quick: whether the figures are rough, which is then said.
+        taken: the benchmarks, in the order of the page.
+        machine: the machine that they ran on.
+        day: the date.
+        quick: mark the figures as rough.
     """
     rough = (
         ["", "**These figures are rough:** taken with `--quick`, they only show that everything works."]
@@ -142,7 +142,7 @@ def _section(taken: Taken, *, judged: bool) -> Iterator[str]:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """A table of Markdown, a line at a time."""
+    """Yield a table of Markdown, a line at a time."""
     yield _row(heads)
     yield "|" + "---|" * len(heads)
     yield from map(_row, rows)
@@ -153,13 +153,13 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def cell(text: str) -> str:
-    """A text as it can stand in a cell: on one line, and without what would end it."""
+    """Return a text that fits a cell: on one line, and without characters that would end it."""
     return " ".join(text.split()).replace("|", "\\|")
 
 
 @contextmanager
 def telling(console: Console, title: str) -> Iterator[Tell]:
-    """What takes lines about a benchmark, as long as it lasts."""
+    """Yield a function that shows lines about a benchmark while it runs."""
     with progress_bar(console, title, None) as moving:
 
         def tell(line: str) -> None:

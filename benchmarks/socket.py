@@ -1,4 +1,4 @@
-"""What a socket between a cell and a program costs: round trips, many messages, pace, and lockstep."""
+"""Cost of a socket between a cell and a program: round trips, many messages, pace, and lockstep."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ROUNDS, TICKS, SECONDS = 500, 10_000, 60.0
 
 
 def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Take all of them."""
+    """Take all figures."""
     tell("round trips")
     yield from round_trips(5 if quick else ROUNDS)
     tell("joint states at 1 kHz")
@@ -50,7 +50,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
 
 
 def round_trips(rounds: int) -> Iterator[Figure]:
-    """Calls, commands, and a goal until its status is there, at a cell in real time."""
+    """Yield figures of calls, commands, and a goal until its status arrives, at a cell in real time."""
     with Served("serve", "lesson", "--port", "0") as served:
         transport = SocketTransport(served.address, node="/bench")
         request = GetMaterialLocationsRequest(material_type="gear_part")
@@ -74,7 +74,7 @@ def round_trips(rounds: int) -> Iterator[Figure]:
 
 
 def times(what: str, rounds: int, action: Callable[[int], None]) -> Figure:
-    """The median of what an action takes."""
+    """Return the median duration of an action."""
     found = []
     for index in range(rounds):
         begin = time.perf_counter()
@@ -84,7 +84,7 @@ def times(what: str, rounds: int, action: Callable[[int], None]) -> Figure:
 
 
 def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
-    """A goal of the arm's action."""
+    """Return a goal of the arm's action."""
     moment = message_type("builtin_interfaces/Time")(sec=0, nanosec=0)  # type: ignore[call-arg]
     header = message_type("std_msgs/Header")(stamp=moment, frame_id="")  # type: ignore[call-arg]
     goal_id = message_type("actionlib_msgs/GoalID")(stamp=moment, id=name)  # type: ignore[call-arg]
@@ -94,7 +94,7 @@ def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
 
 
 def fast_joint_states(ticks: int, encodings: Sequence[str]) -> Iterator[Figure]:
-    """Joint states at 1 kHz: what a guest that listens costs, and whether it loses any."""
+    """Yield figures of joint states at 1 kHz: the cost of a listening client, and its losses."""
     alone, _ = ticks_with(None, ticks)
     for encoding in encodings:
         cost, heard = ticks_with(encoding, ticks)
@@ -103,7 +103,7 @@ def fast_joint_states(ticks: int, encodings: Sequence[str]) -> Iterator[Figure]:
 
 
 def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
-    """Cost of a tick [us] with a listener in a process of its own, or without; how many messages it got."""
+    """Return the cost of a tick [us] with a listener in a process of its own, or without; and its message count."""
     trial = load_trial([find_trial("lesson")]).trial
     cell = Cell(replace(trial, settings=replace(trial.settings, timestep=(1, 1000))))
     server = Server(cell, port=0)
@@ -115,7 +115,7 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
     fast = cell.bus.advertise(JOINTS, "sensor_msgs/JointState", node="/gazebo")
 
     def say(_tick: int) -> None:
-        fast.publish(replace(states[0]))  # another object: it is written anew, as one with new values would be
+        fast.publish(replace(states[0]))  # another object: it is encoded again, as one with new values would be
 
     cell.simulation.watch("fast", Fraction(1, 1000), say)
     process = None if encoding is None else listening(server.address, JOINTS, encoding)
@@ -133,7 +133,7 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
 
 
 def pace(seconds: float) -> Iterator[Figure]:
-    """How real time is kept, with a guest that listens to clock and joint states."""
+    """Yield figures of the real-time pace, with a client that listens to clock and joint states."""
     with Served("serve", "lesson", "--port", "0", "--json", "--until", str(seconds)) as served:
         transport = SocketTransport(served.address, node="/bench")
         transport.subscribe("/ariac/joint_states", lambda _: None)
@@ -148,7 +148,7 @@ def pace(seconds: float) -> Iterator[Figure]:
 
 
 def lockstep(until: float) -> Iterator[Figure]:
-    """The lesson worked by the bundled agent, in one process and in two."""
+    """Yield figures of the lesson worked by the bundled agent, in one process and in two."""
     walls, hashes = [], set()
     limit = [] if math.isinf(until) else ["--until", str(until)]
     for more in ([], ["--over", "socket", "--lockstep"]):

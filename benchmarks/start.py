@@ -1,6 +1,6 @@
-"""How long a fresh process takes until the first step of the lesson's cell, and what memory it holds then.
+"""Time of a new process until the first step of the lesson's cell, and its memory then.
 
-The process is new each time, its files are in the system's cache: what a program costs that is started again and
+The process is new each time, its files are in the system's cache: the cost of a program that is started again and
 again, as in tests and CI.
 """
 
@@ -20,7 +20,7 @@ from cellwright.util.errors import UsageError
 
 RUNS = 7
 LIMIT = 120.0
-"""A process that takes longer [s] has failed."""
+"""Time [s] after which a process has failed."""
 
 PROGRAM = """
 import time
@@ -50,14 +50,14 @@ print(json.dumps({"moments": moments, "busy": time.process_time(), "resident": r
 """Steps the lesson's cell once, and prints the moments [s] in between and its resident memory [MiB]."""
 
 STEPS = ("the interpreter", "importing", "reading the trial", "building the cell", "the first step")
-"""What lies between two moments, from the creation of the process on."""
+"""Phases between the moments, from the creation of the process on."""
 
 COMMAND = ("-m", "cellwright", "run", "lesson", "--agent", "none", "--until", "0.002", "--no-picture", "--json")
 """A run of a single step."""
 
 
 def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Start processes, and count the one that was the fastest."""
+    """Start processes; the fastest one counts."""
     runs = 1 if quick else RUNS
     tell(f"{runs} programs")
     spans, busy, resident = [], math.inf, math.nan
@@ -89,7 +89,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
 
 
 def ran(*arguments: str) -> str:
-    """What a process of this Python writes, given some arguments.
+    """Run this Python with some arguments; return its output.
 
     Raises:
         UsageError: it failed.

@@ -1,8 +1,8 @@
-"""A whole trial of 500 s (`trial.yaml`): what the cell costs beside its engine.
+"""A whole trial of 500 s (`trial.yaml`): cost of the cell beside its engine.
 
-The bundled agent works it once, and what it does is noted. The same is then played into a second cell to which nobody
-listens, and the agent works a third, in which every topic has a listener. Their states are the same in the end, so the
-engine did the same work in each, and its time (`engine_time.py`) is what the run's is compared with.
+The bundled agent works it once, and its commands are noted. A second cell without listeners replays them, and the agent
+works a third, in which every topic has a listener. Their states are the same in the end, so the engine did the same
+work in each, and its time (`engine_time.py`) is the reference for the run's.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ SECONDS, QUICK_SECONDS = 500, 2
 """Simulation time of a run [s]."""
 NODE = "/agent"
 IN_TURN = 2
-"""A played run is short beside the others: so often it is taken, and the best counts."""
+"""Repeats of a replayed run, which is short beside the others; the best counts."""
 
 
 @dataclass(frozen=True)
 class Passed:
-    """A run that has passed.
+    """Figures of a finished run.
 
     Attributes:
-        wall: what it took, without the timing [s].
-        engine: what of that was the engine's [s].
+        wall: wall time, without the timing [s].
+        engine: the engine's share of that [s].
         steps: ticks.
         state_hash: of the cell at its end.
     """
@@ -49,22 +49,22 @@ class Passed:
 
     @property
     def ratio(self) -> float:
-        """What it took to what its engine took."""
+        """Ratio of its time to its engine's time."""
         return self.wall / self.engine
 
 
 def bench_trial() -> Trial:
-    """The trial, as it comes with this package."""
+    """Return the trial bundled with this package."""
     with as_file(files("benchmarks") / "trial.yaml") as path:
         return load_trial([path]).trial
 
 
 def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, list[Command]]:
-    """Let the agent work the trial; the run, and what the agent did.
+    """Run the trial with the agent; return the run, and the agent's commands.
 
     Args:
-        seconds: how long [s].
-        topics: what is listened to besides; None for every topic.
+        seconds: duration [s].
+        topics: additional topics with a listener; None for every topic.
     """
     with engine_timed() as engine:
         cell = Cell(bench_trial())
@@ -86,7 +86,7 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, 
 
 
 def played(seconds: int, commands: Sequence[Command]) -> Passed:
-    """Do to a cell that nobody listens to what the agent did."""
+    """Replay the agent's commands into a cell without listeners."""
     with engine_timed() as engine:
         cell = Cell(bench_trial())
         begin = time.perf_counter()
@@ -105,7 +105,7 @@ def _passed(cell: Cell, engine: EngineTime, wall: float) -> Passed:
 
 
 def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Run the trial with nobody, the agent and everybody listening."""
+    """Run the trial without listeners, with the agent, and with a listener on every topic."""
     seconds = QUICK_SECONDS if quick else SECONDS
     tell("the agent works it")
     agent, commands = worked(seconds)
@@ -125,6 +125,6 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
 
 
 def figures(what: str, run: Passed, seconds: int, most: float | None = None) -> Iterator[Figure]:
-    """The figures of a run."""
+    """Yield the figures of a run."""
     yield Figure(f"{what}: run / engine", run.ratio, most=most)
     yield Figure(f"{what}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")

@@ -1,4 +1,4 @@
-"""A target, found by its name."""
+"""Fuzzing targets by name."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Target:
 
 
 def names() -> list[str]:
-    """All targets there are."""
+    """Return the names of all targets."""
     return sorted(module.name for module in iter_modules(fuzz.targets.__path__))
 
 
 def find(name: str) -> Target:
-    """The target of a name; its reader is imported now."""
+    """Return the target of a name; its reader is imported now."""
     module = import_module(f"fuzz.targets.{name}")
     about = (module.__doc__ or "").splitlines()[0]
     mutate = getattr(module, "mutate", None)

@@ -1,4 +1,4 @@
-"""What a refusal has to look like, whatever was read."""
+"""Required form of refusals, for every reader."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Iterable
 from cellwright.util.errors import DescriptionError
 
 MOST_LINES = 2000
-"""More lines than this help nobody."""
+"""Largest number of lines of use to a reader."""
 LONGEST_LINE = 2000
 """Longest line of a refusal, in characters, the file's own path left out."""
 
 
 class FindingError(Exception):
-    """Something came back that nobody could do anything with."""
+    """An outcome that is no use to a user."""
 
 
 def check_lines(lines: Iterable[object], paths: Iterable[str]) -> None:
-    """Lines about files: each names its file, is one line that a terminal can show, and not too long.
+    """Check lines about files: each names its file, is one line that a terminal can show, and not too long.
 
     Raises:
         FindingError: one of them does not.
@@ -37,7 +37,7 @@ def check_lines(lines: Iterable[object], paths: Iterable[str]) -> None:
 
 
 def check_refusal(error: DescriptionError, *paths: str) -> None:
-    """A refusal of files: at least one problem, and lines as they should be.
+    """Check a refusal of files: at least one problem, and lines in the required form.
 
     Raises:
         FindingError: there is something wrong with it.

@@ -1,7 +1,7 @@
-"""The process in which one target is searched: `python -m fuzz.worker TARGET SECONDS FOLDER`.
+"""Process of the search of one target: `python -m fuzz.worker TARGET SECONDS FOLDER`.
 
-An exception that nobody should see is kept once, with its input, and the search goes on; a hang, a crash of a library
-or too much memory end the process, and libFuzzer keeps the input. `FOLDER` gets `corpus`, `findings` and `executions`.
+An unexpected exception is kept once, with its input, and the search goes on. A hang, a crash of a library or too much
+memory end the process, and libFuzzer keeps the input. `FOLDER` gets `corpus`, `findings` and `executions`.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ import atheris
 from fuzz.target import Target
 
 SLOWEST = 20
-"""An input that takes longer is a finding [s of the processor, for the machine may have other work]."""
+"""Processor time [s] above which an input is a finding; the machine may have other work."""
 LONGEST_WAIT = 120
-"""An input that takes longer on the clock ends the process [s]: something waits for ever."""
+"""Wall time [s] after which an input ends the process: something waits for ever."""
 MOST_MEMORY = 2000
-"""A process that needs more is stopped [MiB]."""
+"""Memory [MiB] above which a process is stopped."""
 READERS = ["cellwright", "yaml", "xacro", "rosbags"]
 """Packages whose branches lead the search."""
 
@@ -35,7 +35,7 @@ class SlowError(Exception):
 
 
 class Search:
-    """Takes inputs to a target and keeps what breaks it."""
+    """Gives inputs to a target and keeps those that break it."""
 
     def __init__(self, target: Target, folder: Path) -> None:
         self.target = target
@@ -44,7 +44,7 @@ class Search:
         self._known = {path.name.partition(".")[0] for path in self._findings.glob("*.txt")}
 
     def one(self, data: bytes) -> None:
-        """One input."""
+        """Try one input."""
         signal.setitimer(signal.ITIMER_PROF, SLOWEST)
         try:
             self.target.attempt(data)
@@ -56,7 +56,7 @@ class Search:
             signal.setitimer(signal.ITIMER_PROF, 0)
 
     def mutator(self, data: bytes, most: int, seed: int) -> bytes:
-        """Another input of the same kind; once in a while of any kind."""
+        """Return another input of the same kind; once in a while of any kind."""
         chance = random.Random(seed)
         changed = self.target.mutate(data, chance) if self.target.mutate and chance.random() < 0.9 else None
         if changed is None or len(changed) > most:
@@ -64,7 +64,7 @@ class Search:
         return bytes(changed[:most])
 
     def _keep(self, data: bytes, error: BaseException) -> None:
-        """Keep an input whose traceback ends where none has ended before."""
+        """Keep an input whose traceback ends at a new place."""
         frames = traceback.extract_tb(error.__traceback__)
         own = [frame for frame in frames if "cellwright" in frame.filename or "fuzz" in frame.filename] or frames
         where = f"{type(error).__name__} {own[-1].filename}:{own[-1].lineno}"
@@ -82,7 +82,7 @@ def _too_slow(_signal: int, _frame: FrameType | None) -> None:
 
 
 def main() -> None:
-    """Search for as long as was asked for."""
+    """Search for the requested time."""
     name, seconds, folder = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
     with atheris.instrument_imports(include=READERS):
         from fuzz.target import find

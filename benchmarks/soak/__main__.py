@@ -1,4 +1,4 @@
-"""`python -m benchmarks.soak`: ten simulated hours of a cell and of a robot, watched."""
+"""`python -m benchmarks.soak`: ten simulated hours of a cell and of a robot, with checks."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _MOST = 1000.0  # [h]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; its exit status.
+    """Run the command; return its exit status.
 
     Args:
-        arguments: what follows the command's name; None takes those of the process.
+        arguments: the command's arguments; None takes those of the process.
 
     Returns:
         0: memory is steady and the states are equal; 1: they are not, or a process ended; 2: bad input.

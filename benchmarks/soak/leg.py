@@ -1,7 +1,7 @@
-"""One process of a long run: from one border between two rounds to another, telling how it goes a line of JSON each.
+"""One process of a long run: from one border between two rounds to another, reporting in lines of JSON.
 
-Lines: `sample` [hours, MiB] after each round, `cut` [round, state hash] wherever the run is cut, and at the end `grown`
-(what the objects of Python have grown by, if that was traced) and `counts`.
+Lines: `sample` [hours, MiB] after each round, `cut` [round, state hash] at each cut, and at the end `grown`
+(growth of Python's objects, if that was traced) and `counts`.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ Tell = Callable[[str, Any], None]
 HOUR = 3_600_000_000_000
 """[ns]"""
 FACES = ("cell", "robot")
-_MOST_LINES = 8  # of code that have grown most
+_MOST_LINES = 8  # of code that has grown most
 
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """What a process is to do.
+    """Work of a process.
 
     Attributes:
         face: one of `FACES`.
-        begin: round that it begins with.
+        begin: first round.
         end: round that it ends before.
-        cuts: borders at which the run is cut, by the number of the round that follows: there it is saved and restored.
+        cuts: borders at which the run is saved and restored, by the number of the round that follows.
         start: checkpoint to begin from; empty: from the beginning.
-        save: checkpoint to leave behind at the last cut; empty: none is written, though the run is touched alike.
-        everything: whether every topic is listened to.
-        traced: whether the objects of Python are counted, which takes time.
+        save: checkpoint to write at the last cut; empty: none is written, though the run is touched alike.
+        everything: listen to every topic.
+        traced: trace Python's objects, which takes time.
     """
 
     face: str
@@ -54,18 +54,18 @@ class Leg:
     traced: bool = False
 
     def to_json(self) -> str:
-        """As text, for a command line."""
+        """Return it as text, for a command line."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> Leg:
-        """What `to_json` made."""
+        """Return the leg of a text by `to_json`."""
         values = json.loads(text)
         return cls(**{**values, "cuts": tuple(values["cuts"])})
 
 
 def make_face(name: str, *, everything: bool) -> Face:
-    """The cell or the robot; the other one is not loaded."""
+    """Return the cell or the robot; the other one is not loaded."""
     if name == "cell":
         from benchmarks.soak.cell_face import CellFace
 
@@ -76,7 +76,7 @@ def make_face(name: str, *, everything: bool) -> Face:
 
 
 def run_leg(leg: Leg, tell: Tell) -> None:
-    """Let the rounds of a leg pass.
+    """Run the rounds of a leg.
 
     Raises:
         CheckpointError: the checkpoint to begin from cannot be read.
@@ -128,7 +128,7 @@ def _place(change: tracemalloc.StatisticDiff) -> str:
 
 
 def main() -> None:
-    """Run the leg that the first argument describes; it ends when its stdin does, whatever ended who started it."""
+    """Run the leg that the first argument describes, until its stdin ends with the process that started it."""
     threading.Thread(target=_end_with_stdin, daemon=True).start()
 
     def tell(kind: str, value: Any) -> None:

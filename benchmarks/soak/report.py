@@ -1,4 +1,4 @@
-"""What a long run came to: a table for people, and a picture of memory over time."""
+"""Report of a long run: a table, and a plot of memory over time."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from benchmarks.soak.soak import TRACED, Soaked
 from cellwright.clients.operators.plots import svg_text
 
 _COLOUR = "#1f5fa8"
-_LEAST_SPAN = 10.0  # [MiB]: less memory than that makes no mountains
+_LEAST_SPAN = 10.0  # [MiB]: a smaller range would exaggerate noise
 
 
 def is_well(soaked: Soaked) -> bool:
-    """Whether memory stayed as it was, and both runs were in the same state at every cut."""
+    """Return whether memory was steady, and both runs were in the same state at every cut."""
     return soaked.first_difference is None and (math.isnan(soaked.growth.end) or soaked.growth.is_steady)
 
 
 def lines(soaked: Soaked) -> Iterator[str]:
-    """The table."""
+    """Yield the lines of the table."""
     growth, last = soaked.growth, soaked.whole.get(soaked.rounds, "")
     yield f"{soaked.face}: {soaked.hours:g} simulated hours in one process, {soaked.wall:.0f} s"
     for what, count in sorted(soaked.counts.items()):
@@ -48,7 +48,7 @@ def lines(soaked: Soaked) -> Iterator[str]:
 
 
 def picture(runs: Sequence[Soaked]) -> str:
-    """The text of an SVG file: memory over time, one frame for each run."""
+    """Return the text of an SVG file: memory over time, one frame for each run."""
     figure = Figure(figsize=(9.0, 2.8 * len(runs)), layout="constrained")
     for run, frame in zip(runs, figure.subplots(len(runs), 1, squeeze=False)[:, 0], strict=True):
         values = np.array([each.memory for each in run.samples])

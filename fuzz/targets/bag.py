@@ -33,7 +33,7 @@ _PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "targets.bag"
 
 
 def seeds() -> Iterator[bytes]:
-    """Small recordings, one for each kind of compression."""
+    """Yield small recordings, one for each kind of compression."""
     store = get_typestore(Stores.ROS1_NOETIC)
     state = store.types["sensor_msgs/msg/JointState"]
     header = store.types["std_msgs/msg/Header"]

@@ -1,4 +1,4 @@
-"""What a guest says to a served cell: it is answered or refused, and what it does not mean does nothing."""
+"""Frames of a client at a served cell: they are answered or refused, and invalid ones have no effect."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ WORDS = ("/clock", "/ariac/agv1", "/ariac/arm/command", "protocol", "encoding", 
 
 @cache
 def world() -> tuple[Cell, Requests]:
-    """A cell and what carries out its guests' frames."""
+    """Return a cell and the handler of its clients' frames."""
     cell = Cell(load_trial([find_trial("lesson")]).trial, competition=False)
     return cell, Requests(cell, lockstep=True)
 
 
 def seeds() -> Iterator[bytes]:
-    """Dialogues as guests have them."""
+    """Yield dialogues as clients have them."""
     greeting = hello("/me", "cdr")
     way = joint_trajectory(["elbow_joint"], [trajectory_point([1.0], time_from_start=10**9)])
     for frames in (
@@ -45,7 +45,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def attempt(data: bytes) -> None:
-    """Hear the bytes from a guest, let a tick pass, and see it off."""
+    """Receive the bytes from a client, run a tick, and disconnect the client."""
     if _frames([data]) != _frames([data[:7], data[7:40], data[40:]]):
         raise FindingError("frames depend on how they come in pieces")
     cell, requests = world()
@@ -74,7 +74,7 @@ def attempt(data: bytes) -> None:
 
 
 def _frames(pieces: list[bytes]) -> list[Frame]:
-    """The frames that come of bytes in pieces, up to where they make no sense."""
+    """Return the frames in pieces of bytes, up to the first invalid one."""
     decoder, found = Decoder(LONGEST_HELLO), list[Frame]()
     try:
         for piece in pieces:

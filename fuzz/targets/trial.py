@@ -1,4 +1,4 @@
-"""A trial changed as a tree: entries dropped, doubled, renamed, put elsewhere, of other types and sizes."""
+"""Trials changed as trees: entries dropped, doubled, renamed, moved, of other types and sizes."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ attempt = trial_text.attempt
 
 
 def seeds() -> Iterator[bytes]:
-    """The trials."""
+    """Yield the trials."""
     yield from bundled.files(*bundled.TRIALS)
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another trial."""
+    """Return another trial."""
     return yaml_trees.mutate(data, chance, WORDS)

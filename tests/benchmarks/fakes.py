@@ -1,4 +1,4 @@
-"""Benchmarks that find what they are told to find."""
+"""Benchmarks with given results."""
 
 from __future__ import annotations
 

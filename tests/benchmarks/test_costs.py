@@ -1,4 +1,4 @@
-"""What one more of something costs, with few steps."""
+"""Marginal costs, with few steps."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Many runs by one worker and by two."""
+"""Evaluation by one worker and by two."""
 
 import pytest
 
@@ -31,7 +31,7 @@ def test_one_processor_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Fails:
-    """An agent that gives up at once."""
+    """An agent that fails at once."""
 
     work = 0.0
 

@@ -1,4 +1,4 @@
-"""What it costs to look on: how it is reckoned, and one run as they are measured."""
+"""Cost of viewing: its calculation, and one run as it is measured."""
 
 import math
 import sys
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it needs /proc"
 
 @pytest.fixture
 def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]:
-    """Runs that take what is written here: 1 s bare, less in each repetition."""
+    """Runs with the durations below: 1 s bare, less in each repetition."""
     done: list[tuple[str, float, str | None]] = []
 
     def run(options: Sequence[str], until: float, browser: str | None) -> looking.Ran:

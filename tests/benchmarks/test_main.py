@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: table, JSON, page, and what is refused."""
+"""`python -m benchmarks`: table, JSON, page, and refusals."""
 
 import json
 from pathlib import Path

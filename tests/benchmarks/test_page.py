@@ -1,4 +1,4 @@
-"""The page, whole."""
+"""The whole page."""
 
 import datetime
 
@@ -68,7 +68,7 @@ def test_the_page() -> None:
 def test_rough_figures_say_that_they_are() -> None:
     rough = page(TAKEN, {}, DAY, quick=True)
     assert "**These figures are rough:**" in rough
-    assert "| cold start | 1.50 s | ≤ 1 | | |" in rough  # what is rough is not judged
+    assert "| cold start | 1.50 s | ≤ 1 | | |" in rough  # rough figures are not judged
 
 
 def test_what_stands_in_a_cell_cannot_end_it() -> None:

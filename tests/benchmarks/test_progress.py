@@ -1,4 +1,4 @@
-"""What is seen while a benchmark is taken."""
+"""Progress of a benchmark."""
 
 import io
 

@@ -58,4 +58,4 @@ def test_its_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(figure.value >= 0 for figure in figures)
     assert sum(figure.least is not None for figure in figures) == 2
     assert sum(figure.most is not None for figure in figures) == 5
-    assert all(figure.note for figure in figures if figure.least is not None)  # what is missed is to be understood
+    assert all(figure.note for figure in figures if figure.least is not None)  # a missed bound needs an explanation

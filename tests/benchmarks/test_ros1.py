@@ -1,4 +1,4 @@
-"""What ROS 1 costs, with few messages."""
+"""Cost of ROS 1, with few messages."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a socket costs, with few messages."""
+"""Cost of a socket, with few messages."""
 
 import pytest
 

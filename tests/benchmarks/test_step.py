@@ -1,4 +1,4 @@
-"""The cost of a step."""
+"""Cost of a step."""
 
 from benchmarks.step import measure, trial_with
 from cellwright.cell.cell import Cell

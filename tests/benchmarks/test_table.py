@@ -1,4 +1,4 @@
-"""Figures as they are printed."""
+"""Printed figures."""
 
 import io
 import math

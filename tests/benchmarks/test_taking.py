@@ -1,4 +1,4 @@
-"""Benchmarks that find something, are skipped, or fail on the way."""
+"""Benchmarks with figures, skipped ones, and failures half-way."""
 
 import json
 import subprocess

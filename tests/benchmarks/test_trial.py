@@ -1,4 +1,4 @@
-"""The trial of the bench, and what is measured with it."""
+"""The benchmark's trial, and its measurement."""
 
 from collections import Counter
 from importlib.resources import files

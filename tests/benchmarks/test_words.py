@@ -1,4 +1,4 @@
-"""Figures as they are written down."""
+"""Figures as text."""
 
 import math
 

@@ -27,7 +27,7 @@ def test_bad_input(arguments: list[str], words: str, capsys: pytest.CaptureFixtu
 
 @pytest.fixture
 def soaks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Soaked | EnduranceError]:
-    """What comes of the long runs, by face."""
+    """Results of the long runs, by face."""
     found: dict[str, Soaked | EnduranceError] = {}
 
     def soak(face: str, _rounds: int, _pieces: int, folder: Path, **_more: object) -> Soaked:

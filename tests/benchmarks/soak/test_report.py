@@ -55,6 +55,6 @@ def test_the_picture_has_a_frame_for_each_run() -> None:
     assert len(curves) == 2
     heights = [
         [float(y) for y in re.findall(r"[ML] \S+ (\S+)", curve.attrib["d"])] for curve in curves
-    ]  # a steady line is flat, and 3 MiB of some 10 are seen as such
+    ]  # a steady line is flat, and 3 MiB of some 10 are visible as such
     assert max(heights[0]) - min(heights[0]) < 0.2
     assert 30 < max(heights[1]) - min(heights[1]) < 60

@@ -152,7 +152,7 @@ def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, sp
     for duration in spent:
         session.sleep(duration)
         rate.sleep()
-    # no beat is lost and none is too many; a tick of 2 ms is what can be missed
+    # no beat is lost and none is added; a tick of 2 ms is what can be missed
     assert session.time - begin == pytest.approx(len(spent) / min(frequency, 100.0), abs=0.0021)
 
 

@@ -1,4 +1,4 @@
-"""A client whose cell is served; here by a thread of this process, which nobody else uses the cell from."""
+"""A client whose cell is served; here by a thread of this process, the cell's only user."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def connected(home: Home, *, node: str = "/client", encoding: str = "cdr") -> It
 
 
 def story(transport: Transport) -> list[object]:
-    """What a program sees that does a bit of everything."""
+    """Return the observations of a program that does a bit of everything."""
     seen: list[object] = []
     client = Client(transport)
     client.subscribe("/ariac/gripper/state", lambda message: seen.append((transport.now(), message.attached)))
@@ -124,7 +124,7 @@ def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding:
 
 @pytest.mark.parametrize("others", [0, 1])
 def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None:
-    """As a robot's way home does; another guest may wait for time meanwhile."""
+    """As in a robot's motion home; another client may wait for time meanwhile."""
     expected = RobotNode(robots.robot(), sim_time=True)
     away = joint_state(["right_1"], [0.5], time=0)
 
@@ -287,7 +287,7 @@ def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
 
         def wait() -> None:
             try:
-                transport._connection.listen(None)  # for what never comes: in lockstep nobody asks for time
+                transport._connection.listen(None)  # for a frame that never comes: in lockstep no client requests time
                 transport._connection.listen(None)
             except RunEndedError as error:
                 ended.append(error)

@@ -65,7 +65,7 @@ def test_steps_are_told_of(there: OperatedRobot) -> None:
 def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The way back cannot be said any more, and the other half of the end is done all the same."""
+    """The way back cannot be sent any more, and the other half of the clean-up happens all the same."""
     said: list[float] = []
 
     def send(_robot: OperatedRobot, order: MoveJoints) -> None:

@@ -1,4 +1,4 @@
-"""Keys made into orders, at a robot that is only told of."""
+"""Keys as orders, to a fake robot."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KEYS += ["enter", "escape", "backspace", "tab", "ctrl-c"]
 
 @dataclass
 class Told:
-    """A robot of four joints, as one hears of it."""
+    """A robot of four joints, as its operator sees it."""
 
     joints: tuple[str, ...] = ("head_yaw", "arm_r_1", "arm_r_2", "slide")
     positions: dict[str, float] = field(
@@ -53,7 +53,7 @@ def jog(robot: Told) -> Jog:
 
 
 def near(value: float) -> float:
-    """A number that equals all close to it."""
+    """Return a number that equals all close to it."""
     return cast("float", pytest.approx(value))
 
 

@@ -1,4 +1,4 @@
-"""Recorded keys at a whole node: in this process, and over its socket for services that take their time."""
+"""Recorded keys at a whole node: in this process, and over its socket for slow services."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits, as far as they are known."""
+"""Limits, where they are known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Targets of a file, played to a whole node in this process, and what it records of itself."""
+"""Targets of a file, played to a whole node in this process, and its recordings of itself."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def targets(*moments: tuple[float, Mapping[str, float]], topic: str = JOINT_COMM
 
 
 def heard(there: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple[float, dict[str, float]]]:
-    """What is said on a topic from now on, with its time."""
+    """Return a list that collects the messages on a topic from now on, with their times."""
     found: list[tuple[float, dict[str, float]]] = []
 
     def note(message: object) -> None:

@@ -1,4 +1,4 @@
-"""The picture of a test signal: a sound file, with the curves where they belong."""
+"""Plot of a test signal: a valid file, with the curves in their places."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def done(joint: str = "elbow", *, height: float = 0.2, samples: int = 300) -> Ex
 
 
 def curves(svg: str) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
-    """The points of each curve; samples in the legend are not cut off at a frame."""
+    """Return the points of each curve; samples in the legend are not cut off at a frame."""
     paths = [path for path in ET.fromstring(svg).iter(f"{SVG}path") if "clip-path" in path.attrib]
     drawn = [path.attrib["d"] for path in paths if "fill: none; stroke: #" in path.attrib["style"]]
     lines = [line for line in drawn if line.count("L") > 1]  # one stroke is a line of the grid

@@ -1,4 +1,4 @@
-"""Files of targets: what is read, and what is refused with its line."""
+"""Target files: accepted ones, and refusals with their line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of how a joint followed, held against motions whose figures are known."""
+"""Tracking figures, against motions of known figures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def sine(amplitude: float = 0.3, lag: float = 0.0, gain: float = 1.0) -> Trace:
 
 
 def step(answer: Array) -> Trace:
-    """A step of 0.2 at 1 s, and an answer to it as a part of the step, against the time since."""
+    """Return a step of 0.2 at 1 s, and an answer to it as a share of the step, against the time since."""
     return Trace("elbow", TIME, np.where(TIME >= 1.0, 0.2, 0.0), TIME, 0.2 * answer)
 
 

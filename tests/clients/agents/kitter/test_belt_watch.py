@@ -1,4 +1,4 @@
-"""Following parts on the belt."""
+"""Tracking of parts on the belt."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ BEAM = Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))
 
 
 class FakeClient:
-    """Time that is set, and topics that are spoken on, by a test."""
+    """Time and topics that a test controls."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -99,7 +99,7 @@ def test_what_has_passed_and_what_was_taken_is_not_coming() -> None:
 def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
-    # read at 20 Hz: what is told happened 25 ms ago, on average
+    # read at 20 Hz: the event was 25 ms ago, on average
     client.say("/ariac/beam_change", 10.025, object_detected=True)
     client.say("/ariac/beam_change", 10.425, object_detected=False)
     (part,) = belt.coming("gear_part", 10.5, 1.0)

@@ -1,4 +1,4 @@
-"""Images of logical cameras: what lies still, and where, once noise is averaged away."""
+"""Images of logical cameras: parts at rest, and their poses with noise averaged out."""
 
 import math
 import random
@@ -13,7 +13,7 @@ from cellwright.util.pose import Pose
 
 
 def images(*parts: Sighting, count: int = 8, drift: float = 0.0) -> list[Image]:
-    """Noisy images of parts, all of which move along -y by `drift` [m] from image to image."""
+    """Return noisy images of parts, all of which move along -y by `drift` [m] from image to image."""
     rng = random.Random(7)
     noise = [[random_six(rng) for _ in parts] for _ in range(count)]
     return [

@@ -1,4 +1,4 @@
-"""Orders as kits to be built."""
+"""Orders as kits to build."""
 
 from types import SimpleNamespace
 from typing import cast

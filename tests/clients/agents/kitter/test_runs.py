@@ -1,4 +1,4 @@
-"""The agent at work in the cell: every point that there is to get."""
+"""The agent at work in the cell: it wins every point that can be won."""
 
 import logging
 import re
@@ -73,7 +73,7 @@ def test_a_part_lost_over_the_tray_costs_nothing() -> None:
 
 
 def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
-    """A run of a trial with parts of its own, and what the agent says in the end of those that it did not bring."""
+    """Run a trial with parts of its own; return the result, and the agent's final lines on missing parts."""
     trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
     logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines(logging.WARNING)
     logger.addHandler(lines)
