@@ -21,40 +21,42 @@ class Figure:
     """One figure.
 
     Attributes:
-        what: name of the figure, as the table shows it.
+        label: name of the figure, as the table shows it.
         value: the measured value; not a number where it could not be measured here, and then `note` says why.
         unit: of the value, such as `us/step`; `x` for a ratio.
-        most: upper bound of the value, where there is one.
-        least: lower bound of the value, where there is one.
+        maximum: upper bound of the value, where there is one.
+        minimum: lower bound of the value, where there is one.
         note: method or context of the figure.
     """
 
-    what: str
+    label: str
     value: float
     unit: str = "x"
-    most: float | None = None
-    least: float | None = None
+    maximum: float | None = None
+    minimum: float | None = None
     note: str = ""
 
     @property
     def is_held(self) -> bool:
         """True if the value is within its bounds; a value that is not a number is within none."""
-        return (self.most is None or self.value <= self.most) and (self.least is None or self.value >= self.least)
+        return (self.maximum is None or self.value <= self.maximum) and (
+            self.minimum is None or self.value >= self.minimum
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the same as JSON values; a value that is not a number is null."""
         return {
-            "what": self.what,
+            "what": self.label,
             "value": self.value if math.isfinite(self.value) else None,
             "unit": self.unit,
-            "most": self.most,
-            "least": self.least,
+            "most": self.maximum,
+            "least": self.minimum,
             "held": self.is_held,
             "note": self.note,
         }
 
 
-Tell: TypeAlias = Callable[[str], None]
+OnProgress: TypeAlias = Callable[[str], None]
 """Takes a line about the present measurement."""
 
 
@@ -65,7 +67,7 @@ class Measure(Protocol):
         BenchmarkSkippedError: this machine lacks something that is needed.
     """
 
-    def __call__(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
+    def __call__(self, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure]:
         """Yield the figures; `quick` takes so few repeats that they only show that everything works."""
 
 
@@ -128,7 +130,7 @@ def find_benchmark(name: str) -> Benchmark:
 
 
 @dataclass(frozen=True)
-class Taken:
+class BenchmarkResult:
     """Result of a benchmark.
 
     Attributes:
@@ -160,12 +162,12 @@ class Taken:
         }
 
 
-def take(benchmark: Benchmark, tell: Tell, *, quick: bool = False) -> Taken:
+def take(benchmark: Benchmark, on_progress: OnProgress, *, quick: bool = False) -> BenchmarkResult:
     """Run a benchmark.
 
     Args:
         benchmark: the benchmark.
-        tell: takes a line about the present measurement.
+        on_progress: takes a line about the present measurement.
         quick: take so few repeats that the figures only show that everything works.
 
     Returns:
@@ -174,10 +176,10 @@ def take(benchmark: Benchmark, tell: Tell, *, quick: bool = False) -> Taken:
     figures: list[Figure] = []
     skipped = failed = ""
     try:
-        for figure in benchmark.measure()(tell, quick=quick):
+        for figure in benchmark.measure()(on_progress, quick=quick):
             figures.append(figure)  # noqa: PERF402 - one that fails keeps what it found before
     except BenchmarkSkippedError as reason:
         skipped = str(reason)
     except (CellwrightError, RunEndedError, SubprocessError, OSError) as error:  # also of a process that it started
         failed = str(error) or type(error).__name__
-    return Taken(benchmark, tuple(figures), skipped, failed)
+    return BenchmarkResult(benchmark, tuple(figures), skipped, failed)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
@@ -29,7 +29,7 @@ from cellwright.running.run import RecordOptions, RunOptions, run_cell
 BEGIN, STEPS, REPEATS = 20, 3000, 5
 """Simulation time [s] of the snapshot, steps from there, and repeats."""
 
-FEW = 2
+MAX_UNTIMED = 2
 """Topics with at most this many messages in all the steps, such as a latched one, get no figure."""
 
 WORK = 60.0
@@ -45,33 +45,33 @@ def lesson_cell() -> Cell:
     return cell
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Time listeners, the log and a second cell."""
     steps, repeats = (20, 1) if quick else (STEPS, REPEATS)
     cell = lesson_cell()
     cell.simulation.step_until((1 if quick else BEGIN) * NANOSECONDS)
-    yield from _listeners(cell, take_snapshot(cell.simulation), steps, repeats, tell)
-    tell("a log")
+    yield from _listeners(cell, take_snapshot(cell.simulation), steps, repeats, on_progress)
+    on_progress("a log")
     yield from _log(0.5 if quick else WORK, repeats)
-    tell("a recording")
+    on_progress("a recording")
     yield from _recording(0.5 if quick else WORK, repeats)
-    tell("a second cell")
+    on_progress("a second cell")
     yield from _second_cell(cell, take_snapshot(cell.simulation), steps, repeats)
 
 
-def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, tell: Tell) -> Iterator[Figure]:
+def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, on_progress: OnProgress) -> Iterator[Figure]:
     topics = cell.topics()
     listened = [(f"a listener on {name}", [name]) for name in _that_speak(cell, start, steps)]
     listened += [("a listener on every topic", topics), ("two listeners on every topic", topics * 2)]
-    tell(f"listeners on {len(listened) - 2} topics")
-    for what, names in listened:
+    on_progress(f"listeners on {len(listened) - 2} topics")
+    for label, names in listened:
         heard: list[str] = []
         bare, more = best_in_turn(
             repeats, partial(_run, cell, start, steps), partial(_run, cell, start, steps, names, heard)
         )
         count = len(heard) / repeats
         each = (more - bare) / count * 1e6 if count else math.nan
-        yield Figure(f"{what} / none", more / bare, note=f"{count:.0f} messages in {steps} steps, {each:.1f} us each")
+        yield Figure(f"{label} / none", more / bare, note=f"{count:.0f} messages in {steps} steps, {each:.1f} us each")
 
 
 def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
@@ -79,7 +79,7 @@ def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
     heard: list[str] = []
     _run(cell, start, steps, cell.topics(), heard)
     counts = Counter(heard)
-    return [name for name in cell.topics() if counts[name] > FEW]
+    return [name for name in cell.topics() if counts[name] > MAX_UNTIMED]
 
 
 def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None) -> float:

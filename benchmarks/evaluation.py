@@ -1,7 +1,7 @@
 """Gain from a second process: the 15 finals evaluated by one worker and by two, in turn.
 
 Every final runs with two seeds, so that the work can be halved. The program moves the arm for a minute and ends the
-game, so that the figure is that of the simulator and of the evaluation, whatever the agent.
+game, so that the figure is that of simulator and evaluation alone.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.running.evaluation.evaluate import Evaluation
@@ -52,7 +52,7 @@ class ShortMover(Mover):
     work = 0.2
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Evaluate with one worker and with two.
 
     Raises:
@@ -64,7 +64,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     jobs = finals(mover, FINALS[:1] if quick else FINALS)
     spent = {1: [0.0, 0.0], 2: [0.0, 0.0]}
     for first in range(0, len(jobs), BATCH):
-        tell(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, by one and by two")
+        on_progress(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, by one and by two")
         for workers, sums in spent.items():  # in turn, so that other load falls on both
             for index, seconds in enumerate(times(jobs[first : first + BATCH], workers)):
                 sums[index] += seconds

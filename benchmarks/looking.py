@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from benchmarks.processes import end
 
 UNTIL, FILMED = 60.0, 8.0
@@ -43,7 +43,7 @@ _TICKS = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else math.nan  #
 
 
 @dataclass(frozen=True)
-class Ran:
+class FinishedRun:
     """Figures of a finished run.
 
     Attributes:
@@ -61,7 +61,7 @@ class Ran:
     seen: float = 0.0
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Measure all of them.
 
     Raises:
@@ -70,8 +70,8 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     if not Path("/proc/self/stat").exists():
         raise BenchmarkSkippedError("it needs /proc, where Linux tells what a process took")
     until, filmed, repeats = (0.5, 0.2, 1) if quick else (UNTIL, FILMED, REPEATS)
-    found: list[Ran] = []
-    tell("a page and a recording")
+    found: list[FinishedRun] = []
+    on_progress("a page and a recording")
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         options = {
             "": _FAST,
@@ -79,34 +79,34 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             "a recording": ["--record", f"{folder}/run.mcap", *_FAST],
         }
         best = _in_turn(options, until, repeats, found)
-        for what, ran in best.items():
-            if what:
-                bound = VIEW_COST if "page" in what else None
+        for label, ran in best.items():
+            if label:
+                bound = VIEW_COST if "page" in label else None
                 size = f"; {ran.file_size / 1e6:.1f} MB for {until:g} s" if ran.file_size else ""
-                yield _ratio(what, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
-        yield from _browser(tell, until, min(repeats, 2), found)
-        yield from _video(tell, folder, filmed, repeats)
-    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", most=1)
+                yield _ratio(label, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
+        yield from _browser(on_progress, until, min(repeats, 2), found)
+        yield from _video(on_progress, folder, filmed, repeats)
+    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", maximum=1)
 
 
-def _browser(tell: Tell, until: float, repeats: int, found: list[Ran]) -> Iterator[Figure]:
+def _browser(on_progress: OnProgress, until: float, repeats: int, found: list[FinishedRun]) -> Iterator[Figure]:
     browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
-    what = "a page in a browser"
+    label = "a page in a browser"
     if browser is None:
-        yield Figure(f"{what} / bare", math.nan, note="there is no Chromium here")
+        yield Figure(f"{label} / bare", math.nan, note="there is no Chromium here")
         return
-    tell(what)
-    best = _in_turn({"": _WATCHED, what: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
-    ran, bare = best[what], best[""]
+    on_progress(label)
+    best = _in_turn({"": _WATCHED, label: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
+    ran, bare = best[label], best[""]
     if not ran.seen:
-        yield Figure(f"{what} / bare", math.nan, note="the browser did not come")
+        yield Figure(f"{label} / bare", math.nan, note="the browser did not come")
         return
     note = f"Chromium without a display for {ran.seen:.0f} s; {ran.processor:.2f} and {bare.processor:.2f} s"
-    yield _ratio(what, ran, bare, VIEW_COST, note)
+    yield _ratio(label, ran, bare, VIEW_COST, note)
 
 
-def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figure]:
-    tell("a video")
+def _video(on_progress: OnProgress, folder: str, until: float, repeats: int) -> Iterator[Figure]:
+    on_progress("a video")
     file = f"{folder}/run.mp4"
     best = _in_turn({"": _FAST, "a video": ["--video", file, *_FAST]}, until, min(repeats, 2), [])
     bare, video = best[""], best["a video"]
@@ -115,16 +115,16 @@ def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figu
     yield Figure("a picture of a video, in wall time", (video.wall - bare.wall) / count * 1e3, "ms", note="all cores")
 
 
-def _ratio(what: str, ran: Ran, bare: Ran, most: float | None, note: str) -> Figure:
+def _ratio(label: str, ran: FinishedRun, bare: FinishedRun, maximum: float | None, note: str) -> Figure:
     value = ran.processor / bare.processor if bare.processor > 0 else math.nan
-    return Figure(f"{what} / bare", value, most=most, note=note)
+    return Figure(f"{label} / bare", value, maximum=maximum, note=note)
 
 
 def _in_turn(
-    options: dict[str, list[str]], until: float, repeats: int, found: list[Ran], browser: str | None = None
-) -> dict[str, Ran]:
+    options: dict[str, list[str]], until: float, repeats: int, found: list[FinishedRun], browser: str | None = None
+) -> dict[str, FinishedRun]:
     """Return the fastest run with each of some options, its start subtracted."""
-    best: dict[str, Ran] = {}
+    best: dict[str, FinishedRun] = {}
     start: dict[str, float] = {}
     for _ in range(repeats):
         for name, more in options.items():
@@ -136,7 +136,7 @@ def _in_turn(
     return {name: replace(ran, processor=ran.processor - start[name]) for name, ran in best.items()}
 
 
-def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
+def _run(options: Sequence[str], until: float, browser: str | None) -> FinishedRun:
     """Run the lesson; with a browser, open its page as soon as it is there."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
     process = subprocess.Popen(  # noqa: S603
@@ -162,7 +162,7 @@ def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
     seen = page.end() if page is not None else 0.0
     files = [Path(word) for word in options if word.startswith("/")]
     size = sum(file.stat().st_size for file in files if file.exists())
-    return Ran(processor, document["wall"], document["state_hash"], size, seen)
+    return FinishedRun(processor, document["wall"], document["state_hash"], size, seen)
 
 
 class _Visit:

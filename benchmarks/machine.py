@@ -46,8 +46,8 @@ def processor() -> str:
                 return value.strip()
     if platform.system() == "Darwin":
         with suppress(OSError, subprocess.SubprocessError):
-            asked = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
-            return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=5.0).stdout.strip()  # noqa: S603
+            command = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
+            return subprocess.run(command, capture_output=True, text=True, check=True, timeout=5.0).stdout.strip()  # noqa: S603
     return platform.processor() or platform.machine()
 
 

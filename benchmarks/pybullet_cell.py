@@ -16,16 +16,16 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.busy_cell import BELT_PARTS, ON_BELT, busy_cell
 from benchmarks.pybullet_twin import PyBulletTwin
 from cellwright.cell.cell import Cell
 
 FEW, MANY = 20, 60
 """Parts in bins."""
-LEAST = {240: 5.0, 500: 3.0}
+MIN_RATIOS = {240: 5.0, 500: 3.0}
 """Rates [Hz], and the required ratio of PyBullet's time to that of the cell with many parts at each."""
-LEAST_BY_DEFAULT = 10.0
+MIN_DEFAULT_RATIO = 10.0
 WARM_UP, WINDOW, REPEATS = 3, 2, 3  # [s], [s]; PyBullet's parts fall asleep after two seconds
 
 
@@ -79,54 +79,56 @@ class Agreement:
     arm: tuple[float, float]
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Time both; then compare their states."""
     repeats = 1 if quick else REPEATS
-    for rate in LEAST:
-        tell(f"{FEW} parts, {rate} Hz")
+    for rate in MIN_RATIOS:
+        on_progress(f"{FEW} parts, {rate} Hz")
         yield from _with_few(rate, repeats)
-        tell(f"{MANY} parts, {rate} Hz")
+        on_progress(f"{MANY} parts, {rate} Hz")
         yield from _with_many(rate, repeats)
 
 
 def _with_few(rate: int, repeats: int) -> Iterator[Figure]:
     with ExitStack() as stack:
         ours, theirs = pair(FEW, rate, repeats, stack, sleeping=(True, False))
-        own, asleep, awake = least_times([ours, *theirs], rate, repeats)
-    what = f"{FEW} parts, {rate} Hz"
-    yield Figure(f"{what}: as fast as PyBullet whose parts sleep", asleep / own)
-    yield Figure(f"{what}: as fast as PyBullet by default, where none sleeps", awake / own)
+        own, asleep, awake = min_times([ours, *theirs], rate, repeats)
+    label = f"{FEW} parts, {rate} Hz"
+    yield Figure(f"{label}: as fast as PyBullet whose parts sleep", asleep / own)
+    yield Figure(f"{label}: as fast as PyBullet by default, where none sleeps", awake / own)
 
 
 def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
-    what = f"{MANY} parts, {rate} Hz"
+    label = f"{MANY} parts, {rate} Hz"
     with ExitStack() as stack:
         ours, (theirs, by_default) = pair(MANY, rate, repeats, stack, sleeping=(True, False))
         still, twins = pair(MANY, rate, repeats, stack, sleeping=(True,), riding=0)
         awake = Ours(busy_cell(MANY, rate, _seconds(repeats)))
         awake.cell.simulation.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        times = least_times([ours, theirs, by_default, still, *twins, awake], rate, repeats)
+        times = min_times([ours, theirs, by_default, still, *twins, awake], rate, repeats)
         own, other, restless, own_resting, other_resting, own_restless = times
         shares = (
             f"of a step the {BELT_PARTS} parts on the belt, awake in both engines, take {own - own_resting:.0f} of our "
             f"{own:.0f} us, and {other - other_resting:.0f} of PyBullet's {other:.0f} us"
         )
-        yield Figure(f"{what}: ours", 1e6 / own / rate, "x real time")
-        yield Figure(f"{what}: as fast as PyBullet whose parts sleep", other / own, least=LEAST[rate], note=shares)
+        yield Figure(f"{label}: ours", 1e6 / own / rate, "x real time")
+        yield Figure(
+            f"{label}: as fast as PyBullet whose parts sleep", other / own, minimum=MIN_RATIOS[rate], note=shares
+        )
         by_itself = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
         yield Figure(
-            f"{what}: as fast as PyBullet by default, where none sleeps",
+            f"{label}: as fast as PyBullet by default, where none sleeps",
             restless / own,
-            least=LEAST_BY_DEFAULT,
+            minimum=MIN_DEFAULT_RATIO,
             note=by_itself,
         )
-        yield Figure(f"{what}: as fast as PyBullet whose parts sleep, the belt empty", other_resting / own_resting)
-        yield Figure(f"{what}: as fast as PyBullet, none sleeping in ours either", restless / own_restless)
-        tell = agreement(ours, theirs, rate)
-    yield Figure(f"{what}: a part at rest, off from where it lies in PyBullet", tell.resting, "mm", most=1.0)
-    for who, belt, arm in zip(("ours", "PyBullet"), tell.belt, tell.arm, strict=True):
-        yield Figure(f"{what}: what rides on the belt, off its speed, {who}", belt, "%", most=0.5)
-        yield Figure(f"{what}: a joint of the arm, off its way, {who}", arm, "mrad", most=20.0)
+        yield Figure(f"{label}: as fast as PyBullet whose parts sleep, the belt empty", other_resting / own_resting)
+        yield Figure(f"{label}: as fast as PyBullet, none sleeping in ours either", restless / own_restless)
+        difference = agreement(ours, theirs, rate)
+    yield Figure(f"{label}: a part at rest, off from where it lies in PyBullet", difference.resting, "mm", maximum=1.0)
+    for who, belt, arm in zip(("ours", "PyBullet"), difference.belt, difference.arm, strict=True):
+        yield Figure(f"{label}: what rides on the belt, off its speed, {who}", belt, "%", maximum=0.5)
+        yield Figure(f"{label}: a joint of the arm, off its way, {who}", arm, "mrad", maximum=20.0)
 
 
 def pair(
@@ -138,7 +140,7 @@ def pair(
     return Ours(cell), twins
 
 
-def least_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
+def min_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
     """Return the least time of a step [us] of each over the repeats, once resting parts have fallen asleep."""
     for side in sides:
         side.run(WARM_UP * rate)
@@ -162,9 +164,9 @@ def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
     for _ in range(steps):
         ours.run(1)
         theirs.run(1)
-        wanted = np.array(cell.arm.controller.positions(cell.simulation.now))
+        targets = np.array(cell.arm.controller.positions(cell.simulation.now))
         for side, joints in enumerate((cell.arm.read().positions, twin.joint_positions())):
-            arm[side] = max(arm[side], float(np.abs(joints - wanted).max()) * 1e3)
+            arm[side] = max(arm[side], float(np.abs(joints - targets).max()) * 1e3)
     late = cell.parts.positions(), np.array([twin.pose(name).position for name in names])
     seconds, speed = steps * cell.simulation.model.opt.timestep, cell.conveyor.speed
     off = [(late[side] - early[side])[riding] / seconds + (0.0, speed, 0.0) for side in (0, 1)]

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from benchmarks.benchmarks import Figure, Taken, Tell
+from benchmarks.benchmarks import BenchmarkResult, Figure, OnProgress
 from cellwright.cli.output import progress_bar
 
 
@@ -34,7 +34,9 @@ def number_text(value: float) -> str:
 
 def bound_text(figure: Figure) -> str:
     """Return the bound of the value; empty where there is none."""
-    bounds = [f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
+    bounds = [
+        f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.minimum), ("≤", figure.maximum)) if limit is not None
+    ]
     return ", ".join(bounds)
 
 
@@ -45,7 +47,7 @@ def verdict_text(figure: Figure) -> str:
     return "held" if figure.is_held else "NOT HELD"
 
 
-def show(console: Console, taken: Taken, *, judged: bool) -> None:
+def show(console: Console, taken: BenchmarkResult, *, judged: bool) -> None:
     """Print the figures of a benchmark.
 
     Args:
@@ -62,7 +64,7 @@ def show(console: Console, taken: Taken, *, judged: bool) -> None:
             console.print(f"{word}: {reason}", markup=False, soft_wrap=True, style="yellow")
 
 
-def _table(taken: Taken, *, judged: bool) -> Table:
+def _table(taken: BenchmarkResult, *, judged: bool) -> Table:
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
     found.add_column("figure", ratio=1)
     for heading in ("value", "bound"):
@@ -78,7 +80,7 @@ def _table(taken: Taken, *, judged: bool) -> Table:
 
 
 def _named(figure: Figure) -> Text:
-    text = Text(figure.what)
+    text = Text(figure.label)
     if figure.note:
         text.append(f"\n  {figure.note}", style="dim")
     return text
@@ -105,7 +107,9 @@ is outside its bound.
 """
 
 
-def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date, *, quick: bool = False) -> str:
+def page(
+    taken: Sequence[BenchmarkResult], machine: Mapping[str, str], day: datetime.date, *, quick: bool = False
+) -> str:
     """Return the whole page.
 
     Args:
@@ -126,13 +130,13 @@ def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date,
     return "\n".join(lines) + "\n"
 
 
-def _section(taken: Taken, *, judged: bool) -> Iterator[str]:
+def _section(taken: BenchmarkResult, *, judged: bool) -> Iterator[str]:
     for paragraph in (f"`python -m benchmarks {taken.benchmark.name}`", *taken.benchmark.about()):
         yield from ("", *textwrap.wrap(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False))
     if taken.figures:
         yield ""
         rows = [
-            (figure.what, value_text(figure), bound_text(figure), verdict_text(figure) if judged else "", figure.note)
+            (figure.label, value_text(figure), bound_text(figure), verdict_text(figure) if judged else "", figure.note)
             for figure in taken.figures
         ]
         yield from table(("figure", "value", "bound", "", "note"), rows)
@@ -158,14 +162,14 @@ def cell(text: str) -> str:
 
 
 @contextmanager
-def telling(console: Console, title: str) -> Iterator[Tell]:
+def telling(console: Console, title: str) -> Iterator[OnProgress]:
     """Yield a function that shows lines about a benchmark while it runs."""
     with progress_bar(console, title, None) as moving:
 
-        def tell(line: str) -> None:
+        def on_progress(line: str) -> None:
             if moving is None:
                 console.print(f"{title}: {line}", markup=False, soft_wrap=True)
             else:
                 moving(None, line)
 
-        yield tell
+        yield on_progress

@@ -19,7 +19,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.silence import without_output
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.config.robot.config import RobotConfig
@@ -144,7 +144,7 @@ def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> fl
     return processor_time(run)
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Step both, at rest and moving; without PyBullet the node alone."""
     config = load_robot(ROBOT, lambda _line: None)
     sines = Sines(config)
@@ -152,7 +152,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     if find_spec("pybullet") is not None:
         kinds.append(PyBullet)
     for rate in RATES[:1] if quick else RATES:
-        tell(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
+        on_progress(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
         sides = [kind(config, rate, sines) for kind in kinds]
         steps = 10 if quick else round(SECONDS * rate)
         for moving in (False, True):
@@ -165,11 +165,11 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             side.close()
 
 
-def figures(what: str, rate: int, found: list[float]) -> Iterator[Figure]:
+def figures(case: str, rate: int, found: list[float]) -> Iterator[Figure]:
     """Yield the figures of one case, from the steps per second of each side."""
     for name, speed in zip(("the node", "PyBullet"), found, strict=False):
-        yield Figure(f"{what}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
+        yield Figure(f"{case}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
     if len(found) > 1:
-        yield Figure(f"{what}: the node / PyBullet", found[0] / found[1])
+        yield Figure(f"{case}: the node / PyBullet", found[0] / found[1])
     else:
-        yield Figure(f"{what}: the node / PyBullet", math.nan, note="PyBullet is not installed")
+        yield Figure(f"{case}: the node / PyBullet", math.nan, note="PyBullet is not installed")

@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from benchmarks.processes import ros1_environment
 from benchmarks.ros1_clients import JOINTS, Clients
 from benchmarks.timing import percentile
@@ -41,7 +41,7 @@ CALLS, ROUNDS = 500, 3
 """Round trips in a measurement, and measurements."""
 MESSAGES = {"50 Hz": 500, "1 kHz": 10_000}
 TRIPS = {"topic": "a topic, there and back", "kept": "a service, connected", "fresh": "a service, connected anew"}
-MORE, BESIDES = 1.5, 0.2
+MAX_RATIO, MAX_EXTRA = 1.5, 0.2
 """Bound of a bridged round trip: this ratio to the bare one, plus this time [ms]."""
 
 
@@ -63,7 +63,7 @@ def bench_cell() -> Cell:
     return cell
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Run the measuring clients beside the running cell.
 
     Raises:
@@ -76,7 +76,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             raise BenchmarkSkippedError(str(missing)) from missing
         trips = ("kept",) if quick else tuple(TRIPS)
         messages = {"1 kHz": 20} if quick else MESSAGES
-        tell("clients in rospy, beside a bare pair of nodes")
+        on_progress("clients in rospy, beside a bare pair of nodes")
         clients = Clients(
             python,
             environment,
@@ -87,11 +87,11 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             messages=messages,
         )
         yield from _bridged(clients, environment, 0.0 if quick else SECONDS)
-    for what in trips:
-        yield from round_trip(TRIPS[what], clients.figures[f"{what} /bare"], clients.figures[f"{what} /bench"])
+    for trip in trips:
+        yield from round_trip(TRIPS[trip], clients.figures[f"{trip} /bare"], clients.figures[f"{trip} /bench"])
     for rate in messages:
         lost, found = clients.figures[rate]
-        yield Figure(f"joint states at {rate}: lost", lost, "messages", most=0.0)
+        yield Figure(f"joint states at {rate}: lost", lost, "messages", maximum=0.0)
         yield Figure(f"joint states at {rate}: rate", found, "Hz", note="in simulation time")
 
 
@@ -102,8 +102,8 @@ def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -
     with Ros1(lambda _line: None, environment=environment) as ros:
         ros.prepare()
         begin = time.perf_counter()
-        told: Any = parameters(cell.trial, competition=True)
-        if not ros.join(server.address, told, server.wait):
+        values: Any = parameters(cell.trial, competition=True)
+        if not ros.join(server.address, values, server.wait):
             raise ServiceFailedError("the bridge is not ready")
         yield Figure("until the bridge is ready", time.perf_counter() - begin, "s")
         clients.start()
@@ -133,9 +133,9 @@ def round_trip(title: str, bare: Sequence[float], bridged: Sequence[float]) -> I
     """Yield the figures of a round trip [s]."""
     for name, times in (("bare rospy", bare), ("through bridge and cell", bridged)):
         median = statistics.median(times) * 1e3
-        most = None if times is bare else MORE * statistics.median(bare) * 1e3 + BESIDES
+        maximum = None if times is bare else MAX_RATIO * statistics.median(bare) * 1e3 + MAX_EXTRA
         note = f"median; 99 % below {percentile(times, 99) * 1e3:.2f} ms"
-        yield Figure(f"{title}: {name}", median, "ms", most=most, note=note)
+        yield Figure(f"{title}: {name}", median, "ms", maximum=maximum, note=note)
 
 
 def busy(pid: int) -> float:

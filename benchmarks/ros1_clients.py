@@ -135,16 +135,16 @@ class Clients:
 
     def _take_trips(self) -> None:
         for _ in range(self._rounds):
-            for what in self._trips:
+            for trip in self._trips:
                 for name in ("/bare", "/bench"):  # in turn, so that other load falls on both
-                    self.figures.setdefault(f"{what} {name}", []).extend(self._ask(what, name, self._calls))
+                    self.figures.setdefault(f"{trip} {name}", []).extend(self._ask(trip, name, self._calls))
 
-    def _start(self, what: str, name: str, count: int) -> subprocess.Popen[str]:
-        command = [*self._command, what, name, str(count)]
+    def _start(self, trip: str, name: str, count: int) -> subprocess.Popen[str]:
+        command = [*self._command, trip, name, str(count)]
         return subprocess.Popen(command, env=self._environment, stdout=subprocess.PIPE, text=True)  # noqa: S603
 
-    def _ask(self, what: str, name: str, count: int) -> list[float]:
-        with self._start(what, name, count) as client:
+    def _ask(self, trip: str, name: str, count: int) -> list[float]:
+        with self._start(trip, name, count) as client:
             try:
                 said, _ = client.communicate(timeout=LIMIT)
             except subprocess.TimeoutExpired:

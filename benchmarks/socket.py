@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.listener import listening
 from benchmarks.processes import Served
 from benchmarks.timing import percentile
@@ -36,16 +36,16 @@ ENCODINGS = ("ros1", "cdr")
 ROUNDS, TICKS, SECONDS = 500, 10_000, 60.0
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Take all figures."""
-    tell("round trips")
+    on_progress("round trips")
     yield from round_trips(5 if quick else ROUNDS)
-    tell("joint states at 1 kHz")
+    on_progress("joint states at 1 kHz")
     yield from fast_joint_states(200 if quick else TICKS, ENCODINGS[:1] if quick else ENCODINGS)
-    tell("the lesson worked in one process and in two")
+    on_progress("the lesson worked in one process and in two")
     yield from lockstep(1.0 if quick else math.inf)
     seconds = 0.3 if quick else SECONDS
-    tell(f"pace, for {seconds:g} s")
+    on_progress(f"pace, for {seconds:g} s")
     yield from pace(seconds)
 
 
@@ -73,14 +73,14 @@ def round_trips(rounds: int) -> Iterator[Figure]:
         transport.close()
 
 
-def times(what: str, rounds: int, action: Callable[[int], None]) -> Figure:
+def times(label: str, rounds: int, action: Callable[[int], None]) -> Figure:
     """Return the median duration of an action."""
     found = []
     for index in range(rounds):
         begin = time.perf_counter()
         action(index)
         found.append((time.perf_counter() - begin) * 1e3)
-    return Figure(what, statistics.median(found), "ms", note=f"median; 99 % below {percentile(found, 99):.2f} ms")
+    return Figure(label, statistics.median(found), "ms", note=f"median; 99 % below {percentile(found, 99):.2f} ms")
 
 
 def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
@@ -99,7 +99,7 @@ def fast_joint_states(ticks: int, encodings: Sequence[str]) -> Iterator[Figure]:
     for encoding in encodings:
         cost, heard = ticks_with(encoding, ticks)
         yield Figure(f"joint states in the form of {encoding}: cost", cost - alone, "us/message")
-        yield Figure(f"joint states in the form of {encoding}: lost", ticks - heard, f"of {ticks}", most=0.0)
+        yield Figure(f"joint states in the form of {encoding}: lost", ticks - heard, f"of {ticks}", maximum=0.0)
 
 
 def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
@@ -114,10 +114,10 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
     first.cancel()
     fast = cell.bus.advertise(JOINTS, "sensor_msgs/JointState", node="/gazebo")
 
-    def say(_tick: int) -> None:
+    def publish(_tick: int) -> None:
         fast.publish(replace(states[0]))  # another object: it is encoded again, as one with new values would be
 
-    cell.simulation.watch("fast", Fraction(1, 1000), say)
+    cell.simulation.watch("fast", Fraction(1, 1000), publish)
     process = None if encoding is None else listening(server.address, JOINTS, encoding)
     if process is not None:
         while fast.listeners == 0:
@@ -159,4 +159,4 @@ def lockstep(until: float) -> Iterator[Figure]:
         hashes.add(found["state_hash"])
     note = f"{walls[1]:.1f} s and {walls[0]:.1f} s"
     yield Figure("the agent over a socket in lockstep / in one process", walls[1] / walls[0], note=note)
-    yield Figure("different end states of the two", len(hashes), "", most=1)
+    yield Figure("different end states of the two", len(hashes), "", maximum=1)

@@ -1,7 +1,7 @@
 """Time of a new process until the first step of the lesson's cell, and its memory then.
 
-The process is new each time, its files are in the system's cache: the cost of a program that is started again and
-again, as in tests and CI.
+The process is new each time, its files are in the system's cache. That is the cost of a program that is started again
+and again, as in tests and CI.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from cellwright.util.errors import UsageError
 
 RUNS = 7
@@ -56,10 +56,10 @@ COMMAND = ("-m", "cellwright", "run", "lesson", "--agent", "none", "--until", "0
 """A run of a single step."""
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Start processes; the fastest one counts."""
     runs = 1 if quick else RUNS
-    tell(f"{runs} programs")
+    on_progress(f"{runs} programs")
     spans, busy, resident = [], math.inf, math.nan
     for _ in range(runs):
         begin = time.time()
@@ -70,14 +70,14 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
         if said["resident"] is not None:
             resident = said["resident"]
     totals = [sum(each) for each in spans]
-    yield Figure("process until its first step", min(totals), "s", most=1.0, note=f"median {_median(totals)}")
+    yield Figure("process until its first step", min(totals), "s", maximum=1.0, note=f"median {_median(totals)}")
     best = spans[totals.index(min(totals))]
-    for what, span in zip(STEPS, best, strict=True):
-        yield Figure(f"of that: {what}", span * 1e3, "ms")
+    for label, span in zip(STEPS, best, strict=True):
+        yield Figure(f"of that: {label}", span * 1e3, "ms")
     yield Figure("processor time of that process", busy, "s")
     note = "" if math.isfinite(resident) else "this system does not tell"
-    yield Figure("resident memory after it", resident, "MiB", most=None if note else 200.0, note=note)
-    tell(f"{runs} commands")
+    yield Figure("resident memory after it", resident, "MiB", maximum=None if note else 200.0, note=note)
+    on_progress(f"{runs} commands")
     commands = []
     for _ in range(runs):
         begin = time.time()

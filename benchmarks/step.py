@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import mujoco
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT
@@ -50,12 +50,12 @@ def microseconds(cell: Cell, repeats: int, steps: int) -> float:
     return best_in_turn(repeats, once)[0] / steps * 1e6
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Time steps with an increasing number of parts."""
     repeats, steps = (1, 20) if quick else (REPEATS, STEPS)
     alone = 0.0
     for count in (0, 60) if quick else (0, 20, 60, 100):
-        tell(f"{count} parts")
+        on_progress(f"{count} parts")
         cell = Cell(trial_with(count))
         rest = microseconds(cell, repeats, steps)
         alone = alone or rest
@@ -63,5 +63,5 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
         awake = microseconds(cell, repeats, steps)
         yield Figure(f"{count} parts at rest", rest, "us/step")
         if count:
-            yield Figure(f"{count} parts at rest / arm only", rest / alone, most=2.5 if count == 60 else None)
+            yield Figure(f"{count} parts at rest / arm only", rest / alone, maximum=2.5 if count == 60 else None)
         yield Figure(f"{count} parts awake", awake, "us/step")

@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.processes import Served, ros1_environment
 from benchmarks.timing import percentile
 from cellwright.clients.client.socket_transport import SocketTransport
@@ -170,12 +170,12 @@ def served(*options: str, environment: Mapping[str, str] | None = None) -> Serve
 def sampling(trials: int = 20_000) -> tuple[list[float], list[float]]:
     """Return the computed waits [s] for the next step, and for the next message."""
     chance = random.Random(1)
-    told = [-(-number * 240 // 100) for number in range(1, 102)]  # the steps that are followed by a message
+    published = [-(-number * 240 // 100) for number in range(1, 102)]  # the steps that are followed by a message
     ways: tuple[list[float], list[float]] = [], []
     for _ in range(trials):
         moment = chance.random() * 240
         ways[0].append((int(moment) + 1 - moment) / 240)
-        ways[1].append((next(step for step in told if step > moment) - moment) / 240)
+        ways[1].append((next(step for step in published if step > moment) - moment) / 240)
     return ways
 
 
@@ -188,30 +188,30 @@ def _rest() -> None:
     time.sleep(REST + random.random() * JITTER)
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Send commands over each transport."""
     trials = 3 if quick else TRIALS
-    tell(f"{trials} commands in one process")
+    on_progress(f"{trials} commands in one process")
     applied, moved = sampling()
     yield figure("until a command is applied: waiting for the step alone", applied, "computed")
     here_applied, here_moved = in_one_process(trials)
     yield figure("until a command is applied: in one process", here_applied)
     yield figure("until motion is told: waiting for step and message alone", moved, "computed")
     yield figure("until motion is told: in one process", here_moved)
-    tell(f"{trials} commands over the socket")
+    on_progress(f"{trials} commands over the socket")
     yield figure("until motion is told: over the socket", over_the_socket(trials))
-    tell(f"{trials} commands over ROS 1")
-    what = "until motion is told: over ROS 1"
+    on_progress(f"{trials} commands over ROS 1")
+    label = "until motion is told: over ROS 1"
     with ros1_environment() as environment:
         try:
             python = find(environment).python
         except UsageError as missing:
-            yield Figure(what, math.nan, "ms", note=f"skipped: {missing}")
+            yield Figure(label, math.nan, "ms", note=f"skipped: {missing}")
             return
-        yield figure(what, over_ros1(trials, python, environment))
+        yield figure(label, over_ros1(trials, python, environment))
 
 
-def figure(what: str, times: Sequence[float], how: str = "measured") -> Figure:
+def figure(label: str, times: Sequence[float], how: str = "measured") -> Figure:
     """Return the median of times [s]."""
     note = f"{how}; median, 99 % below {percentile(times, 99) * 1e3:.1f} ms"
-    return Figure(what, statistics.median(times) * 1e3, "ms", note=note)
+    return Figure(label, statistics.median(times) * 1e3, "ms", note=note)

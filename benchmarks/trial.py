@@ -2,7 +2,7 @@
 
 The bundled agent works it once, and its commands are noted. A second cell without listeners replays them, and the agent
 works a third, in which every topic has a listener. Their states are the same in the end, so the engine did the same
-work in each, and its time (`engine_time.py`) is the reference for the run's.
+work in each. Its time (`engine_time.py`) is the reference for the run's.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.engine_time import EngineTime, engine_timed
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
@@ -32,7 +32,7 @@ IN_TURN = 2
 
 
 @dataclass(frozen=True)
-class Passed:
+class FinishedRun:
     """Figures of a finished run.
 
     Attributes:
@@ -59,7 +59,7 @@ def bench_trial() -> Trial:
         return load_trial([path]).trial
 
 
-def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, list[Command]]:
+def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[FinishedRun, list[Command]]:
     """Run the trial with the agent; return the run, and the agent's commands.
 
     Args:
@@ -85,7 +85,7 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, 
         return _passed(cell, engine, time.perf_counter() - begin), commands
 
 
-def played(seconds: int, commands: Sequence[Command]) -> Passed:
+def played(seconds: int, commands: Sequence[Command]) -> FinishedRun:
     """Replay the agent's commands into a cell without listeners."""
     with engine_timed() as engine:
         cell = Cell(bench_trial())
@@ -97,23 +97,23 @@ def played(seconds: int, commands: Sequence[Command]) -> Passed:
         return _passed(cell, engine, time.perf_counter() - begin)
 
 
-def _passed(cell: Cell, engine: EngineTime, wall: float) -> Passed:
+def _passed(cell: Cell, engine: EngineTime, wall: float) -> FinishedRun:
     ticks = cell.simulation.clock.tick
     if engine.steps != ticks:
         raise RuntimeError(f"{engine.steps} of {ticks} steps were timed")
-    return Passed(wall - engine.overhead, engine.spent, ticks, cell.state_hash())
+    return FinishedRun(wall - engine.overhead, engine.spent, ticks, cell.state_hash())
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Run the trial without listeners, with the agent, and with a listener on every topic."""
     seconds = QUICK_SECONDS if quick else SECONDS
-    tell("the agent works it")
+    on_progress("the agent works it")
     agent, commands = worked(seconds)
-    tell("nobody listens")
+    on_progress("nobody listens")
     alone = min((played(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
-    yield from figures("nobody listening", alone, seconds, most=1.15)
-    yield from figures("the agent kitter at work", agent, seconds, most=1.3)
-    tell("everything is listened to")
+    yield from figures("nobody listening", alone, seconds, maximum=1.15)
+    yield from figures("the agent kitter at work", agent, seconds, maximum=1.3)
+    on_progress("everything is listened to")
     everybody, _ = worked(seconds, topics=None)
     yield from figures("the agent at work, a listener on every topic", everybody, seconds)
     parts = len(Cell(bench_trial()).parts.all)
@@ -121,10 +121,10 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
         "the engine alone", alone.engine / alone.steps * 1e6, "us/step", note=f"{parts} parts, {len(commands)} commands"
     )
     hashes = {run.state_hash for run in (agent, alone, everybody)}
-    yield Figure("different end states of the three", len(hashes), "", most=1, note=f"{agent.state_hash[:12]}…")
+    yield Figure("different end states of the three", len(hashes), "", maximum=1, note=f"{agent.state_hash[:12]}…")
 
 
-def figures(what: str, run: Passed, seconds: int, most: float | None = None) -> Iterator[Figure]:
+def figures(label: str, run: FinishedRun, seconds: int, maximum: float | None = None) -> Iterator[Figure]:
     """Yield the figures of a run."""
-    yield Figure(f"{what}: run / engine", run.ratio, most=most)
-    yield Figure(f"{what}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")
+    yield Figure(f"{label}: run / engine", run.ratio, maximum=maximum)
+    yield Figure(f"{label}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")

@@ -20,14 +20,14 @@ from fuzz.seeds import ROOT
 
 FOLDER = ROOT / ".fuzz"
 """Folder of the inputs that later searches begin with; git ignores it."""
-MOST_MEMORY = 6 << 30
+MAX_MEMORY = 6 << 30
 """Address space of a search [bytes], so that a runaway search does no harm outside."""
-MOST_DEATHS = 5
+MAX_DEATHS = 5
 """Process deaths after which a target is given up."""
 
 
 @dataclass
-class Tally:
+class SearchResult:
     """Result of a target."""
 
     executions: int = 0
@@ -58,13 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if found else 0
 
 
-def search(name: str, seconds: int) -> Tally:
+def search(name: str, seconds: int) -> SearchResult:
     """Search one target; restart a process that ends before its time."""
     folder = FOLDER / name
     folder.mkdir(parents=True, exist_ok=True)
-    tally = Tally()
+    tally = SearchResult()
     end = time.monotonic() + seconds
-    while (left := int(end - time.monotonic())) > 0 and tally.deaths < MOST_DEATHS:
+    while (left := int(end - time.monotonic())) > 0 and tally.deaths < MAX_DEATHS:
         with (folder / "log.txt").open("w+b") as log:
             command = [sys.executable, "-m", "fuzz.worker", name, str(left), str(folder)]
             done = subprocess.run(
@@ -82,7 +82,7 @@ def search(name: str, seconds: int) -> Tally:
 
 
 def _limited() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
 
 
 if __name__ == "__main__":

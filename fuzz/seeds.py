@@ -10,11 +10,11 @@ CASES = ROOT / "tests" / "data" / "fuzz"
 """Inputs of former findings, a folder for each target; tests run them, and the search begins with them."""
 
 
-def files(*patterns: str, largest: int = 1 << 16) -> Iterator[bytes]:
-    """Yield the contents of the project's files of these patterns, except files above `largest` [bytes]."""
+def files(*patterns: str, max_size: int = 1 << 16) -> Iterator[bytes]:
+    """Yield the contents of the project's files of these patterns, except files above `max_size` [bytes]."""
     for pattern in patterns:
         for path in sorted(ROOT.glob(pattern)):
-            if path.is_file() and path.stat().st_size <= largest:
+            if path.is_file() and path.stat().st_size <= max_size:
                 yield path.read_bytes()
 
 

@@ -20,7 +20,7 @@ class Target:
     attempt: Callable[[bytes], None]
     seeds: Callable[[], Iterator[bytes]]
     words: tuple[str, ...]
-    longest: int
+    max_size: int
     mutate: Callable[[bytes, random.Random], bytes | None] | None
 
 
@@ -34,4 +34,4 @@ def find(name: str) -> Target:
     module = import_module(f"fuzz.targets.{name}")
     about = (module.__doc__ or "").splitlines()[0]
     mutate = getattr(module, "mutate", None)
-    return Target(name, about, module.attempt, module.seeds, tuple(module.WORDS), module.LONGEST, mutate)
+    return Target(name, about, module.attempt, module.seeds, tuple(module.WORDS), module.MAX_SIZE, mutate)

@@ -13,23 +13,23 @@ Holder: TypeAlias = dict[Any, Any] | list[Any]
 Spot: TypeAlias = tuple[Holder, Any]
 """A mapping or list, and the key or number of one of its values."""
 
-MOST_VALUES = 3000
+MAX_VALUES = 3000
 """Size from which a tree is reset to its origin, so that a search does not get slower and slower."""
 
 
-def mutated(tree: object, chance: random.Random, words: Sequence[str], *, most: int = 4) -> object:
+def mutated(tree: object, chance: random.Random, words: Sequence[str], *, max_changes: int = 4) -> object:
     """Return a copy of a tree with one or more changes in it.
 
     Args:
         tree: mappings, lists and values, as YAML has them.
         chance: source of the changes; the same state makes the same tree.
         words: the reader's keys, for entries that are renamed or added.
-        most: largest number of changes.
+        max_changes: largest number of changes.
     """
     changed: list[object] = [copy.deepcopy(tree)]
-    for _ in range(chance.randint(1, most)):
+    for _ in range(chance.randint(1, max_changes)):
         spots = list(_spots(changed))
-        if len(spots) > MOST_VALUES:
+        if len(spots) > MAX_VALUES:
             changed = [copy.deepcopy(tree)]
             continue
         _change(chance.choice(spots), spots, chance, words)

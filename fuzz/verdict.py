@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 from cellwright.util.errors import DescriptionError
 
-MOST_LINES = 2000
+MAX_LINES = 2000
 """Largest number of lines of use to a reader."""
-LONGEST_LINE = 2000
+MAX_LINE_LENGTH = 2000
 """Longest line of a refusal, in characters, the file's own path left out."""
 
 
@@ -30,9 +30,9 @@ def check_lines(lines: Iterable[object], paths: Iterable[str]) -> None:
             raise FindingError(f"no file is named: {line!r:.200}")
         if not line.isprintable() or not line.removeprefix(f"{path}:").strip():
             raise FindingError(f"a line that cannot be read: {line!r:.200}")
-        if len(line) > LONGEST_LINE + len(path):
+        if len(line) > MAX_LINE_LENGTH + len(path):
             raise FindingError(f"a line of {len(line)} characters: {line!r:.200}")
-    if len(texts) > MOST_LINES:
+    if len(texts) > MAX_LINES:
         raise FindingError(f"{len(texts)} lines")
 
 

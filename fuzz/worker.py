@@ -20,11 +20,11 @@ import atheris
 
 from fuzz.target import Target
 
-SLOWEST = 20
+MAX_PROCESSOR_TIME = 20
 """Processor time [s] above which an input is a finding; the machine may have other work."""
-LONGEST_WAIT = 120
+MAX_WALL_TIME = 120
 """Wall time [s] after which an input ends the process: something waits for ever."""
-MOST_MEMORY = 2000
+MAX_MEMORY = 2000
 """Memory [MiB] above which a process is stopped."""
 READERS = ["cellwright", "yaml", "xacro", "rosbags"]
 """Packages whose branches lead the search."""
@@ -45,7 +45,7 @@ class Search:
 
     def one(self, data: bytes) -> None:
         """Try one input."""
-        signal.setitimer(signal.ITIMER_PROF, SLOWEST)
+        signal.setitimer(signal.ITIMER_PROF, MAX_PROCESSOR_TIME)
         try:
             self.target.attempt(data)
         except (KeyboardInterrupt, SystemExit):
@@ -55,13 +55,13 @@ class Search:
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
 
-    def mutator(self, data: bytes, most: int, seed: int) -> bytes:
+    def mutator(self, data: bytes, max_length: int, seed: int) -> bytes:
         """Return another input of the same kind; once in a while of any kind."""
         chance = random.Random(seed)
         changed = self.target.mutate(data, chance) if self.target.mutate and chance.random() < 0.9 else None
-        if changed is None or len(changed) > most:
-            changed = atheris.Mutate(data, most)
-        return bytes(changed[:most])
+        if changed is None or len(changed) > max_length:
+            changed = atheris.Mutate(data, max_length)
+        return bytes(changed[:max_length])
 
     def _keep(self, data: bytes, error: BaseException) -> None:
         """Keep an input whose traceback ends at a new place."""
@@ -78,7 +78,7 @@ class Search:
 
 
 def _too_slow(_signal: int, _frame: FrameType | None) -> None:
-    raise SlowError(f"more than {SLOWEST} s of the processor")
+    raise SlowError(f"more than {MAX_PROCESSOR_TIME} s of the processor")
 
 
 def main() -> None:
@@ -93,18 +93,18 @@ def main() -> None:
     corpus = folder / "corpus"
     corpus.mkdir(parents=True, exist_ok=True)
     for content in target.seeds():
-        if len(content) <= target.longest:
+        if len(content) <= target.max_size:
             (corpus / hashlib.sha256(content).hexdigest()[:20]).write_bytes(content)
     dictionary = folder / "words.dict"
     dictionary.write_text("".join(f'"{_escaped(word)}"\n' for word in target.words if word), encoding="ascii")
     search = Search(target, folder)
     options = [
         f"-max_total_time={seconds}",
-        f"-max_len={target.longest}",
+        f"-max_len={target.max_size}",
         f"-dict={dictionary}",
-        f"-timeout={LONGEST_WAIT}",
-        f"-report_slow_units={LONGEST_WAIT}",
-        f"-rss_limit_mb={MOST_MEMORY}",
+        f"-timeout={MAX_WALL_TIME}",
+        f"-report_slow_units={MAX_WALL_TIME}",
+        f"-rss_limit_mb={MAX_MEMORY}",
         f"-artifact_prefix={folder / 'findings'}{os.sep}",
         "-print_final_stats=1",
         "-reload=0",

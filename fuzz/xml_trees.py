@@ -20,7 +20,7 @@ _VALUES = (
     "-1 -1 -1",
     "fixed",
 )
-_MOST_ELEMENTS = 1000
+_MAX_ELEMENTS = 1000
 
 
 def mutate(data: bytes, chance: random.Random, tags: Sequence[str], names: Sequence[str]) -> bytes | None:
@@ -38,7 +38,7 @@ def mutate(data: bytes, chance: random.Random, tags: Sequence[str], names: Seque
         return None
     for _ in range(chance.randint(1, 4)):
         every = list(root.iter())
-        if len(every) > _MOST_ELEMENTS:
+        if len(every) > _MAX_ELEMENTS:
             break
         _change(root, every, chance, tags, names)
     changed: bytes = ET.tostring(root, encoding="utf-8")

@@ -21,12 +21,12 @@ from benchmarks.soak.face import ROUND, Face
 from benchmarks.soak.memory import resident
 from cellwright.engine.snapshot import read_checkpoint, renew_engine, write_checkpoint
 
-Tell = Callable[[str, Any], None]
+Report = Callable[[str, Any], None]
 
 HOUR = 3_600_000_000_000
 """[ns]"""
 FACES = ("cell", "robot")
-_MOST_LINES = 8  # of code that has grown most
+_MAX_LINES = 8  # of code that has grown most
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ def make_face(name: str, *, everything: bool) -> Face:
     return RobotFace(everything=everything)
 
 
-def run_leg(leg: Leg, tell: Tell) -> None:
+def run_leg(leg: Leg, report: Report) -> None:
     """Run the rounds of a leg.
 
     Raises:
@@ -83,13 +83,13 @@ def run_leg(leg: Leg, tell: Tell) -> None:
     """
     was_tracing = tracemalloc.is_tracing()
     try:
-        _run_leg(leg, tell)
+        _run_leg(leg, report)
     finally:
         if not was_tracing:
             tracemalloc.stop()  # traced, all Python of this process takes several times as long
 
 
-def _run_leg(leg: Leg, tell: Tell) -> None:
+def _run_leg(leg: Leg, report: Report) -> None:
     face = make_face(leg.face, everything=leg.everything)
     if leg.start:
         read_checkpoint(face.simulation, Path(leg.start))
@@ -101,18 +101,18 @@ def _run_leg(leg: Leg, tell: Tell) -> None:
         if leg.traced and number == warm:
             first = _objects()
         face.work(number)
-        tell("sample", [(number + 1) * ROUND / HOUR, resident()])
+        report("sample", [(number + 1) * ROUND / HOUR, resident()])
         if number + 1 in leg.cuts:
             if leg.save and number + 1 == max(leg.cuts):
                 write_checkpoint(face.simulation, Path(leg.save))
             else:
                 renew_engine(face.simulation)
-            tell("cut", [number + 1, face.simulation.state_hash()])
+            report("cut", [number + 1, face.simulation.state_hash()])
     if first is not None:
         changes = _objects().compare_to(first, "lineno")
-        most = [f"{each.size_diff / 1024:+.1f} KiB {_place(each)}" for each in changes[:_MOST_LINES]]
-        tell("grown", [sum(each.size_diff for each in changes) / 1024, most])
-    tell("counts", dict(face.counts))
+        places = [f"{each.size_diff / 1024:+.1f} KiB {_place(each)}" for each in changes[:_MAX_LINES]]
+        report("grown", [sum(each.size_diff for each in changes) / 1024, places])
+    report("counts", dict(face.counts))
 
 
 def _objects() -> tracemalloc.Snapshot:
@@ -131,11 +131,11 @@ def main() -> None:
     """Run the leg that the first argument describes, until its stdin ends with the process that started it."""
     threading.Thread(target=_end_with_stdin, daemon=True).start()
 
-    def tell(kind: str, value: Any) -> None:
+    def report(kind: str, value: Any) -> None:
         sys.stdout.write(json.dumps({kind: value}) + "\n")
         sys.stdout.flush()
 
-    run_leg(Leg.from_json(sys.argv[1]), tell)
+    run_leg(Leg.from_json(sys.argv[1]), report)
     sys.stdout.flush()
     os._exit(0)
 

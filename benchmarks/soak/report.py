@@ -13,7 +13,7 @@ from benchmarks.soak.soak import TRACED, Soaked
 from cellwright.clients.operators.plots import svg_text
 
 _COLOUR = "#1f5fa8"
-_LEAST_SPAN = 10.0  # [MiB]: a smaller range would exaggerate noise
+_MIN_SPAN = 10.0  # [MiB]: a smaller range would exaggerate noise
 
 
 def is_well(soaked: Soaked) -> bool:
@@ -25,8 +25,8 @@ def lines(soaked: Soaked) -> Iterator[str]:
     """Yield the lines of the table."""
     growth, last = soaked.growth, soaked.whole.get(soaked.rounds, "")
     yield f"{soaked.face}: {soaked.hours:g} simulated hours in one process, {soaked.wall:.0f} s"
-    for what, count in sorted(soaked.counts.items()):
-        yield _line(what, f"{count:,}")
+    for label, count in sorted(soaked.counts.items()):
+        yield _line(label, f"{count:,}")
     if math.isnan(growth.end):
         yield _line("memory", "not told by this system, or too few rounds to say")
     else:
@@ -37,7 +37,7 @@ def lines(soaked: Soaked) -> Iterator[str]:
         yield _line(
             "Python's objects", f"{soaked.grown:+.1f} KiB in the last {TRACED - TRACED // 4} of {TRACED} rounds"
         )
-        for each in soaked.grown_most[:3]:
+        for each in soaked.max_growth[:3]:
             yield _line("", each)
     cut = soaked.first_difference
     if cut is None:
@@ -53,7 +53,7 @@ def picture(runs: Sequence[Soaked]) -> str:
     for run, frame in zip(runs, figure.subplots(len(runs), 1, squeeze=False)[:, 0], strict=True):
         values = np.array([each.memory for each in run.samples])
         values = np.nan_to_num(np.concatenate([values[:1], values]))
-        middle, half = (values.min() + values.max()) / 2, max(_LEAST_SPAN, 1.1 * np.ptp(values)) / 2
+        middle, half = (values.min() + values.max()) / 2, max(_MIN_SPAN, 1.1 * np.ptp(values)) / 2
         frame.plot([0.0, *(each.hours for each in run.samples)], values, _COLOUR)
         frame.set_xlim(0.0, run.hours)
         frame.set_ylim(middle - half, middle + half)
@@ -65,5 +65,5 @@ def picture(runs: Sequence[Soaked]) -> str:
     return svg_text(figure)
 
 
-def _line(what: str, text: str) -> str:
-    return f"  {what:<22} {text}".rstrip()
+def _line(label: str, text: str) -> str:
+    return f"  {label:<22} {text}".rstrip()

@@ -34,8 +34,8 @@ class RobotFace:
         self.simulation = self.node.simulation
         self.counts: Counter[str] = Counter()
         ears = Ears(self.node.bus, self.counts)
-        told = [topic.name for topic in self.node.bus.topics() if topic.publishers]
-        for topic in told if everything else ["/io_teleop/joint_states"]:
+        published = [topic.name for topic in self.node.bus.topics() if topic.publishers]
+        for topic in published if everything else ["/io_teleop/joint_states"]:
             ears.listen(topic)
         joints = [joint for joint in config.robot.driven if joint.mimic is None]
         self._names = [joint.name for joint in joints]

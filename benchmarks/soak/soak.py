@@ -23,7 +23,7 @@ TRACED = 16
 """Rounds in which Python's objects are traced."""
 
 
-class EnduranceError(CellwrightError):
+class SoakError(CellwrightError):
     """A process of a long run ended before it was over."""
 
 
@@ -40,7 +40,7 @@ class Soaked:
         pieces: the same of the run in pieces.
         counts: actions and messages, in one piece.
         grown: growth of Python's objects in `TRACED` rounds [KiB]; None if it was not traced.
-        grown_most: code with the largest growth.
+        max_growth: code with the largest growth.
     """
 
     face: str
@@ -51,7 +51,7 @@ class Soaked:
     pieces: dict[int, str] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     grown: float | None = None
-    grown_most: tuple[str, ...] = ()
+    max_growth: tuple[str, ...] = ()
 
     @property
     def hours(self) -> float:
@@ -83,7 +83,7 @@ def soak(
     *,
     everything: bool = False,
     traced: int = TRACED,
-    say: Callable[[str], None] = lambda _line: None,
+    on_progress: Callable[[str], None] = lambda _line: None,
 ) -> Soaked:
     """Run a face for long, in one piece and in pieces at the same time.
 
@@ -94,10 +94,10 @@ def soak(
         folder: for the checkpoints.
         everything: listen to every topic.
         traced: rounds of a third, short run in which Python's objects are traced; 0: none.
-        say: takes a line now and then about the progress.
+        on_progress: takes a line now and then about the progress.
 
     Raises:
-        EnduranceError: a process ended before it was over.
+        SoakError: a process ended before it was over.
     """
     found = Soaked(face, rounds)
     cuts = borders(rounds, pieces)
@@ -109,7 +109,9 @@ def soak(
         elif kind == "cut":
             found.whole[value[0]] = value[1]
             spent = time.monotonic() - begun
-            say(f"{face}: {found.samples[-1].hours:.2f} of {found.hours:g} h, {spent:.0f} s, state {value[1][:12]}")
+            on_progress(
+                f"{face}: {found.samples[-1].hours:.2f} of {found.hours:g} h, {spent:.0f} s, state {value[1][:12]}"
+            )
         elif kind == "counts":
             found.counts.update(value)
 
@@ -119,7 +121,7 @@ def soak(
 
     def take_growth(kind: str, value: Any) -> None:
         if kind == "grown":
-            found.grown, found.grown_most = value[0], tuple(value[1])
+            found.grown, found.max_growth = value[0], tuple(value[1])
 
     def in_pieces() -> None:
         start = ""
@@ -157,7 +159,7 @@ def _run(leg: Leg, take: Callable[[str, Any], None]) -> None:
         if process.stdin is not None:
             process.wait()
     if process.returncode:
-        raise EnduranceError(f"{leg.face}: rounds {leg.begin} to {leg.end}: exit status {process.returncode}")
+        raise SoakError(f"{leg.face}: rounds {leg.begin} to {leg.end}: exit status {process.returncode}")
 
 
 def _side_by_side(works: Sequence[Callable[[], None]]) -> None:

@@ -7,5 +7,5 @@ A module of this package has:
 - `WORDS`, the reader's keywords;
 - `mutate(data, chance)`, where random bytes get nowhere: it changes an input so that it stays of its kind.
 
-`LONGEST` is the largest input [bytes].
+`MAX_SIZE` is the largest input [bytes].
 """

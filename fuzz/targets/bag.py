@@ -15,7 +15,7 @@ from cellwright.clients.operators.bags import read_bag
 from cellwright.util.errors import UsageError
 from fuzz.verdict import FindingError, check_lines
 
-LONGEST = 20_000
+MAX_SIZE = 20_000
 WORDS = (
     "#ROSBAG V2.0\n",
     "op=",

@@ -16,7 +16,7 @@ from cellwright.util.errors import DescriptionError, SimulationError
 from fuzz import seeds as bundled
 from fuzz.targets import trial
 
-LONGEST = trial.LONGEST
+MAX_SIZE = trial.MAX_SIZE
 WORDS = trial.WORDS
 mutate = trial.mutate
 _PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "trial.yaml"
@@ -24,7 +24,7 @@ _PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "trial.yaml"
 
 def seeds() -> Iterator[bytes]:
     """Yield the smaller trials, which are built faster."""
-    yield from bundled.files(*bundled.TRIALS, largest=1800)
+    yield from bundled.files(*bundled.TRIALS, max_size=1800)
     yield from bundled.files("docs/examples/own_models/own_models.yaml")
 
 

@@ -10,7 +10,7 @@ from cellwright.util.errors import ExpressionError
 from fuzz.values import TEXTS
 from fuzz.verdict import FindingError
 
-LONGEST = 220
+MAX_SIZE = 220
 WORDS = (*(name for name in vars(math) if not name.startswith("_")), "**", "//", "1e308", "0x", "1j", "lambda:", "__")
 
 

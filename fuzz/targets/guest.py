@@ -18,7 +18,7 @@ from cellwright.middleware.server.requests import Requests
 from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
 from fuzz.verdict import FindingError
 
-LONGEST = 6000
+MAX_SIZE = 6000
 WORDS = ("/clock", "/ariac/agv1", "/ariac/arm/command", "protocol", "encoding", "cdr", "ros1", "quiet", "\0\0\0\0")
 
 
@@ -52,19 +52,19 @@ def attempt(data: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         theirs = socket.create_connection(listener.getsockname())
         ours, _ = listener.accept()
-    guest = ClientConnection(ours, "127.0.0.1")
+    client = ClientConnection(ours, "127.0.0.1")
     try:
         for frame in Decoder(LONGEST_HELLO).feed(data):
-            requests.carry_out(guest, frame)
+            requests.carry_out(client, frame)
         for _ in range(2):
             cell.step()
     except FrameError as error:
         if not str(error):
             raise FindingError("cut off without a reason") from None
     finally:
-        requests.forget(guest)
-        said = bytes(guest._out)
-        guest.close()
+        requests.forget(client)
+        said = bytes(client._out)
+        client.close()
         theirs.close()
     for frame in Decoder().feed(said):
         if frame.kind is Kind.REFUSED and frame.text().startswith("the cell failed"):

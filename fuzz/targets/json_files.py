@@ -19,7 +19,7 @@ from fuzz import seeds as bundled
 from fuzz.trees import mutated
 from fuzz.verdict import check_lines
 
-LONGEST = 12_000
+MAX_SIZE = 12_000
 WORDS = (
     "key",
     "trial",
@@ -52,7 +52,7 @@ def seeds() -> Iterator[bytes]:
         "sines": [{"joint": "a", "rate": 30, "samples": [[0, 0, 0], [1, 1, 1]]}],
     }
     yield json.dumps(motion).encode()
-    yield from bundled.files("tests/data/scorer_cases.json", largest=LONGEST)
+    yield from bundled.files("tests/data/scorer_cases.json", max_size=MAX_SIZE)
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:

@@ -14,7 +14,7 @@ from cellwright.config.models.meshes import is_flat, read_mesh
 from fuzz import seeds as bundled
 from fuzz.verdict import FindingError, check_lines
 
-LONGEST = 3000
+MAX_SIZE = 3000
 WORDS = (
     "solid",
     "facet normal",

@@ -24,7 +24,7 @@ from cellwright.robot.interface import IO_TELEOP
 from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 
-LONGEST = 4000
+MAX_SIZE = 4000
 WORDS = (
     "elbow_joint",
     "linear_arm_actuator_joint",

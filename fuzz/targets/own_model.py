@@ -16,7 +16,7 @@ from fuzz import xml_trees
 from fuzz.targets.cell import run
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 6000
+MAX_SIZE = 6000
 TAGS = (
     *(
         "sdf",

@@ -47,7 +47,7 @@ from cellwright.viewer.web.program import features
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
-LONGEST = 4000
+MAX_SIZE = 4000
 WORDS = (
     *("type", "uuid", "updates", "value", "name", "wxyz", "position", "frequency", "owner", "removed", "update_cb"),
     *("props", "visible", "disabled", "options", "sync_cb", "source_component_uuid", "transfer_uuid", "part_count"),
@@ -56,7 +56,7 @@ WORDS = (
     *("ViewerCameraMessage", "FileTransferStartUpload", "FileTransferPart", "ScenePointerMessage", "ShareUrlRequest"),
     *("Pause", "Go on", "Tick", "max", "Start", "AGV 1", "tray 2", "Open", "/scene", "/scene/operator/0/handle"),
 )
-_MOST_MESSAGES = 20
+_MAX_MESSAGES = 20
 _PATIENCE = 60.0  # [s]
 _CAMERA: dict[str, Any] = {
     "type": "ViewerCameraMessage",
@@ -87,14 +87,14 @@ class World:
         self._all = self._page.features
         self._thread = threading.Thread(target=self._page.run, daemon=True)
         self._thread.start()
-        with self.somebody() as good:
+        with self.browser() as good:
             self.wait(self._is_built, "page that is built")
             self._flip(good)
         self.elements = list(self._there().values())
         self._kinds = [type(each.value) for each in self.elements]
 
     @contextmanager
-    def somebody(self) -> Iterator[Connection]:
+    def browser(self) -> Iterator[Connection]:
         """Yield a connected browser that reads its frames."""
         protocol = Subprotocol(f"viser-v{viser.__version__}")
         with connect(f"ws://127.0.0.1:{self._door.port}", subprotocols=[protocol], max_size=None) as line:
@@ -104,22 +104,22 @@ class World:
             yield line
         reader.join(_PATIENCE)
 
-    def wait(self, condition: Callable[[], bool], what: str) -> None:
+    def wait(self, condition: Callable[[], bool], label: str) -> None:
         """Run and serve until a condition holds."""
         end = time.monotonic() + _PATIENCE
         while not condition():
             if time.monotonic() > end:
-                raise FindingError(f"no {what}")
+                raise FindingError(f"no {label}")
             self.served.simulation.step()
             self._server.wait(0.002)
 
     def take(self, messages: list[Any]) -> None:
         """Send messages from one browser, and check that no other is harmed."""
-        with contextlib.suppress(ConnectionClosed), self.somebody() as bad:
-            for message in messages[:_MOST_MESSAGES]:
+        with contextlib.suppress(ConnectionClosed), self.browser() as bad:
+            for message in messages[:_MAX_MESSAGES]:
                 bad.send(self._encoded(message))
             self._flip(bad)  # by its end, all messages before have been handled
-        with self.somebody() as good:
+        with self.browser() as good:
             self._flip(good)
         self._check()
 
@@ -136,13 +136,13 @@ class World:
     def _flip(self, line: Connection) -> None:
         """Toggle a checkbox of the panel, which the page handles at once."""
         box = next(each for each in self._there().values() if each.label == "Names")
-        wanted = not box.value
-        line.send(_update(box, value=wanted))
+        goal = not box.value
+        line.send(_update(box, value=goal))
 
         def is_done() -> bool:
-            if box.value != wanted and line.state.name != "OPEN":
+            if box.value != goal and line.state.name != "OPEN":
                 raise ConnectionClosed(None, None)
-            return bool(box.value == wanted)
+            return bool(box.value == goal)
 
         self.wait(is_done, "answer to a browser that does no harm")
 
@@ -181,7 +181,7 @@ def world(number: int) -> World:
     if number == 0:
         cell = Cell(load_trial([find_trial("lesson")]).trial, competition=False)
         panel = CellPanel(cell)
-        return World(cell, lambda _asked: panel.panel(), Reset(cell.reset))
+        return World(cell, lambda _request: panel.panel(), Reset(cell.reset))
     node = RobotNode(load_robot("tandem", lambda _line: None))
     return World(node, RobotPanel(node).tell, Reset(lambda: None))
 

@@ -31,7 +31,7 @@ from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 from fuzz.verdict import FindingError, check_lines
 
-LONGEST = 30_000
+MAX_SIZE = 30_000
 WORDS = ("cdr", "zstd", "lz4", "cellwright", "header", "robot", "cell", "std_msgs/msg/String", "sources/", "../")
 _VALUES = (b"null", b"1e999", b"[]  ", b"{}", b"-1", b'"",', b"true", b"NaN", b'"\x1b[2J"', b'"\\u001b["')
 _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))

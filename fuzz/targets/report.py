@@ -13,7 +13,7 @@ from cellwright.running.remote.program import REFUSED, AgentExit, Parting
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
-LONGEST = 4_000
+MAX_SIZE = 4_000
 WORDS = ("parting", "error", REFUSED, *Parting)
 _FILE = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "report.json"
 

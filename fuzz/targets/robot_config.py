@@ -17,7 +17,7 @@ from fuzz import seeds as bundled
 from fuzz import yaml_trees
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 8000
+MAX_SIZE = 8000
 WORDS = (
     *(
         "urdf_path",

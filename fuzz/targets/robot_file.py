@@ -19,7 +19,7 @@ from fuzz import seeds as bundled
 from fuzz import xml_trees
 from fuzz.verdict import FindingError, check_lines, check_refusal
 
-LONGEST = 30_000
+MAX_SIZE = 30_000
 TAGS = (
     *("robot", "link", "joint", "material", "color", "inertial", "mass", "inertia", "origin", "visual", "collision"),
     *("geometry", "box", "cylinder", "capsule", "sphere", "mesh", "parent", "child", "axis", "limit", "mimic"),

@@ -15,7 +15,7 @@ from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose
 from fuzz.verdict import FindingError
 
-LONGEST = 3000
+MAX_SIZE = 3000
 WORDS = ("sequence", "digest", "about", "\0\0\0\0", "\2\0\0\0", "\1\0\0\0", "{}")
 _POSES = np.array([[0, 0, 0, 1, 0, 0, 0]] * 3, np.float32)
 _BEFORE = Frame(0, _POSES, np.ones(3, bool))

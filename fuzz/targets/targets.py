@@ -11,7 +11,7 @@ from cellwright.clients.operators.playback import read_targets
 from cellwright.util.errors import DescriptionError, UsageError
 from fuzz.verdict import FindingError, check_lines, check_refusal
 
-LONGEST = 2000
+MAX_SIZE = 2000
 WORDS = (
     "time",
     "positions",

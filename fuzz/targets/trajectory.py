@@ -15,7 +15,7 @@ from cellwright.middleware.messages.standard import JointTrajectory
 from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 
-LONGEST = 6000
+MAX_SIZE = 6000
 WORDS = (
     *ARM_JOINTS,
     "\0\0\0\0\0\0\xf0\x7f",

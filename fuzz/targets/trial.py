@@ -10,7 +10,7 @@ from fuzz import seeds as bundled
 from fuzz import yaml_trees
 from fuzz.targets import trial_text
 
-LONGEST = 30_000
+MAX_SIZE = 30_000
 WORDS = (
     *TOP_LEVEL,
     *("cellwright", "seed", "timestep", "arm", "servo", "gains", "constraints", "goal_time", "initial_joint_states"),

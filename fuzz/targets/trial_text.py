@@ -13,7 +13,7 @@ from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 6000
+MAX_SIZE = 6000
 WORDS = (
     *TOP_LEVEL,
     *(

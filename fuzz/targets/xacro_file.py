@@ -14,7 +14,7 @@ from fuzz import xml_trees
 from fuzz.targets.robot_file import NAMES, TAGS
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 3000
+MAX_SIZE = 3000
 _XACRO = "{http://www.ros.org/wiki/xacro}"
 _TAGS = (
     *TAGS,

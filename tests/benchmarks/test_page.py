@@ -2,15 +2,15 @@
 
 import datetime
 
-from benchmarks.benchmarks import Taken
+from benchmarks.benchmarks import BenchmarkResult
 from benchmarks.report import HEAD, cell, page
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 DAY = datetime.date(2026, 11, 21)
 TAKEN = [
-    Taken(FakeBenchmark("first", "A first thing", 1.0), (HELD, FREE, BROKEN)),
-    Taken(FakeBenchmark("second", "A second thing", 1.0), skipped="no such engine"),
-    Taken(FakeBenchmark("third", "A third thing", 1.0), (FREE,), failed="it\nbroke"),
+    BenchmarkResult(FakeBenchmark("first", "A first thing", 1.0), (HELD, FREE, BROKEN)),
+    BenchmarkResult(FakeBenchmark("second", "A second thing", 1.0), skipped="no such engine"),
+    BenchmarkResult(FakeBenchmark("third", "A third thing", 1.0), (FREE,), failed="it\nbroke"),
 ]
 
 EXPECTED = """

@@ -61,9 +61,9 @@ def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Reports, str]]
 
 @pytest.mark.slow
 def test_objects_are_counted() -> None:
-    (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
+    (kib, places), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
     assert -100 < kib < 200
-    assert all(re.fullmatch(r"[+-]\d+\.\d KiB (\S+\.py|<.+>):\d+", line) for line in most), most
+    assert all(re.fullmatch(r"[+-]\d+\.\d KiB (\S+\.py|<.+>):\d+", line) for line in places), places
     assert not tracemalloc.is_tracing()  # it would slow down all that this process does from here on
 
 

@@ -22,7 +22,7 @@ def soaked(*, slope: float = 0.0, pieces: dict[int, str] | None = None, memory: 
 
 def test_a_run_that_is_well() -> None:
     run = soaked()
-    run.grown, run.grown_most = -1.5, ("+1.0 KiB bus.py:3",)
+    run.grown, run.max_growth = -1.5, ("+1.0 KiB bus.py:3",)
     text = "\n".join(lines(run))
     assert is_well(run)
     assert text.startswith("cell: 1 simulated hours in one process, 12 s")
@@ -42,7 +42,7 @@ def test_a_run_that_is_not(run: Soaked, words: str) -> None:
     assert words in "\n".join(lines(run))
 
 
-def test_memory_that_nobody_tells() -> None:
+def test_memory_that_is_not_measured() -> None:
     run = soaked(memory=math.nan)
     assert is_well(run)
     assert "not told by this system" in "\n".join(lines(run))

@@ -61,7 +61,7 @@ def test_parts_are_those_of_the_configuration(robot: AssembledRobot) -> None:
     assert robot.dorsal.dorsal_lift_joint_index == 0
 
 
-def test_joints_go_where_they_are_told(robot: AssembledRobot) -> None:
+def test_joints_move_to_their_targets(robot: AssembledRobot) -> None:
     robot.move_j([1, 0], [-0.5, 0.2], [1.0], [5.0])
     wait_for_joints(
         robot, lambda: abs(robot.arms[0].joint_pos[0] + 0.5) < 1e-3 and abs(robot.dorsal.height - 0.2) < 1e-3

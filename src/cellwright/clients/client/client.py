@@ -21,7 +21,7 @@ ARM_JOINTS = tuple(sorted(layout.ARM_JOINTS))
 
 ARRIVED = 0.01
 """Tolerance [rad; m for the rail] within which an arm at rest has arrived. The original's soft servos give way to
-the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup; finals teams waited for 9 mrad.
+the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup. Finals teams waited for 9 mrad.
 """
 
 AWAKE = 0.05

@@ -106,15 +106,15 @@ class InProcess:
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
         """Deliver a topic's messages while time passes; the returned function ends that."""
         self._refuse_if_closed()
-        mail, wanted = self._mail, True
+        mail, is_active = self._mail, True
 
         def take(message: Any) -> None:
-            if wanted:
+            if is_active:
                 callback(message)
 
         def leave() -> None:
-            nonlocal wanted
-            wanted = False  # messages in the queue are not delivered any more either
+            nonlocal is_active
+            is_active = False  # messages in the queue are not delivered any more either
             subscription.cancel()
             self._leave.pop(leave, None)
 

@@ -21,7 +21,7 @@ from cellwright.util.process import ChildProcess
 PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "relay.py"
 DECLARE = "relay:type"
 
-_MORE = 15.0  # [s], for its own start
+_START_TIME = 15.0  # [s], for its own start
 _LEAVING = 2.0
 
 
@@ -58,7 +58,7 @@ class Ros1Transport(SocketTransport):
             raise UsageError(f"{python} cannot be started: {error.strerror or error}") from None
         self._declared: set[str] = set()
         try:
-            super().__init__(("127.0.0.1", self._port(patience + _MORE)), node=node, encoding="ros1")
+            super().__init__(("127.0.0.1", self._port(patience + _START_TIME)), node=node, encoding="ros1")
         except BaseException:
             self._relay.end(_LEAVING)
             raise

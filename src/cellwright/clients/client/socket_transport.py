@@ -202,7 +202,7 @@ class Connection:
         self._end = self._end or reason
 
 
-class _ToldUnknownNameError(UnknownNameError):
+class _RemoteUnknownNameError(UnknownNameError):
     """An unknown name, with the server's own sentence."""
 
     def __init__(self, sentence: str) -> None:
@@ -219,7 +219,7 @@ def accepted(answer: Frame) -> Frame:
         return answer
     found = getattr(errors, answer.name, CellwrightError)
     if found is UnknownNameError:
-        found = _ToldUnknownNameError
+        found = _RemoteUnknownNameError
     elif not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
     raise found(showable(answer.text()))
@@ -289,18 +289,18 @@ class SocketTransport:
         """Deliver a topic's messages while time passes; the returned function ends that."""
         number = self._connection.number()
         message_class: type[messages.Message] | None = None
-        wanted = True
+        is_active = True
 
         def deliver(data: bytes) -> None:
             nonlocal message_class
-            if wanted:
+            if is_active:
                 message_class = message_class or messages.message_type(self._types[topic])
                 callback(self._read(data, message_class))
 
         def leave() -> None:
-            nonlocal wanted
-            if wanted:
-                wanted = False  # messages in the queue are not delivered any more either
+            nonlocal is_active
+            if is_active:
+                is_active = False  # messages in the queue are not delivered any more either
                 if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
                     self._connection.say(Frame(Kind.UNSUBSCRIBE, number))
 

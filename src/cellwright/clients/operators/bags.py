@@ -22,7 +22,7 @@ COMMANDS = (
 )
 """Topics of commands that are played back unchanged."""
 
-_LONGEST_REASON = 300  # of the library's message, which may repeat all that it has read
+_MAX_REASON = 300  # of the library's message, which may repeat all that it has read
 _TYPE = "sensor_msgs/msg/JointState"
 
 
@@ -42,9 +42,9 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
-            wanted = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
+            topics = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
             # some recorders leave the slash out
-            chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in wanted]
+            chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in topics]
             if not chosen:
                 lacking, there = topic or "commands of io_teleop", ", ".join(sorted(found)) or "none"
                 raise UsageError(f"{path}: no {lacking} in it; joint states are on: {there}")
@@ -55,7 +55,7 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     except UsageError:
         raise
     except Exception as error:  # a damaged file fails anywhere in the library
-        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _LONGEST_REASON)
+        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _MAX_REASON)
         raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
     if not moments:
         raise UsageError(f"{path}: there are no messages in it")

@@ -107,7 +107,7 @@ SETTLING_BAND = 0.05
 """Share of the step within which a joint has settled."""
 MIN_MOTION_SHARE = 0.02
 """Share of its target's motion below which a joint did not follow."""
-LONGEST_DELAY = 0.5
+MAX_DELAY = 0.5
 """Longest delay [s] that is searched for; half a period if that is shorter."""
 
 _GRID = 0.001  # [s]
@@ -178,24 +178,24 @@ def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tra
         trace.joint,
         rms=float(np.sqrt(np.mean(error**2))),
         worst=float(np.abs(error).max()),
-        delay=delay(trace, min(LONGEST_DELAY, period / 2)),
+        delay=delay(trace, min(MAX_DELAY, period / 2)),
         rate=(len(trace.seen) - 1) / span if span > 0.0 else 0.0,
         step=step_response(trace, edges) if len(edges) else None,
     )
 
 
-def delay(trace: Trace, longest: float) -> float | None:
-    """Return the delay [s] of the position after the target; None if it did not follow, or above `longest` [s]."""
+def delay(trace: Trace, max_delay: float) -> float | None:
+    """Return the delay [s] of the position after the target; None if it did not follow, or above `max_delay` [s]."""
     if np.ptp(trace.seen) < MIN_MOTION_SHARE * np.ptp(trace.told):
         return None
     begin = max(trace.told_at[0], trace.seen_at[0])
     grid = np.arange(begin, min(trace.told_at[-1], trace.seen_at[-1]), _GRID)
-    lags = min(int(longest / _GRID), len(grid) // 2)
+    lags = min(int(max_delay / _GRID), len(grid) // 2)
     if lags < 2:
         return None
-    told = trace.told[np.searchsorted(trace.told_at, grid, side="right") - 1]
+    target = trace.told[np.searchsorted(trace.told_at, grid, side="right") - 1]
     seen = np.interp(grid, trace.seen_at, trace.seen)
-    likeness = np.array([_correlation(told[: len(told) - lag], seen[lag:]) for lag in range(lags + 1)])
+    likeness = np.array([_correlation(target[: len(target) - lag], seen[lag:]) for lag in range(lags + 1)])
     best = int(likeness.argmax())
     if likeness[best] <= 0.0 or best == lags:
         return None
@@ -272,7 +272,7 @@ RATE = 100.0
 TAIL = 0.5
 """Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
 
-_FEWEST = 10  # joint states that a report needs
+_MIN_SAMPLES = 10  # joint states that a report needs
 _HELD_BACK = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
 
 
@@ -321,7 +321,7 @@ def exercise(
     """
     session = robot.session
     start, begun = robot.position(joint), session.time
-    told: list[tuple[float, float]] = []
+    sent: list[tuple[float, float]] = []
     seen: list[tuple[float, float, float]] = []
     applied: list[float] = []
 
@@ -336,7 +336,7 @@ def exercise(
         while (time := session.time - begun) < wave.duration + TAIL:
             target = start + wave.offset(time)
             robot.send(MoveJoints({joint: target}))
-            told.append((time, target))
+            sent.append((time, target))
             on_beat(min(1.0, time / wave.duration))
             beat.sleep()
             if joint in (now := robot.applied):
@@ -345,30 +345,30 @@ def exercise(
         for part in (partial(robot.send, MoveJoints({joint: start})), leave):
             with suppress(CellwrightError, RunEndedError):  # the node may be gone
                 part()
-    if len(seen) < _FEWEST:
+    if len(seen) < _MIN_SAMPLES:
         raise UsageError(f"{joint}: only {len(seen)} joint states came in {wave.duration + TAIL:g} s")
-    trace = _trace(joint, told, seen)
+    trace = _trace(joint, sent, seen)
     edges = [n / 2 / wave.frequency for n in range(1, 2 * wave.periods + 1)] if wave.shape is Shape.STEP else ()
     figures = tracking(trace, period=1 / wave.frequency, edges=edges)
     return Exercise(wave, start, trace, figures, _held_back(trace.told, applied, wave))
 
 
-def _trace(joint: str, told: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
+def _trace(joint: str, sent: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
     """Return the samples as arrays; joint states have the node's own stamps where it gives them."""
     heard_at, stamps, positions = np.array(seen).T
     seen_at: Array = heard_at
     if np.all(np.diff(stamps) > 0.0):
         seen_at = stamps + np.median(heard_at - stamps)
-    told_at, targets = np.array(told).T
-    return Trace(joint, told_at, targets, seen_at, positions)
+    times, targets = np.array(sent).T
+    return Trace(joint, times, targets, seen_at, positions)
 
 
-def _held_back(told: Array, applied: list[float], wave: Wave) -> str:
+def _held_back(targets: Array, applied: list[float], wave: Wave) -> str:
     """Return a sentence on targets that the node did not apply unchanged."""
     if not applied:
         return ""
     slack = _HELD_BACK * abs(wave.amplitude)
-    asked, did = (float(told.min()), float(told.max())), (min(applied), max(applied))
-    if did[0] > asked[0] + slack or did[1] < asked[1] - slack:
-        return f"asked for {asked[0]:.4g} to {asked[1]:.4g}, applied {did[0]:.4g} to {did[1]:.4g}: the node holds back"
+    sent, did = (float(targets.min()), float(targets.max())), (min(applied), max(applied))
+    if did[0] > sent[0] + slack or did[1] < sent[1] - slack:
+        return f"asked for {sent[0]:.4g} to {sent[1]:.4g}, applied {did[0]:.4g} to {did[1]:.4g}: the node holds back"
     return ""

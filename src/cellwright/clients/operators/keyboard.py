@@ -1,7 +1,7 @@
 """Keyboard operator: terminal input decoded into keys, keys into jog steps, and the loop that sends them.
 
 A key is one step. The first step begins at the robot's measured position, and so does the first one after another
-source has moved it; the next ones continue from the target before. A target never runs far ahead of a blocked robot.
+source has moved it. The next ones continue from the target before. A target never runs far ahead of a blocked robot.
 """
 
 import math
@@ -213,9 +213,9 @@ class Jog:
             self.note = f"the node does not say where {joint} is"
             return None
         lead = max(_JOINT_LEAD, 3.0 * step)
-        wanted = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
-        target = min(max(wanted, measured - lead), measured + lead)
-        if target != wanted:
+        goal = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
+        target = min(max(goal, measured - lead), measured + lead)
+        if target != goal:
             self.note = f"{joint} is held up: it stands at {measured:.3f}"
         within = self._limits.clamped(joint, target)
         if within != target:
@@ -262,8 +262,8 @@ class Jog:
             return None
         closed = list(self._grips if len(self._grips) == len(measured) else measured)
         step = GRIPPER_STEPS[self.size]
-        wanted = {"o": 0.0, "c": 1.0, ",": closed[self.arm] - step, ".": closed[self.arm] + step}[key]
-        closed[self.arm] = min(max(wanted, 0.0), 1.0)
+        goal = {"o": 0.0, "c": 1.0, ",": closed[self.arm] - step, ".": closed[self.arm] + step}[key]
+        closed[self.arm] = min(max(goal, 0.0), 1.0)
         self._grips = tuple(min(max(value, 0.0), 1.0) for value in closed)
         return MoveGrippers(self._grips)
 
@@ -272,7 +272,7 @@ POLL_INTERVAL = 0.02
 """Time between reads of the keyboard [s]."""
 POLLS_PER_REDRAW = 5
 """Reads of the keyboard per redraw."""
-MOST_STEPS = 3
+MAX_STEPS = 3
 """Largest number of steps from one read: input that piled up during a stall is old, and is dropped."""
 
 
@@ -316,7 +316,7 @@ class Keyboard:
                 return False
             if isinstance(order, MoveJoints | MoveTips | MoveGrippers):
                 steps += 1
-                if steps > MOST_STEPS:
+                if steps > MAX_STEPS:
                     self.jog.forget()
                     self.message = "keys came faster than the robot could be told; the oldest were taken"
                     continue

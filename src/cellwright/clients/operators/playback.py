@@ -36,7 +36,7 @@ GRIPPERS = ("gripper_right", "gripper_left")
 MAX_FILE_SIZE = 1 << 28
 """Size limit of a file [bytes]."""
 
-_MOST_PROBLEMS = 10
+_MAX_PROBLEMS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def read_targets(path: Path) -> Targets:
         problem = found if isinstance(found, str) else _check_moment(found, last)
         if problem:
             problems.append(Problem(Place(0, str(path), line), "", problem))
-            if len(problems) == _MOST_PROBLEMS:
+            if len(problems) == _MAX_PROBLEMS:
                 break
         elif isinstance(found, Moment):
             last = found.time

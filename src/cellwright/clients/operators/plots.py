@@ -91,8 +91,8 @@ def tracking_svg(exercises: Sequence[Exercise]) -> str:
     frames = figure.subplots(2 * count, 1, height_ratios=[5, 2] * count)
     for each, motion, error in zip(exercises, frames[::2], frames[1::2], strict=True):
         trace, figures = each.trace, each.tracking
-        told, seen = (slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.told_at, trace.seen_at))
-        motion.step(trace.told_at[told], trace.told[told], _TARGET_COLOUR, where="post", label="target")
+        targets, seen = (slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.told_at, trace.seen_at))
+        motion.step(trace.told_at[targets], trace.told[targets], _TARGET_COLOUR, where="post", label="target")
         motion.plot(trace.seen_at[seen], trace.seen[seen], _MEASURED_COLOUR, label="measured")
         error.plot(trace.seen_at[seen], (trace.target - trace.seen)[seen], _ERROR_COLOUR)
         delay = "did not follow" if figures.delay is None else f"delay {figures.delay * 1e3:.0f} ms"

@@ -157,7 +157,7 @@ class OperatedRobot:
 
     def __init__(self, session: NodeClient) -> None:
         self.session = session
-        self._told = (0, 0)  # count of joint states, and lead of the node's clock over the session's [ns]
+        self._clock = (0, 0)  # count of joint states, and lead of the node's clock over the session's [ns]
         self._stamp = 0
         self.sent = 0
         """Number of messages sent to it."""
@@ -255,10 +255,10 @@ class OperatedRobot:
     def _now(self) -> int:
         """Return the node's time [ns], from the stamps of its joint states: it may check a command's age."""
         now = self.session.transport.now()
-        if self._states.count != self._told[0]:
+        if self._states.count != self._clock[0]:
             stamp = conversions.nanoseconds(self._states.message.header.stamp)
-            self._told = (self._states.count, (stamp or now) - now)
-        self._stamp = max(self._stamp, now + self._told[1])
+            self._clock = (self._states.count, (stamp or now) - now)
+        self._stamp = max(self._stamp, now + self._clock[1])
         return self._stamp
 
 

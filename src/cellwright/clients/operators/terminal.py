@@ -116,7 +116,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 _BAR = 21  # characters from limit to limit; odd, so that there is a middle
 _OFF = 0.01  # [rad; m] between target and position that is coloured
-_FEWEST = 3  # lines of joints, however small the terminal
+_MIN_JOINTS = 3  # lines of joints, however small the terminal
 
 
 def panel(
@@ -125,10 +125,10 @@ def panel(
     """Return the panel for a terminal of `height` lines: the robot's `name`, its state, a message and the keys."""
     keys, tips = _key_help(), _tips(robot, jog)
     rest = 2 + 1 + 1 + len(tips) + 1 + len(KEY_HELP) // 2
-    joints = _joints(robot, jog, limits, max(_FEWEST, height - rest))
-    told = f"find: {jog.search}▏ {message}" if jog.search is not None else message
+    joints = _joints(robot, jog, limits, max(_MIN_JOINTS, height - rest))
+    note = f"find: {jog.search}▏ {message}" if jog.search is not None else message
     return Group(
-        _status_line(robot, name), Text(), joints, Text(), *tips, Text(told, style="bold yellow", no_wrap=True), keys
+        _status_line(robot, name), Text(), joints, Text(), *tips, Text(note, style="bold yellow", no_wrap=True), keys
     )
 
 

@@ -65,7 +65,7 @@ def test_no_image_shows_nothing() -> None:
     assert resting_parts([]) == []
 
 
-def test_neighbours_of_one_type_are_told_apart() -> None:
+def test_neighbours_of_one_type_are_distinguished() -> None:
     other = Sighting("gear_part", moved(GEAR.world_T_part, 0.1))
     first, second = resting_parts(images(GEAR, other))
     assert first.world_T_part.position[1] == pytest.approx(0.2, abs=0.0012)

@@ -98,7 +98,7 @@ def test_parts_that_are_ordered_on_their_side_are_brought_so(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_parts_that_it_cannot_take_are_told_in_the_end_with_the_reason(tmp_path: Path) -> None:
+def test_parts_that_it_cannot_take_are_logged_at_the_end_with_the_reason(tmp_path: Path) -> None:
     result, said = run_own(tmp_path, "my_ball", "my_anvil")
     assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
     assert [line.partition(" s: ")[2] for line in said] == [

@@ -264,12 +264,14 @@ def test_a_part_that_cannot_be_had_is_given_up_and_the_rest_is_sent() -> None:
     assert 60.0 < floor.time < 120.0
 
 
-def test_what_was_not_brought_is_told_in_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
-    wanted = order(("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0))
-    floor = work(Floor(bins=gears(1)), [wanted])
+def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
+    announced = order(
+        ("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0)
+    )
+    floor = work(Floor(bins=gears(1)), [announced])
     assert places(floor) == [(0.1, -0.1)]
-    told = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
-    assert told == [
+    warnings = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
+    assert warnings == [
         "not brought for order_0_kit_0: 2 cone_part: it has no flat top that the cup could stand on",
         "not brought for order_0_kit_0: 1 disk_part: none was seen",
     ]

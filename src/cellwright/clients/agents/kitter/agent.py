@@ -173,12 +173,12 @@ class Strategy:
             return task.given_up
         return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
 
-    def _say(self, text: str, *arguments: Any) -> None:
+    def _log(self, text: str, *arguments: Any) -> None:
         log.info("%.1f s: " + text, self._client.time, *arguments)
 
     def _intend(self, text: str, *arguments: Any) -> None:
         """Announce the next action, in the viewer too."""
-        self._say(text, *arguments)
+        self._log(text, *arguments)
         self._client.intend(text % arguments)
 
     def await_order(self) -> State | None:
@@ -192,7 +192,7 @@ class Strategy:
         kit = self._orders.open_kits()[0]
         is_ready = self._view.is_agv_ready
         if not self._client.wait_until(lambda: any(map(is_ready, STATIONS)), 60.0):
-            self._say("no AGV is there")
+            self._log("no AGV is there")
             return None if self._is_over() else self.choose_kit
         kit.station = next(station for number, station in STATIONS.items() if is_ready(number))
         self._view.watch_agvs(False)
@@ -212,7 +212,7 @@ class Strategy:
         kit.sendings += 1
         kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
-            self._say("it does not go")
+            self._log("it does not go")
             return partial(self.submit, kit)
         self._client.sleep(1.0)
         return self.choose_kit if self._orders.open_kits() else self.await_order
@@ -241,7 +241,7 @@ class Strategy:
                     return partial(self.fetch, kit, task, part)
         if self._client.time - self._last_progress > PART_TIMEOUT:
             for task in tasks:
-                self._say("no %s is to be had", task.type)
+                self._log("no %s is to be had", task.type)
                 task.given_up = self._supply.why_none(task.type)
             return partial(self.choose_part, kit)
         return partial(self.wait_by_belt, kit)
@@ -270,7 +270,7 @@ class Strategy:
         if held is None:
             is_in_reach = self._hand.is_in_reach(task.type, part.world_T_part, rail)
             self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
-            self._say("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
+            self._log("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
@@ -280,7 +280,7 @@ class Strategy:
         held = self._hand.from_belt(part, y)
         self._view.belt.forget(part)
         if held is None:
-            self._say("it was missed")
+            self._log("it was missed")
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
@@ -295,7 +295,7 @@ class Strategy:
 
         place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
         if place is None:
-            self._say("there is no room for a %s on the tray", task.type)
+            self._log("there is no room for a %s on the tray", task.type)
             task.given_up = "there was no room for it on the tray"
             self._hand.throw_away(held)
             return partial(self.choose_part, kit)
@@ -303,7 +303,7 @@ class Strategy:
         where = "as ordered" if place.is_ordered else "as near as there is room"
         self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
         if not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
-            self._say("it was lost on the way")
+            self._log("it was lost on the way")
             self._hand.let_go()
             self._note_loss(task)
             return partial(self.choose_part, kit)
@@ -317,12 +317,12 @@ class Strategy:
         if finding.verdict is Verdict.FAULTY:
             return partial(self.reject, kit, task, place)
         if finding.verdict is Verdict.LOST:
-            self._say("the %s is not on the tray", task.type)
+            self._log("the %s is not on the tray", task.type)
             task.tray_T_part = None
             self._note_loss(task)
         if finding.world_T_part is None:
             return partial(self.choose_part, kit)
-        self._say("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
+        self._log("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
         if finding.verdict is Verdict.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
@@ -344,7 +344,7 @@ class Strategy:
         task.tray_T_part = None
         lying = pose_on_tray(kit.station, self._catalogue.figures(task.type), place.tray_T_part, drop=0.0)
         if not self._throw_away(kit, task.type, lying, ATTEMPTS):
-            self._say("it stays where it is")
+            self._log("it stays where it is")
             kit.faulty.append((task.type, place.tray_T_part))
         return partial(self.choose_part, kit)
 

@@ -46,13 +46,13 @@ SETTLING = 0.7
 SAFE_HEIGHT = 0.95
 """Height [m] of the gripper link between stations, with one of the parts of 2017 on the cup."""
 
-TALLEST_PART_2017 = 0.0724
+MAX_HEIGHT_2017 = 0.0724
 """Distance [m] that the tallest part of 2017 hangs below the cup; a taller one raises the arm by the difference."""
 
 RISING = 0.5
 """Rising speed of the tool [m/s]."""
 
-MOST_SAG = 0.03
+MAX_SAG = 0.03
 """Largest error of a joint [rad] from sag alone."""
 
 
@@ -95,7 +95,7 @@ class Arm:
     @property
     def _extra(self) -> float:
         """Extra height [m] for a tall part on the cup."""
-        return max(0.0, self.load_height - TALLEST_PART_2017)
+        return max(0.0, self.load_height - MAX_HEIGHT_2017)
 
     def reaches(self, goal: Pose, rail: float) -> bool:
         """Return whether a tool pose is in reach in the posture of the stations, with the rail at `rail` [m]."""
@@ -129,7 +129,7 @@ class Arm:
             off = [want - have for want, have in zip(joints, self.joints, strict=True)]
             if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off[1:])) < 0.005:
                 return True
-            sags = (max(-MOST_SAG, min(MOST_SAG, each)) for each in self._sags())
+            sags = (max(-MAX_SAG, min(MAX_SAG, each)) for each in self._sags())
             self._move([want + sag for want, sag in zip(joints, sags, strict=True)])
             self._client.sleep(0.1)
         return True

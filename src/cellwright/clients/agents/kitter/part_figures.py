@@ -87,19 +87,19 @@ _PARTS = {
     "part4": PartFigures((0.0, 0.0), 0.005, box_outline(0.09, 0.06), 0.0052),
 }
 
-TALLEST = 0.2
+MAX_HEIGHT = 0.2
 """Largest distance [m] that a part may hang below the cup. The tallest one tried, 0.21 m, cleared rail and rims."""
 
-HEAVIEST = 10.0
+MAX_MASS = 10.0
 """Payload of the arm [kg]. A box of 12 kg came to lie within 1 mm of its place, one of 16 kg 15 mm beside it."""
 
-LEAST_SPOT = 0.006
+MIN_SPOT = 0.006
 """Radius [m] of the flat disc that the cup needs: it is aimed to a few millimetres."""
 
-LARGEST_MOMENT = 0.3
+MAX_MOMENT = 0.3
 """Largest mass of a part times the distance of its centre of mass from the cup's axis [kg m].
 
-In trials a bar of 0.56 kg m came to lie 6 mm off its place; with 0.8 kg m the wrist gave way, and the part was lost.
+In trials a bar of 0.56 kg m came to lie 6 mm off its place. With 0.8 kg m the wrist gave way, and the part was lost.
 """
 
 
@@ -179,22 +179,22 @@ def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
     `values` are those of that top in `Client.part_types`, and the mass.
     """
     mass, spots = values["mass"], values["spots"]
-    wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]
+    wide = [spot for spot in spots if spot["radius"] >= MIN_SPOT]
     aside = [math.dist(spot["position"][:2], values["centre_of_mass"][:2]) for spot in wide]  # [m]
-    usable = [spot for spot, away in zip(wide, aside, strict=True) if away * mass <= LARGEST_MOMENT]
+    usable = [spot for spot, away in zip(wide, aside, strict=True) if away * mass <= MAX_MOMENT]
     if not spots:
         return "it has no flat top that the cup could stand on"
     if not wide:
         widest = max(spot["radius"] for spot in spots)
-        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {LEAST_SPOT * 1e3:g} mm are needed"
-    if mass > HEAVIEST:
-        return f"it is too heavy: {mass:g} kg, the arm carries {HEAVIEST:g} kg"
+        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {MIN_SPOT * 1e3:g} mm are needed"
+    if mass > MAX_MASS:
+        return f"it is too heavy: {mass:g} kg, the arm carries {MAX_MASS:g} kg"
     if not usable:
         return f"it would turn the wrist: its flat top is {min(aside) * 1e3:.0f} mm beside its centre of mass"
     x, y, top = usable[0]["position"]
     (x0, y0, bottom), (x1, y1, _) = values["lower"], values["upper"]
-    if top - bottom > TALLEST:
-        return f"it is too tall: {(top - bottom) * 1e3:.0f} mm below the cup, {TALLEST * 1e3:g} mm can be carried"
+    if top - bottom > MAX_HEIGHT:
+        return f"it is too tall: {(top - bottom) * 1e3:.0f} mm below the cup, {MAX_HEIGHT * 1e3:g} mm can be carried"
     middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
     disc = (Disc(middle_x, middle_y, values["radius"]),)
     row = box_outline(x1 - x0, y1 - y0, middle_x, middle_y)
