@@ -15,9 +15,8 @@ ROUND = 36_000_000_000
 class Face(Protocol):
     """A cell or a robot at work.
 
-    Its program depends on time alone: after a restore at the border between two rounds it continues in a new process as
-    it
-    would have continued in the old one.
+    Its program depends on time alone. After a restore at the border between two rounds it continues in a new process as
+    in the old one.
     """
 
     simulation: Simulation

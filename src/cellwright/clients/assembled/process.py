@@ -18,8 +18,8 @@ from cellwright.util.errors import CellwrightError, UsageError, showable
 DESCRIBE_SERVICE = "/cellwright/robot/describe"
 """Description of the robot: joints, arms, grippers, head, lift, and the pose of its root link."""
 STATE_SERVICE = "/cellwright/robot/state"
-"""Positions, velocities and efforts of all movable joints, positions and targets of the driven ones. Also the pose of the
-mobile base, and the poses of requested links by index.
+"""Positions, velocities and efforts of all movable joints, positions and targets of the driven ones. Also the pose of
+the body that carries the robot, and the poses of requested links by index.
 """
 MOVE_SERVICE = "/cellwright/robot/move"
 """Move joints, by index, to positions."""

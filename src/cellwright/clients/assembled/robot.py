@@ -107,7 +107,7 @@ class RobotGripper:
         self.finger_index: list[int] = list(described["joints"])
         self._follows: list[bool] = list(described["follows"])  # which of them mimic others
         self.joint_range = [list(joints.range_of(index)) for index in self.finger_index]
-        self._ways: list[list[float]] = [list(way) for way in described["ways"]]  # of each joint: open, closed
+        self._ends: list[list[float]] = [list(ends) for ends in described["ways"]]  # of each joint: open, closed
 
     @property
     def joint_pos(self) -> list[float]:
@@ -117,15 +117,15 @@ class RobotGripper:
     @property
     def status(self) -> float:
         """Closed share, from 0 to 1."""
-        fingers = [each for each, follows in zip(zip(self.joint_pos, self._ways), self._follows) if not follows]
-        way = sum((place - begin) * (1.0 if end > begin else -1.0) for place, (begin, end) in fingers)
+        fingers = [each for each, follows in zip(zip(self.joint_pos, self._ends), self._follows) if not follows]
+        moved = sum((place - begin) * (1.0 if end > begin else -1.0) for place, (begin, end) in fingers)
         whole = sum(abs(end - begin) for _, (begin, end) in fingers)
-        return min(max(way / whole, 0.0), 1.0) if whole > 0.0 else 0.0
+        return min(max(moved / whole, 0.0), 1.0) if whole > 0.0 else 0.0
 
     def joint_pos_from_status(self, status: float) -> list[float]:
         """Return the positions of its joints [rad; m] at a closed share; values beyond 0 and 1 are clamped."""
         part = min(max(float(status), 0.0), 1.0)
-        return [begin + part * (end - begin) for begin, end in self._ways]
+        return [begin + part * (end - begin) for begin, end in self._ends]
 
     def move(self, status: float) -> None:
         """Move to a closed share: 0 is open, 1 closed."""

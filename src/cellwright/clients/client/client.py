@@ -39,9 +39,8 @@ log = logging.getLogger(__name__)
 class Client(NodeClient):
     """Client of the kit-building cell.
 
-    It subscribes from the start to the competition's state, orders, score, joint states and the gripper, and to a
-    sensor
-    on the first call that reads it.
+    It subscribes from the start to the competition's state, orders, score, joint states and the gripper. The
+    first call that reads a sensor subscribes to it.
     """
 
     def __init__(self, transport: Transport) -> None:

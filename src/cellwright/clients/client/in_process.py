@@ -129,7 +129,7 @@ class InProcess:
         self.cell.bus.publish(topic, message, node=self.node)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is handled at the border where time stands. Time passes if its answer takes some.
+        """Call a service; the cell handles it between two steps. Time passes if its answer takes some.
 
         Raises:
             RunEndedError: the deadline has come before the answer.

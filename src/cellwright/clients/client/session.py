@@ -39,8 +39,7 @@ class NodeClient:
     """Time, topics and services of a cell or of a robot's node.
 
     Callbacks run only inside `sleep` and `wait_until`; calling either from a callback is an error. The client belongs
-    to
-    the thread that made it, and refuses calls from others: two threads would take each other's answers.
+    to the thread that made it, and refuses calls from others: two threads would take each other's answers.
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -138,8 +137,7 @@ class NodeClient:
         """Call `callback(message)` for each message on a topic; the returned function ends that.
 
         A `passive` callback only stores the message or a part of it, and does not read the time either. In lockstep
-        time
-        need not stop for it, which is faster, and changes nothing.
+        time need not stop for it, which is faster, and changes nothing.
         """
         self._refuse_strangers()
         return self.transport.subscribe(topic, callback, passive=passive)

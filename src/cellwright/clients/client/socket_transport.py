@@ -68,7 +68,7 @@ class Connection:
         self._on_frame = on_frame
         self._awaited = 0
         self._answers: list[Frame] = []
-        self._promised: dict[int, list[Frame]] = {}
+        self._expected: dict[int, list[Frame]] = {}
         self._end: str | None = None
         try:
             self._send(hello(node, encoding, key).encode())
@@ -89,17 +89,17 @@ class Connection:
             CellwrightError: it was refused; of the class that says why.
             RunEndedError: no answer or no time can come any more.
         """
-        self.say(frame)
+        self.send(frame)
         return accepted(self._await_answer(frame.number))
 
-    def promised(self, number: int) -> list[Frame]:
+    def expect_reply(self, number: int) -> list[Frame]:
         """Return a list for a second answer to a request that has been answered already; empty until it has come."""
         came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
         if not came:
-            self._promised[number] = came
+            self._expected[number] = came
         return came
 
-    def say(self, frame: Frame) -> None:
+    def send(self, frame: Frame) -> None:
         """Send a frame that has no answer, or whose answer is ignored; errors as of `ask`."""
         if self._end is not None:
             raise RunEndedError(self._end)
@@ -191,8 +191,8 @@ class Connection:
                 self._is_over(showable(frame.text()))
             case Kind.REFUSED if frame.number == 0:
                 self._is_over(showable(frame.text()))
-            case _ if frame.number in self._promised:
-                self._promised.pop(frame.number).append(frame)
+            case _ if frame.number in self._expected:
+                self._expected.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
                 self._answers.append(frame)
             case _:  # the answer to a request that the caller abandoned
@@ -302,7 +302,7 @@ class SocketTransport:
             if is_active:
                 is_active = False  # messages in the queue are not delivered any more either
                 if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
-                    self._connection.say(Frame(Kind.UNSUBSCRIBE, number))
+                    self._connection.send(Frame(Kind.UNSUBSCRIBE, number))
 
         self._deliveries[number] = deliver  # latched messages come before the answer
         try:
@@ -313,7 +313,7 @@ class SocketTransport:
         return leave
 
     def publish(self, topic: str, message: Any) -> None:
-        """Send a message; the cell acts on it where time stands."""
+        """Send a message; the cell acts on it between two steps."""
         message = messages.checked(message)
         frame = Frame(
             Kind.PUBLISH,
@@ -325,7 +325,7 @@ class SocketTransport:
         self._connection.ask(frame)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is handled at the border where time stands. Time passes if its answer takes some."""
+        """Call a service; the cell handles it between two steps. Time passes if its answer takes some."""
         request = messages.checked(request)
         name = messages.type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
         frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
@@ -353,10 +353,10 @@ class SocketTransport:
 
     def _wait_for(self, number: int) -> Frame:
         """In lockstep: let time pass, tick by tick, until a call is answered."""
-        promised = self._connection.promised(number)
-        while not promised:
+        replies = self._connection.expect_reply(number)
+        while not replies:
             self._ask_for_time(_END_OF_TIME, each_tick=True)
-        return accepted(promised[0])
+        return accepted(replies[0])
 
     def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
         before = self._now

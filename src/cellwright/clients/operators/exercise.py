@@ -223,29 +223,29 @@ def _one_step(trace: Trace, begin: float, end: float) -> StepResponse | None:
     height = after - before
     if height == 0.0:
         return None
-    at, way = trace.seen_at[chosen] - begin, (trace.seen[chosen] - before) / height
-    low, high = _first_reached(at, way, _LOW), _first_reached(at, way, _HIGH)
-    outside = np.flatnonzero(np.abs(way - 1.0) > SETTLING_BAND)
+    at, response = trace.seen_at[chosen] - begin, (trace.seen[chosen] - before) / height
+    low, high = _first_reached(at, response, _LOW), _first_reached(at, response, _HIGH)
+    outside = np.flatnonzero(np.abs(response - 1.0) > SETTLING_BAND)
     settling: float | None = 0.0
     if len(outside):
         settling = float(at[outside[-1] + 1]) if outside[-1] + 1 < len(at) else None
     return StepResponse(
-        overshoot=max(0.0, float(way.max()) - 1.0),
+        overshoot=max(0.0, float(response.max()) - 1.0),
         rise=None if low is None or high is None else high - low,
         settling=settling,
         rest=abs(float(trace.seen[chosen][-1] - after)),
     )
 
 
-def _first_reached(at: Array, way: Array, level: float) -> float | None:
+def _first_reached(at: Array, response: Array, level: float) -> float | None:
     """Return the first time at a level, linear between two samples."""
-    reached = np.flatnonzero(way >= level)
+    reached = np.flatnonzero(response >= level)
     if not len(reached):
         return None
     number = int(reached[0])
     if number == 0:
         return float(at[0])
-    return float(np.interp(level, way[number - 1 : number + 1], at[number - 1 : number + 1]))
+    return float(np.interp(level, response[number - 1 : number + 1], at[number - 1 : number + 1]))
 
 
 def _slowest(times: Sequence[float | None]) -> float | None:
@@ -289,7 +289,7 @@ class Exercise:
 
 
 def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
-    """Refuse a signal that joints cannot follow from their positions; return warnings about joints that are too slow.
+    """Refuse a signal that joints cannot be given at their positions; return warnings about joints too slow for it.
 
     Raises:
         UnknownNameError: the robot has no such joint.

@@ -130,8 +130,8 @@ class Jog:
     def joint_step(self) -> float:
         """Step of the selected joint [rad; m]."""
         limits = self._limits.of_joint(self.joint)
-        way = limits.upper - limits.lower
-        return min(JOINT_STEPS[self.size], way / 10.0) if way > 0.0 else JOINT_STEPS[self.size]
+        span = limits.upper - limits.lower
+        return min(JOINT_STEPS[self.size], span / 10.0) if span > 0.0 else JOINT_STEPS[self.size]
 
     def forget(self) -> None:
         """Forget all targets, when something else moves or holds the robot: the next step begins at its position."""

@@ -51,7 +51,7 @@ class JointLimits:
         limits = self.of_joint(name)
         return min(max(position, limits.lower), limits.upper)
 
-    def check(self, name: str, low: float, high: float, what: str) -> None:
+    def check(self, name: str, low: float, high: float, motion: str) -> None:
         """Refuse a motion of a joint from `low` to `high` [rad; m] that leaves its limits.
 
         Raises:
@@ -60,7 +60,7 @@ class JointLimits:
         limits = self.of_joint(name)
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
             raise UsageError(
-                f"{name}: {what} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
+                f"{name}: {motion} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
                 f"{limits.lower:.4g} to {limits.upper:.4g}"
             )
 

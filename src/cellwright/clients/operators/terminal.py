@@ -187,13 +187,13 @@ def _number(value: float) -> str:
 def _bar(name: str, position: float, target: float, limits: JointLimits) -> Text:
     """Return a bar with a joint's position between its limits, and its target."""
     limit = limits.of_joint(name)
-    way = limit.upper - limit.lower
-    if not 0.0 < way < math.inf or math.isnan(position):
+    span = limit.upper - limit.lower
+    if not 0.0 < span < math.inf or math.isnan(position):
         return Text()
     signs = list("─" * _BAR)
 
     def place(value: float) -> int:
-        return min(max(round((value - limit.lower) / way * (_BAR - 1)), 0), _BAR - 1)
+        return min(max(round((value - limit.lower) / span * (_BAR - 1)), 0), _BAR - 1)
 
     if not math.isnan(target):
         signs[place(target)] = "◇"

@@ -141,19 +141,19 @@ class Arm:
 
     def line(self, goal: Pose, speed: float, *, wait: bool = True) -> None:
         """Move straight to a tool pose at about `speed` [m/s]; return on arrival, or at once without `wait`."""
-        duration = self._go_along(straight_path(self.tool, goal, speed))
+        duration = self._follow_path(straight_path(self.tool, goal, speed))
         if wait:
             self._client.doze(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
         """Follow something that moves along -y and come down on it, without waiting: see `following_path`."""
-        self._go_along(following_path(start, near, press, speed))
+        self._follow_path(following_path(start, near, press, speed))
 
-    def _go_along(self, way: Iterable[TimedPose]) -> float:
+    def _follow_path(self, path: Iterable[TimedPose]) -> float:
         """Follow a tool path with the rail at rest, corrected for the present sag; return its duration [s]."""
         sags, near, rail = self._sags(), self.joints, self._commanded[RAIL]
         points, times = [], []
-        for time, pose in way:
+        for time, pose in path:
             joints = near_posture(pose, rail, near)
             if joints is None:
                 log.info("%.1f s: %s is out of reach", self._client.time, pose.position)

@@ -66,8 +66,7 @@ class CellView:
     """The agent's knowledge of the cell.
 
     Cameras over the belt are listened to continuously if parts of `belt_types` arrive there. All others, like the
-    quality
-    sensors, are read only on request.
+    quality sensors, are read only on request.
     """
 
     def __init__(self, client: Client, catalogue: Catalogue, belt_types: Iterable[str]) -> None:

@@ -39,8 +39,7 @@ def find_place(
     """Return a place for a part beside others (in the tray frame); None when there is no room.
 
     The ordered pose is taken if it keeps the part inside the rims and off the others, however narrowly. Else places on
-    a
-    grid of 1 cm are tried from the ordered one outwards, with the ordered yaw first.
+    a grid of 1 cm are tried from the ordered one outwards, with the ordered yaw first.
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):

@@ -18,9 +18,11 @@ MAX_JOINT_ACCELERATIONS = (2.5, 3.0, 2.5, 4.0, 6.0, 6.0, 8.0)
 
 def travel_time(start: Sequence[float], goal: Sequence[float]) -> float:
     """Return the duration [s] of a cubic from rest to rest within the limits of speed and acceleration."""
-    ways = [abs(b - a) for a, b in zip(start, goal, strict=True)]
-    by_speed = (1.5 * way / speed for way, speed in zip(ways, MAX_JOINT_SPEEDS, strict=True))
-    by_acceleration = (math.sqrt(6 * way / limit) for way, limit in zip(ways, MAX_JOINT_ACCELERATIONS, strict=True))
+    distances = [abs(b - a) for a, b in zip(start, goal, strict=True)]
+    by_speed = (1.5 * distance / speed for distance, speed in zip(distances, MAX_JOINT_SPEEDS, strict=True))
+    by_acceleration = (
+        math.sqrt(6 * distance / limit) for distance, limit in zip(distances, MAX_JOINT_ACCELERATIONS, strict=True)
+    )
     return max(0.1, *by_speed, *by_acceleration)
 
 
@@ -70,18 +72,17 @@ def following_path(start: Pose, near: float, press: float, speed: float) -> Iter
     """Yield a tool path along with something that moves along -y at `speed` [m/s], and down on it.
 
     The part passes under the tool pose `start` at `FOLLOW_LEAD` from now. The tool comes down to the height `near` [m]
-    at
-    full speed, and from there slowly to `press` [m].
+    at full speed, and from there slowly to `press` [m].
     """
     x, y, z = start.position
     run_up = 2 * FOLLOW_LEAD
     for step in range(1, round(FOLLOW_TIME / _FOLLOW_STEP) + 1):
         time = _FOLLOW_STEP * step
-        way = speed * time**2 / (2 * run_up) if time < run_up else speed * (time - run_up / 2)
+        distance = speed * time**2 / (2 * run_up) if time < run_up else speed * (time - run_up / 2)
         share = min(1.0, time / _DESCENT_TIME)
         height = z + (near - z) * share**2 * (3 - 2 * share)
         height += (press - near) * max(0.0, min(1.0, (time - _DESCENT_TIME) / _PRESS_TIME))
-        yield time, Pose((x, y - way, height), start.quaternion)
+        yield time, Pose((x, y - distance, height), start.quaternion)
 
 
 def interpolate(start: Pose, goal: Pose, share: float) -> Pose:
