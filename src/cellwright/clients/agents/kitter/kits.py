@@ -252,7 +252,7 @@ def _world_poses(kit: Kit, parts: Iterable[tuple[str, Pose]]) -> Iterator[Pose]:
 
 
 def horizontal_distance(one: Pose, other: Pose) -> float:
-    """Return the horizontal distance of two origins [m]."""
+    """Return the horizontal distance between two origins [m]."""
     return math.hypot(one.position[0] - other.position[0], one.position[1] - other.position[1])
 
 

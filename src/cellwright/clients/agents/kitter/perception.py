@@ -36,7 +36,7 @@ VIEW_HALF_WIDTH, VIEW_HALF_HEIGHT = 0.613, 0.409
 """Half width and half height of the view [m] at a distance of 1 m."""
 
 VIEW_INSIDE_SHARE = 0.975
-"""Share of the view's width and height that noise does not carry over the edge."""
+"""Share of the view's width and height that counts as well inside: noise moves nothing from there over the edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +139,7 @@ def _nearest_pose(part: Sighting, others: Iterable[Sighting]) -> Pose | None:
 
 
 def distance(one: Pose, other: Pose) -> float:
-    """Return the distance of two origins [m]."""
+    """Return the distance between two origins [m]."""
     return math.dist(one.position, other.position)
 
 
