@@ -114,13 +114,13 @@ def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]
     yield from figures("nobody listening", alone, seconds, maximum=1.15)
     yield from figures("the agent kitter at work", agent, seconds, maximum=1.3)
     on_progress("everything is listened to")
-    everybody, _ = worked(seconds, topics=None)
-    yield from figures("the agent at work, a listener on every topic", everybody, seconds)
+    observed, _ = worked(seconds, topics=None)
+    yield from figures("the agent at work, a listener on every topic", observed, seconds)
     parts = len(Cell(bench_trial()).parts.all)
     yield Figure(
         "the engine alone", alone.engine / alone.steps * 1e6, "us/step", note=f"{parts} parts, {len(commands)} commands"
     )
-    hashes = {run.state_hash for run in (agent, alone, everybody)}
+    hashes = {run.state_hash for run in (agent, alone, observed)}
     yield Figure("different end states of the three", len(hashes), "", maximum=1, note=f"{agent.state_hash[:12]}…")
 
 
