@@ -1,1 +1,1 @@
-"""What things cost, measured: each figure a ratio, or taken beside what it is compared with, in one run."""
+"""Benchmarks of Cellwright: each figure is a ratio, or measured beside its reference in the same run."""

@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: takes benchmarks, prints them, and writes the page."""
+"""`python -m benchmarks`: runs benchmarks, prints their figures, and writes the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from benchmarks import benchmarks
-from benchmarks.benchmarks import Taken, take
+from benchmarks.benchmarks import BenchmarkResult, take
 from benchmarks.machine import machine
 from benchmarks.report import page, show, telling
 from cellwright.cli import options
@@ -51,12 +51,12 @@ def bench(
         ),
     ] = False,
 ) -> None:
-    """Measure what Cellwright costs on this machine, beside the bounds that it is held to.
+    """Measure the costs of Cellwright on this machine, beside their bounds.
 
-    To be read on a machine that does nothing else; all of it takes about a quarter of an hour. What needs something
-    that is not installed (PyBullet, ROS 1) is skipped and says so.
+    Run it on an idle machine; all of it takes about a quarter of an hour. A benchmark that needs something that is not
+    installed (PyBullet, ROS 1) is skipped and says so.
 
-        # a whole trial: nobody listening, the agent at work, everything listened to
+        # a whole trial: alone, with the agent, with listeners on all topics
         python -m benchmarks trial
 
         # everything, and the page of the documentation
@@ -76,10 +76,10 @@ def bench(
         )
     for name, value in about.items():
         console.print(f"{name:<12}  {value}", markup=False, soft_wrap=True)
-    taken: list[Taken] = []
+    taken: list[BenchmarkResult] = []
     for each in chosen:
-        with telling(console, each.title) as tell:
-            taken.append(take(each, tell, quick=quick))
+        with telling(console, each.title) as on_progress:
+            taken.append(take(each, on_progress, quick=quick))
         show(console, taken[-1], judged=not quick)
     status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
     if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
@@ -97,7 +97,7 @@ def bench(
 
 
 def _write(file: Path, text: str, console: Console) -> bool:
-    """Write the page; whether it could be, and it is told if not: the figures have been printed by then."""
+    """Write the page; on a failure, print it and return False: the figures have been printed by then."""
     try:
         write_whole(file, text)
     except OSError as error:

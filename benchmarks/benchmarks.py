@@ -1,6 +1,6 @@
-"""Benchmarks that there are, the figures they find with their bounds, and taking one of them.
+"""The list of benchmarks, their figures with bounds, and the run of one of them.
 
-What a benchmark needs is imported when it is taken.
+A benchmark imports its dependencies when it runs.
 """
 
 from __future__ import annotations
@@ -21,66 +21,68 @@ class Figure:
     """One figure.
 
     Attributes:
-        what: what was measured, as a reader of the table finds it.
-        value: how much; not a number where it could not be measured here, and then `note` says why.
+        label: name of the figure, as the table shows it.
+        value: the measured value; not a number where it could not be measured here, and then `note` says why.
         unit: of the value, such as `us/step`; `x` for a ratio.
-        most: what the value is to stay at or below, where there is such a bound.
-        least: what the value is to reach, where there is such a bound.
-        note: how it was taken, or what has to be known to read it.
+        maximum: upper bound of the value, where there is one.
+        minimum: lower bound of the value, where there is one.
+        note: method or context of the figure.
     """
 
-    what: str
+    label: str
     value: float
     unit: str = "x"
-    most: float | None = None
-    least: float | None = None
+    maximum: float | None = None
+    minimum: float | None = None
     note: str = ""
 
     @property
     def is_held(self) -> bool:
-        """Whether the value is within its bounds; a value that is not a number is within none."""
-        return (self.most is None or self.value <= self.most) and (self.least is None or self.value >= self.least)
+        """True if the value is within its bounds; a value that is not a number is within none."""
+        return (self.maximum is None or self.value <= self.maximum) and (
+            self.minimum is None or self.value >= self.minimum
+        )
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as JSON values; a value that is not a number is null."""
+        """Return the same as JSON values; a value that is not a number is null."""
         return {
-            "what": self.what,
+            "what": self.label,
             "value": self.value if math.isfinite(self.value) else None,
             "unit": self.unit,
-            "most": self.most,
-            "least": self.least,
+            "most": self.maximum,
+            "least": self.minimum,
             "held": self.is_held,
             "note": self.note,
         }
 
 
-Tell: TypeAlias = Callable[[str], None]
-"""Takes a line about what is being measured now."""
+OnProgress: TypeAlias = Callable[[str], None]
+"""Takes a line about the present measurement."""
 
 
 class Measure(Protocol):
-    """Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on.
+    """Measures; yields each figure as soon as it is known, so that a long benchmark shows progress.
 
     Raises:
         BenchmarkSkippedError: this machine lacks something that is needed.
     """
 
-    def __call__(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
-        """Take the figures; `quick`: with so few repeats that they only show that everything works."""
+    def __call__(self, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure]:
+        """Yield the figures; `quick` takes so few repeats that they only show that everything works."""
 
 
 class BenchmarkSkippedError(Exception):
-    """A benchmark cannot be taken on this machine; its text says what is missing."""
+    """A benchmark cannot run on this machine; the text says what is missing."""
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """A benchmark that can be asked for.
+    """A benchmark of the command line.
 
     Attributes:
-        name: on the command line; also its module in this package, whose `measure` takes it.
+        name: on the command line; also its module in this package, with its function `measure`.
         title: heading of its figures.
-        minutes: about how long it takes on a laptop.
+        minutes: approximate duration on a laptop.
     """
 
     name: str
@@ -88,12 +90,12 @@ class Benchmark:
     minutes: float
 
     def measure(self) -> Measure:
-        """What takes it."""
+        """Return the function that takes its figures."""
         measure: Measure = self._module().measure
         return measure
 
     def about(self) -> tuple[str, ...]:
-        """What is measured and how, paragraph by paragraph."""
+        """Return its description, paragraph by paragraph."""
         return tuple(" ".join(paragraph.split()) for paragraph in (self._module().__doc__ or "").split("\n\n"))
 
     def _module(self) -> ModuleType:
@@ -116,7 +118,7 @@ BENCHMARKS = (
 
 
 def find_benchmark(name: str) -> Benchmark:
-    """The benchmark of a name.
+    """Return the benchmark of a name.
 
     Raises:
         UnknownNameError: there is none.
@@ -128,14 +130,14 @@ def find_benchmark(name: str) -> Benchmark:
 
 
 @dataclass(frozen=True)
-class Taken:
-    """A benchmark that was taken, or tried.
+class BenchmarkResult:
+    """Result of a benchmark.
 
     Attributes:
-        benchmark: which.
-        figures: what it found; all that was found before it failed, if it did.
-        skipped: what this machine lacks for it; empty if nothing.
-        failed: what went wrong; empty if nothing.
+        benchmark: the benchmark.
+        figures: its figures; those before the failure, if it failed.
+        skipped: the missing requirement; empty if it ran.
+        failed: the error; empty if there was none.
     """
 
     benchmark: Benchmark
@@ -145,11 +147,11 @@ class Taken:
 
     @property
     def is_held(self) -> bool:
-        """Whether it did not fail and every bound is held; one that was skipped breaks none."""
+        """True if it did not fail and every bound is held; a skipped one breaks none."""
         return not self.failed and all(figure.is_held for figure in self.figures)
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as JSON values."""
+        """Return the same as JSON values."""
         return {
             "name": self.benchmark.name,
             "title": self.benchmark.title,
@@ -160,21 +162,24 @@ class Taken:
         }
 
 
-def take(benchmark: Benchmark, tell: Tell, *, quick: bool = False) -> Taken:
-    """Take a benchmark.
+def take(benchmark: Benchmark, on_progress: OnProgress, *, quick: bool = False) -> BenchmarkResult:
+    """Run a benchmark.
 
     Args:
-        benchmark: which.
-        tell: takes a line about what is being measured.
-        quick: with so few repeats that the figures only show that everything works.
+        benchmark: the benchmark.
+        on_progress: takes a line about the present measurement.
+        quick: take so few repeats that the figures only show that everything works.
+
+    Returns:
+        The result; errors of the benchmark are in it.
     """
     figures: list[Figure] = []
     skipped = failed = ""
     try:
-        for figure in benchmark.measure()(tell, quick=quick):
+        for figure in benchmark.measure()(on_progress, quick=quick):
             figures.append(figure)  # noqa: PERF402 - one that fails keeps what it found before
     except BenchmarkSkippedError as reason:
         skipped = str(reason)
     except (CellwrightError, RunEndedError, SubprocessError, OSError) as error:  # also of a process that it started
         failed = str(error) or type(error).__name__
-    return Taken(benchmark, tuple(figures), skipped, failed)
+    return BenchmarkResult(benchmark, tuple(figures), skipped, failed)

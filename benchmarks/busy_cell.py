@@ -1,4 +1,4 @@
-"""A cell at work, that another engine can be given as well: parts in bins, parts on the running belt, the arm swinging.
+"""A busy cell that another engine can load as well: parts in bins, parts on the running belt, the arm swinging.
 
 The types of parts, and those of the belt a metre apart, are as in the competition's finals, where a part came every
 five seconds. The arm swings over the bins and touches nothing.
@@ -17,24 +17,24 @@ from cellwright.util.pose import Pose
 
 TYPES = ("gear_part", "disk_part", "gasket_part", "piston_rod_part")
 BELT_PARTS = 8
-"""How many parts the belt carries, all of it."""
+"""Number of parts on the whole belt."""
 ON_BELT = "belt|"
-"""What the names of parts begin with that ride on the belt."""
+"""Prefix of the names of parts that ride on the belt."""
 
-_SWING = (0.8, 0.6, 0.25, 0.25, 0.5, 0.4, 0.8)  # how far each joint swings to either side [m, then rad]
-_DROP = 0.0005  # parts begin so far [m] above what they lie on
-_FIRST, _BETWEEN = 7.9, 1.0  # world y [m] of the first part on the belt, and from one to the next; its end is at -4.1
+_SWING = (0.8, 0.6, 0.25, 0.25, 0.5, 0.4, 0.8)  # amplitude of each joint's swing [m, then rad]
+_DROP = 0.0005  # initial height of parts above their surface [m]
+_FIRST, _BETWEEN = 7.9, 1.0  # world y [m] of the first part on the belt, and between parts; its end is at -4.1
 _BELT_X = 1.21
 
 
 def busy_cell(count: int, rate: int, seconds: int, riding: int = BELT_PARTS) -> Cell:
-    """A cell at its first step, its belt running and its arm on its way.
+    """Return a cell at its first step, its belt running and its arm in motion.
 
     Args:
-        count: how many parts lie in the bins, at most 72.
-        rate: steps in a second [Hz].
-        seconds: how long the arm swings; after 24 s the first parts are at the end of the belt.
-        riding: how many parts ride on the belt, at most 8.
+        count: number of parts in the bins, at most 72.
+        rate: steps per second [Hz].
+        seconds: duration of the arm's swings; after 24 s the first parts are at the end of the belt.
+        riding: number of parts on the belt, at most 8.
     """
     parts = (*_in_bins(count), *_on_belt(riding))
     trial = Trial("busy", has_arm=True, bin_parts=parts, settings=CellSettings(timestep=(1, rate)))
@@ -46,7 +46,7 @@ def busy_cell(count: int, rate: int, seconds: int, riding: int = BELT_PARTS) -> 
 
 
 def swings(seconds: int) -> JointTrajectory:
-    """From the arm's first posture to one side, then to and fro over it, a second for each way."""
+    """Return a trajectory from the arm's first posture to one side, then to and fro, one second for each swing."""
     first = [INITIAL_POSITIONS[name] for name in ARM_JOINTS]
     points = []
     for number in range(seconds):
@@ -57,7 +57,7 @@ def swings(seconds: int) -> JointTrajectory:
 
 
 def _in_bins(count: int) -> list[Part]:
-    """Parts in rows of three, one bin after the other, so that no bin has only one type."""
+    """Return parts in rows of three, one bin after the other, so that no bin has only one type."""
     parts = []
     for number in range(count):
         x, y = list(BIN_CENTRES.values())[number % 8]

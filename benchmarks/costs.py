@@ -1,7 +1,7 @@
-"""What one more of something costs, beside the same cell with nothing: a listener, a log, a recording, another cell.
+"""Marginal costs beside the same cell alone: of a listener, a log, a recording, another cell.
 
-All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and go the same way from there.
-They are taken in turn, in processor time.
+All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and continue in the same way.
+They run in turn, and their processor time counts.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
@@ -27,17 +27,17 @@ from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 
 BEGIN, STEPS, REPEATS = 20, 3000, 5
-"""Simulation time [s] of the snapshot, steps from there, and how often."""
+"""Simulation time [s] of the snapshot, steps from there, and repeats."""
 
-FEW = 2
-"""Not more messages than these in all the steps, such as a latched one, are not worth a figure."""
+MAX_UNTIMED = 2
+"""Topics with at most this many messages in all the steps, such as a latched one, get no figure."""
 
 WORK = 60.0
 """Simulation time [s] of a run of the bundled agent with and without a log."""
 
 
 def lesson_cell() -> Cell:
-    """The lesson's cell, begun: nobody listens to it any more."""
+    """Return the lesson's cell after its start, with no listeners."""
     cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
     client = Client(InProcess(cell))
     client.start_competition()
@@ -45,45 +45,45 @@ def lesson_cell() -> Cell:
     return cell
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Time listeners, the log and a second cell."""
     steps, repeats = (20, 1) if quick else (STEPS, REPEATS)
     cell = lesson_cell()
     cell.simulation.step_until((1 if quick else BEGIN) * NANOSECONDS)
-    yield from _listeners(cell, take_snapshot(cell.simulation), steps, repeats, tell)
-    tell("a log")
+    yield from _listeners(cell, take_snapshot(cell.simulation), steps, repeats, on_progress)
+    on_progress("a log")
     yield from _log(0.5 if quick else WORK, repeats)
-    tell("a recording")
+    on_progress("a recording")
     yield from _recording(0.5 if quick else WORK, repeats)
-    tell("a second cell")
+    on_progress("a second cell")
     yield from _second_cell(cell, take_snapshot(cell.simulation), steps, repeats)
 
 
-def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, tell: Tell) -> Iterator[Figure]:
+def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, on_progress: OnProgress) -> Iterator[Figure]:
     topics = cell.topics()
     listened = [(f"a listener on {name}", [name]) for name in _that_speak(cell, start, steps)]
     listened += [("a listener on every topic", topics), ("two listeners on every topic", topics * 2)]
-    tell(f"listeners on {len(listened) - 2} topics")
-    for what, names in listened:
+    on_progress(f"listeners on {len(listened) - 2} topics")
+    for label, names in listened:
         heard: list[str] = []
         bare, more = best_in_turn(
             repeats, partial(_run, cell, start, steps), partial(_run, cell, start, steps, names, heard)
         )
         count = len(heard) / repeats
         each = (more - bare) / count * 1e6 if count else math.nan
-        yield Figure(f"{what} / none", more / bare, note=f"{count:.0f} messages in {steps} steps, {each:.1f} us each")
+        yield Figure(f"{label} / none", more / bare, note=f"{count:.0f} messages in {steps} steps, {each:.1f} us each")
 
 
 def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
-    """The topics with a message at a rate; one that comes on an event costs nothing worth timing."""
+    """Return the topics with a message at a rate; one that comes on an event costs too little to time."""
     heard: list[str] = []
     _run(cell, start, steps, cell.topics(), heard)
     counts = Counter(heard)
-    return [name for name in cell.topics() if counts[name] > FEW]
+    return [name for name in cell.topics() if counts[name] > MAX_UNTIMED]
 
 
 def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None) -> float:
-    """Processor time of some steps from a snapshot, with listeners that count [s]."""
+    """Run some steps from a snapshot, with listeners that count; return their processor time [s]."""
     restore_snapshot(cell.simulation, start)
     counted = [] if heard is None else heard
     subscriptions = [cell.bus.subscribe(name, partial(_count, counted, name)) for name in topics]
@@ -119,7 +119,7 @@ def _log(until: float, repeats: int) -> Iterator[Figure]:
 
 
 def _recording(until: float, repeats: int) -> Iterator[Figure]:
-    """The same run bare, with a listener on every topic, and recorded."""
+    """Yield the figures of the same run bare, with a listener on every topic, and recorded."""
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         file = Path(folder, "run.mcap")
         cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)

@@ -1,9 +1,9 @@
-"""How much of a run's time is the engine's own, measured where it is spent: within the run.
+"""The engine's share of a run's time, measured within the run.
 
-The engine could be timed alone afterwards, fed with what the run fed it; but it would then find its data in the
-processor's cache, which the rest of a step in truth displaces, and a machine that is slower for a moment would fall on
-one of the two only. So each call of the engine is timed where it is made. What the clock itself costs is measured as
-well, and taken off both the engine's time and the run's.
+The engine could be timed alone afterwards, with the run's input. It would then find its data in the processor's cache,
+which the rest of a step normally displaces. A machine that is slower for a moment would also affect only one of the
+two. So each call of the engine is timed where it is made. The cost of the clock itself is measured as well, and
+subtracted from both the engine's time and the run's.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from typing import Any
 import mujoco
 
 STEPPING = {"mj_step": 1, "mj_step1": 0, "mj_step2": 1}
-"""The engine's functions that let time pass, and how many steps a call ends."""
+"""The engine's functions that let time pass, and the number of steps that a call ends."""
 
 CALLS = 100_000
-"""So many calls of nothing are timed to know what the clock costs."""
+"""Number of empty calls that measure the cost of the clock."""
 
 
 class EngineTime:
-    """Time that the engine took, and that its timing took.
+    """Time of the engine, and of its timing.
 
     Args:
-        within: what timing a call adds to what is measured of it [s].
-        whole: what timing a call adds to the run [s].
+        within: share of the timing of a call that is measured with it [s].
+        whole: time that the timing of a call adds to the run [s].
 
     Attributes:
-        measured: between the two looks at the clock, over all calls [s].
-        calls: how many calls were timed.
-        steps: how many steps the engine made in them.
+        measured: between the two readings of the clock, over all calls [s].
+        calls: number of timed calls.
+        steps: number of the engine's steps in them.
     """
 
     def __init__(self, within: float = 0.0, whole: float = 0.0) -> None:
@@ -49,11 +49,11 @@ class EngineTime:
 
     @property
     def overhead(self) -> float:
-        """What the timing has added to the run [s]."""
+        """Time that the timing has added to the run [s]."""
         return self.calls * self._whole
 
     def timed(self, function: Callable[..., Any], steps: int) -> Callable[[Any, Any], None]:
-        """A function of the engine that is timed whenever it is called."""
+        """Return a function of the engine that times each of its calls."""
         clock = time.perf_counter
 
         def call(model: Any, data: Any) -> None:
@@ -68,9 +68,9 @@ class EngineTime:
 
 @contextmanager
 def engine_timed() -> Iterator[EngineTime]:
-    """Time every step that the engine makes inside, in whichever simulation.
+    """Time every step that the engine makes inside, in any simulation.
 
-    A simulation that keeps the engine's functions has to be built inside.
+    A simulation that keeps the engine's functions must be built inside.
     """
     found = EngineTime(*cost_of_timing())
     kept = {name: getattr(mujoco, name) for name in STEPPING}
@@ -84,7 +84,7 @@ def engine_timed() -> Iterator[EngineTime]:
 
 
 def cost_of_timing() -> tuple[float, float]:
-    """What timing a call costs [s]: the share that is measured with it, and all of it."""
+    """Return the cost of timing a call [s]: the share that is measured with it, and all of it."""
     probe = EngineTime()
     timed = probe.timed(nothing, 1)
     bare, whole = (_time_of(function) for function in (nothing, timed))
@@ -92,7 +92,7 @@ def cost_of_timing() -> tuple[float, float]:
 
 
 def nothing(_model: object, _data: object) -> None:
-    """A call that does nothing."""
+    """Do nothing."""
 
 
 def _time_of(function: Callable[[object, object], None]) -> float:

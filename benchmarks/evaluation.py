@@ -1,7 +1,7 @@
-"""What a second process brings: the 15 finals evaluated by one worker and by two, in turn.
+"""Gain from a second process: the 15 finals evaluated by one worker and by two, in turn.
 
 Every final runs with two seeds, so that the work can be halved. The program moves the arm for a minute and ends the
-game, so that the figure is that of the simulator and of the evaluation, whoever plays.
+game, so that the figure is that of simulator and evaluation alone.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.running.evaluation.evaluate import Evaluation
@@ -25,13 +25,13 @@ FINALS = [f"final{number:02d}" for number in range(1, 16)]
 SENSORS = "kitter_sensors"
 SEEDS = (1, 2)
 BATCH = 10
-"""So many runs are worked by one, then the same by two."""
+"""Number of runs that one worker does, then two do."""
 
 AHEAD, ASIDE = [2.5, 0.25, -1.0, 3.2, 3.0, -1.51, 0.0], [2.5, 2.0, -1.0, 1.5, 3.0, -1.51, 0.0]
 
 
 class Mover:
-    """Moves the arm to and fro for a while, and ends the game."""
+    """Agent that moves the arm to and fro for a while, and ends the game."""
 
     work = 60.0
     """Simulation time of a run [s]."""
@@ -47,13 +47,13 @@ class Mover:
 
 
 class ShortMover(Mover):
-    """The same, in no time."""
+    """The same with no simulation time."""
 
     work = 0.2
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Evaluate by one and by two.
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Evaluate with one worker and with two.
 
     Raises:
         BenchmarkSkippedError: there is one processor only.
@@ -64,8 +64,8 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     jobs = finals(mover, FINALS[:1] if quick else FINALS)
     spent = {1: [0.0, 0.0], 2: [0.0, 0.0]}
     for first in range(0, len(jobs), BATCH):
-        tell(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, by one and by two")
-        for workers, sums in spent.items():  # in turn, so that what else the machine does falls on both
+        on_progress(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, by one and by two")
+        for workers, sums in spent.items():  # in turn, so that other load falls on both
             for index, seconds in enumerate(times(jobs[first : first + BATCH], workers)):
                 sums[index] += seconds
     for workers, (wall, busy) in spent.items():
@@ -79,13 +79,13 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
 
 
 def finals(mover: type[Mover], names: Sequence[str]) -> list[Job]:
-    """The runs: some finals, each with every seed."""
+    """Return the runs: some finals, each with every seed."""
     trials = [EvaluatedTrial(name, (find_trial(name), find_trial(SENSORS)), 0.0, 0.0, 500.0) for name in names]
     return make_jobs(trials, f"{mover.__module__}:{mover.__name__}", SEEDS, vary=False)
 
 
 def times(jobs: list[Job], workers: int) -> tuple[float, float]:
-    """Wall time that all jobs take, and processor time of the workers (0 where it is not told) [s].
+    """Return the wall time of all jobs, and the workers' processor time (0 where it is unknown) [s].
 
     Raises:
         UsageError: a run was not done.

@@ -1,4 +1,4 @@
-"""A guest in a process of its own, that counts the messages of a topic until its cell is gone."""
+"""Client in a process of its own that counts the messages of a topic until its cell is gone."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ def listening(address: tuple[str, int], topic: str, encoding: str) -> subprocess
     """Start such a process; it prints the number of messages at its end.
 
     Args:
-        address: where the cell is served.
-        topic: what is listened to.
-        encoding: the form of the messages: ros1 or cdr.
+        address: of the cell's server.
+        topic: the topic.
+        encoding: of the messages: ros1 or cdr.
     """
     command = [sys.executable, "-m", __name__, *map(str, address), topic, encoding]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)  # noqa: S603
 
 
 def count(host: str, port: int, topic: str, encoding: str) -> int:
-    """Listen until the connection ends; how many messages came."""
+    """Listen until the connection ends; return the number of messages."""
     with socket.create_connection((host, port)) as connection:
         connection.sendall(hello("/listener", encoding).encode())
         connection.sendall(Frame(Kind.SUBSCRIBE, 1, topic).encode())

@@ -1,9 +1,9 @@
-"""What it costs to look on at a run and to keep it: a page, a page in a browser, a recording, a video.
+"""Cost of viewing and keeping a run: a page, a page in a browser, a recording, a video.
 
-The bundled agent works the lesson, bare and with each of them in turn: as fast as it goes, or at twice real time where
-a browser looks on, which needs longer than such a run to open a page. Compared is the processor time of the process in
-which the cell runs, without that of its start; pages, browsers and videos are drawn in others, which need cores of
-their own. All runs end in the same state.
+The bundled agent works the lesson, bare and with each of them in turn. It runs at full speed, or at twice real time
+with a browser, which needs longer than such a run to open a page. The processor time of the cell's process is compared,
+without that of its start. Pages, browsers and videos are drawn in other processes, which need cores of their own. All
+runs end in the same state.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from benchmarks.processes import end
 
 UNTIL, FILMED = 60.0, 8.0
 """Simulation time [s] of a run, and of one with a video, which takes long to draw."""
 REPEATS = 5
 VIEW_COST = 1.05
-"""What a page may cost at most, as a ratio to the bare run."""
+"""Bound of the page's cost, as a ratio to the bare run."""
 
 _SHORT = 0.02  # [s], a run that is all start
 _ADDRESS = re.compile(r"http://\S+")
@@ -37,21 +37,21 @@ _FAST, _WATCHED = ["--speed", "max"], ["--speed", "2"]
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _SMALL = ("--window-size=640,480", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 _PLAIN = "&fixedDpr=0.4"  # drawn without a graphics card, in fewer points: the page asks for the more moments
-_LOOKS = 0.25  # [s] between two looks at whether it is connected
+_LOOKS = 0.25  # [s] between checks of the connection
 _CONNECTED = "01"  # as Linux has it in /proc/net/tcp
 _TICKS = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else math.nan  # [s]
 
 
 @dataclass(frozen=True)
-class Ran:
-    """A run that is over.
+class FinishedRun:
+    """Figures of a finished run.
 
     Attributes:
-        processor: time that its own process took [s].
-        wall: how long the run itself took [s].
-        state_hash: of the end.
-        file_size: of what it has written [bytes].
-        seen: how long a browser had its page open [s].
+        processor: time of its own process [s].
+        wall: duration of the run itself [s].
+        state_hash: at the end.
+        file_size: of its output file [bytes].
+        seen: time that a browser had its page open [s].
     """
 
     processor: float
@@ -61,17 +61,17 @@ class Ran:
     seen: float = 0.0
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Take all of them.
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Measure all of them.
 
     Raises:
-        BenchmarkSkippedError: this system does not tell what a process took.
+        BenchmarkSkippedError: this system does not report the processor time of a process.
     """
     if not Path("/proc/self/stat").exists():
         raise BenchmarkSkippedError("it needs /proc, where Linux tells what a process took")
     until, filmed, repeats = (0.5, 0.2, 1) if quick else (UNTIL, FILMED, REPEATS)
-    found: list[Ran] = []
-    tell("a page and a recording")
+    found: list[FinishedRun] = []
+    on_progress("a page and a recording")
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         options = {
             "": _FAST,
@@ -79,34 +79,34 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             "a recording": ["--record", f"{folder}/run.mcap", *_FAST],
         }
         best = _in_turn(options, until, repeats, found)
-        for what, ran in best.items():
-            if what:
-                bound = VIEW_COST if "page" in what else None
+        for label, ran in best.items():
+            if label:
+                bound = VIEW_COST if "page" in label else None
                 size = f"; {ran.file_size / 1e6:.1f} MB for {until:g} s" if ran.file_size else ""
-                yield _ratio(what, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
-        yield from _browser(tell, until, min(repeats, 2), found)
-        yield from _video(tell, folder, filmed, repeats)
-    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", most=1)
+                yield _ratio(label, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
+        yield from _browser(on_progress, until, min(repeats, 2), found)
+        yield from _video(on_progress, folder, filmed, repeats)
+    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", maximum=1)
 
 
-def _browser(tell: Tell, until: float, repeats: int, found: list[Ran]) -> Iterator[Figure]:
+def _browser(on_progress: OnProgress, until: float, repeats: int, found: list[FinishedRun]) -> Iterator[Figure]:
     browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
-    what = "a page in a browser"
+    label = "a page in a browser"
     if browser is None:
-        yield Figure(f"{what} / bare", math.nan, note="there is no Chromium here")
+        yield Figure(f"{label} / bare", math.nan, note="there is no Chromium here")
         return
-    tell(what)
-    best = _in_turn({"": _WATCHED, what: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
-    ran, bare = best[what], best[""]
+    on_progress(label)
+    best = _in_turn({"": _WATCHED, label: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
+    ran, bare = best[label], best[""]
     if not ran.seen:
-        yield Figure(f"{what} / bare", math.nan, note="the browser did not come")
+        yield Figure(f"{label} / bare", math.nan, note="the browser did not come")
         return
     note = f"Chromium without a display for {ran.seen:.0f} s; {ran.processor:.2f} and {bare.processor:.2f} s"
-    yield _ratio(what, ran, bare, VIEW_COST, note)
+    yield _ratio(label, ran, bare, VIEW_COST, note)
 
 
-def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figure]:
-    tell("a video")
+def _video(on_progress: OnProgress, folder: str, until: float, repeats: int) -> Iterator[Figure]:
+    on_progress("a video")
     file = f"{folder}/run.mp4"
     best = _in_turn({"": _FAST, "a video": ["--video", file, *_FAST]}, until, min(repeats, 2), [])
     bare, video = best[""], best["a video"]
@@ -115,16 +115,16 @@ def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figu
     yield Figure("a picture of a video, in wall time", (video.wall - bare.wall) / count * 1e3, "ms", note="all cores")
 
 
-def _ratio(what: str, ran: Ran, bare: Ran, most: float | None, note: str) -> Figure:
+def _ratio(label: str, ran: FinishedRun, bare: FinishedRun, maximum: float | None, note: str) -> Figure:
     value = ran.processor / bare.processor if bare.processor > 0 else math.nan
-    return Figure(f"{what} / bare", value, most=most, note=note)
+    return Figure(f"{label} / bare", value, maximum=maximum, note=note)
 
 
 def _in_turn(
-    options: dict[str, list[str]], until: float, repeats: int, found: list[Ran], browser: str | None = None
-) -> dict[str, Ran]:
-    """The least that a run with each of some options took, less its start."""
-    best: dict[str, Ran] = {}
+    options: dict[str, list[str]], until: float, repeats: int, found: list[FinishedRun], browser: str | None = None
+) -> dict[str, FinishedRun]:
+    """Return the fastest run with each of some options, its start subtracted."""
+    best: dict[str, FinishedRun] = {}
     start: dict[str, float] = {}
     for _ in range(repeats):
         for name, more in options.items():
@@ -136,8 +136,8 @@ def _in_turn(
     return {name: replace(ran, processor=ran.processor - start[name]) for name, ran in best.items()}
 
 
-def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
-    """Run the lesson; with a browser, its page is opened as soon as it is there."""
+def _run(options: Sequence[str], until: float, browser: str | None) -> FinishedRun:
+    """Run the lesson; with a browser, open its page as soon as it is there."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
     process = subprocess.Popen(  # noqa: S603
         [*command, *options],
@@ -155,18 +155,18 @@ def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
         if address and browser and page is None:
             page = _Visit(browser, address[0])
     document = json.loads(process.stdout.read())
-    processor = _own_time(process.pid)  # it has ended, and keeps what it took until somebody asks how it ended
+    processor = _own_time(process.pid)  # it has ended; its figures remain until its exit status is read
     process.wait()
     process.stdout.close()
     process.stderr.close()
     seen = page.end() if page is not None else 0.0
     files = [Path(word) for word in options if word.startswith("/")]
     size = sum(file.stat().st_size for file in files if file.exists())
-    return Ran(processor, document["wall"], document["state_hash"], size, seen)
+    return FinishedRun(processor, document["wall"], document["state_hash"], size, seen)
 
 
 class _Visit:
-    """A browser with a page open, and how long it has been connected."""
+    """A browser with a page open, and the time that it has been connected."""
 
     def __init__(self, browser: str, address: str) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
@@ -184,7 +184,7 @@ class _Visit:
         self._watch.start()
 
     def end(self) -> float:
-        """Close the browser; how long it has been connected [s]."""
+        """Close the browser; return the time that it was connected [s]."""
         self._is_over.set()
         self._watch.join()
         end(self._process)
@@ -199,6 +199,6 @@ class _Visit:
 
 
 def _own_time(pid: int) -> float:
-    """Processor time of a process that has ended [s], without that of those it has started."""
+    """Return the processor time of a process that has ended [s], without its children."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) * _TICKS

@@ -1,4 +1,4 @@
-"""What a figure depends on besides Cellwright: machine, system and versions. Nothing that names the machine itself."""
+"""Context of a figure besides Cellwright: machine, system and versions. Nothing identifies the machine itself."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cellwright.running.run.result import versions
 
 GIBIBYTE = 1024**3
 CPU_INFO = Path("/proc/cpuinfo")
-"""Where Linux tells of the processors."""
+"""Linux's description of the processors."""
 
 PEERS = ("pybullet", "rosbags")
-"""Packages besides that figures depend on, where they are installed."""
+"""Other packages that affect figures, where they are installed."""
 
 
 def machine() -> dict[str, str]:
-    """What the figures were taken on, as pairs of words; what the system does not tell is left out."""
+    """Return the context of the figures as pairs of words; unknown ones are left out."""
     found = {
         "processor": processor(),
         "processors": str(usable_processors()),
@@ -38,7 +38,7 @@ def machine() -> dict[str, str]:
 
 
 def processor() -> str:
-    """Model of the processor; its architecture where that is all that is known."""
+    """Return the model of the processor, or its architecture if that is all that is known."""
     with suppress(OSError):
         for line in CPU_INFO.read_text(encoding="utf-8").splitlines():
             key, _, value = line.partition(":")
@@ -46,13 +46,13 @@ def processor() -> str:
                 return value.strip()
     if platform.system() == "Darwin":
         with suppress(OSError, subprocess.SubprocessError):
-            asked = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
-            return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=5.0).stdout.strip()  # noqa: S603
+            command = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
+            return subprocess.run(command, capture_output=True, text=True, check=True, timeout=5.0).stdout.strip()  # noqa: S603
     return platform.processor() or platform.machine()
 
 
 def memory() -> str:
-    """Memory of the machine; empty where it is not told."""
+    """Return the memory of the machine; empty where it is unknown."""
     try:
         amount = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):  # there is no sysconf on Windows
@@ -61,14 +61,14 @@ def memory() -> str:
 
 
 def system() -> str:
-    """The operating system and its version."""
+    """Return the operating system and its version."""
     with suppress(OSError):
         return str(platform.freedesktop_os_release()["PRETTY_NAME"])
     return f"{platform.system()} {platform.release()}"
 
 
 def busy() -> str:
-    """How many processors were busy in the minute before: it should be near 0. Empty where it is not told."""
+    """Return the number of busy processors in the minute before: it should be near 0. Empty where it is unknown."""
     try:
         return f"{os.getloadavg()[0]:.1f} processors"
     except (AttributeError, OSError):  # there is none on Windows

@@ -1,4 +1,4 @@
-"""Other processes that a benchmark needs: a cell or a robot that is served, and what ROS 1 wants to be told."""
+"""Other processes of a benchmark: a served cell or robot, and the environment of ROS 1."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cellwright.util.errors import UsageError
 
 _ADDRESS = re.compile(r" at ([^\s,]+):(\d+)")
 PATIENCE = 30.0
-"""How long a process that was told to end may take [s]."""
+"""Longest time [s] that a process may take to end on request."""
 
 
 class Served:
@@ -57,7 +57,7 @@ class Served:
         self.close()
 
     def result(self) -> dict[str, Any]:
-        """The JSON that it prints when it has ended by itself."""
+        """Return the JSON that it prints after its normal end."""
         self._process.wait()
         if self._reader is not None:
             self._reader.join()
@@ -66,7 +66,7 @@ class Served:
         return document
 
     def close(self) -> None:
-        """Let it end as by Ctrl-C."""
+        """End it as by Ctrl-C."""
         end(self._process)
         if self._reader is not None:
             self._reader.join()
@@ -83,7 +83,7 @@ class Served:
 
 
 def end(process: subprocess.Popen[str]) -> None:
-    """Let a process end as by Ctrl-C, and without asking if it does not."""
+    """End a process as by Ctrl-C, and kill it if that fails."""
     if process.poll() is None:
         if os.name == "posix":
             process.send_signal(signal.SIGINT)
@@ -98,7 +98,7 @@ def end(process: subprocess.Popen[str]) -> None:
 
 @contextmanager
 def ros1_environment() -> Iterator[dict[str, str]]:
-    """An environment for programs of ROS 1, with a master's address at which there is none yet, and folders."""
+    """Yield an environment for programs of ROS 1, with a free master address and folders."""
     with tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True) as folder:
         yield {
             **os.environ,
@@ -110,6 +110,6 @@ def ros1_environment() -> Iterator[dict[str, str]]:
 
 
 def free_port() -> int:
-    """A port that nobody listens at."""
+    """Return a port without a listener."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         return int(listener.getsockname()[1])

@@ -1,9 +1,8 @@
-"""The whole cell beside PyBullet, and whether both simulate the same.
+"""The whole cell beside PyBullet: speed, and agreement of both simulations.
 
-Both take equally many steps in turn, and the best of the repeats counts. Ours is the whole product, which nobody
-listens to; PyBullet does nothing but step and drive the arm, sampled from the same trajectory, and the time that this
-sampling takes counts for both. Shapes, masses, gravity, friction and the belt's speed are the same in both; all else of
-PyBullet is its default.
+Both take equally many steps in turn, and the best of the repeats counts. Ours is the whole product, without listeners.
+PyBullet only steps and drives the arm, sampled from the same trajectory; the time of this sampling counts for both.
+Shapes, masses, gravity, friction and the belt's speed are the same in both; all else of PyBullet is its default.
 """
 
 from __future__ import annotations
@@ -17,16 +16,16 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.busy_cell import BELT_PARTS, ON_BELT, busy_cell
 from benchmarks.pybullet_twin import PyBulletTwin
 from cellwright.cell.cell import Cell
 
 FEW, MANY = 20, 60
 """Parts in bins."""
-LEAST = {240: 5.0, 500: 3.0}
-"""Rates [Hz], and how much faster than PyBullet the cell with many parts is to be at each."""
-LEAST_BY_DEFAULT = 10.0
+MIN_RATIOS = {240: 5.0, 500: 3.0}
+"""Rates [Hz], and the required ratio of PyBullet's time to that of the cell with many parts at each."""
+MIN_DEFAULT_RATIO = 10.0
 WARM_UP, WINDOW, REPEATS = 3, 2, 3  # [s], [s]; PyBullet's parts fall asleep after two seconds
 
 
@@ -37,7 +36,7 @@ class Ours:
         self.cell = cell
 
     def run(self, steps: int) -> None:
-        """Let so many steps pass."""
+        """Take some steps."""
         for _ in range(steps):
             self.cell.step()
 
@@ -51,14 +50,14 @@ class Theirs:
         self._controller, self._clock, self._tick = cell.arm.controller, cell.simulation.clock, 0
 
     def run(self, steps: int) -> None:
-        """Let so many steps pass."""
+        """Take some steps."""
         for _ in range(steps):
             self._tick += 1
             now = self._clock.time_of(self._tick)
             self.twin.step(self._controller.positions(now), self._controller.velocities(now))
 
     def close(self) -> None:
-        """Give back what PyBullet holds."""
+        """Release PyBullet's world."""
         self.twin.close()
 
 
@@ -67,12 +66,12 @@ Side: TypeAlias = Ours | Theirs
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far both are apart, and from what they are to do.
+    """Difference of both engines, and from the commands.
 
     Attributes:
-        resting: of the parts in bins, the farthest from where it lies in the other engine [mm].
-        belt: greatest deviation from the belt's speed of what rides on it, ours and PyBullet's [%].
-        arm: greatest error of a joint of the arm, ours and PyBullet's [mrad; mm for the rail].
+        resting: of the parts in bins, the largest distance between the engines [mm].
+        belt: largest deviation from the belt's speed of what rides on it, ours and PyBullet's [%].
+        arm: largest error of a joint of the arm, ours and PyBullet's [mrad; mm for the rail].
     """
 
     resting: float
@@ -80,67 +79,69 @@ class Agreement:
     arm: tuple[float, float]
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Time both; then see whether they agree."""
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Time both; then compare their states."""
     repeats = 1 if quick else REPEATS
-    for rate in LEAST:
-        tell(f"{FEW} parts, {rate} Hz")
+    for rate in MIN_RATIOS:
+        on_progress(f"{FEW} parts, {rate} Hz")
         yield from _with_few(rate, repeats)
-        tell(f"{MANY} parts, {rate} Hz")
+        on_progress(f"{MANY} parts, {rate} Hz")
         yield from _with_many(rate, repeats)
 
 
 def _with_few(rate: int, repeats: int) -> Iterator[Figure]:
     with ExitStack() as stack:
         ours, theirs = pair(FEW, rate, repeats, stack, sleeping=(True, False))
-        own, asleep, awake = least_times([ours, *theirs], rate, repeats)
-    what = f"{FEW} parts, {rate} Hz"
-    yield Figure(f"{what}: as fast as PyBullet whose parts sleep", asleep / own)
-    yield Figure(f"{what}: as fast as PyBullet by default, where none sleeps", awake / own)
+        own, asleep, awake = min_times([ours, *theirs], rate, repeats)
+    label = f"{FEW} parts, {rate} Hz"
+    yield Figure(f"{label}: as fast as PyBullet whose parts sleep", asleep / own)
+    yield Figure(f"{label}: as fast as PyBullet by default, where none sleeps", awake / own)
 
 
 def _with_many(rate: int, repeats: int) -> Iterator[Figure]:
-    what = f"{MANY} parts, {rate} Hz"
+    label = f"{MANY} parts, {rate} Hz"
     with ExitStack() as stack:
         ours, (theirs, by_default) = pair(MANY, rate, repeats, stack, sleeping=(True, False))
         still, twins = pair(MANY, rate, repeats, stack, sleeping=(True,), riding=0)
         awake = Ours(busy_cell(MANY, rate, _seconds(repeats)))
         awake.cell.simulation.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        times = least_times([ours, theirs, by_default, still, *twins, awake], rate, repeats)
+        times = min_times([ours, theirs, by_default, still, *twins, awake], rate, repeats)
         own, other, restless, own_resting, other_resting, own_restless = times
         shares = (
             f"of a step the {BELT_PARTS} parts on the belt, awake in both engines, take {own - own_resting:.0f} of our "
             f"{own:.0f} us, and {other - other_resting:.0f} of PyBullet's {other:.0f} us"
         )
-        yield Figure(f"{what}: ours", 1e6 / own / rate, "x real time")
-        yield Figure(f"{what}: as fast as PyBullet whose parts sleep", other / own, least=LEAST[rate], note=shares)
+        yield Figure(f"{label}: ours", 1e6 / own / rate, "x real time")
+        yield Figure(
+            f"{label}: as fast as PyBullet whose parts sleep", other / own, minimum=MIN_RATIOS[rate], note=shares
+        )
         by_itself = f"our parts sleep by default; PyBullet takes {restless:.0f} us for a step, with all parts awake"
         yield Figure(
-            f"{what}: as fast as PyBullet by default, where none sleeps",
+            f"{label}: as fast as PyBullet by default, where none sleeps",
             restless / own,
-            least=LEAST_BY_DEFAULT,
+            minimum=MIN_DEFAULT_RATIO,
             note=by_itself,
         )
-        yield Figure(f"{what}: as fast as PyBullet whose parts sleep, the belt empty", other_resting / own_resting)
-        yield Figure(f"{what}: as fast as PyBullet, none sleeping in ours either", restless / own_restless)
-        tell = agreement(ours, theirs, rate)
-    yield Figure(f"{what}: a part at rest, off from where it lies in PyBullet", tell.resting, "mm", most=1.0)
-    for who, belt, arm in zip(("ours", "PyBullet"), tell.belt, tell.arm, strict=True):
-        yield Figure(f"{what}: what rides on the belt, off its speed, {who}", belt, "%", most=0.5)
-        yield Figure(f"{what}: a joint of the arm, off its way, {who}", arm, "mrad", most=20.0)
+        yield Figure(f"{label}: as fast as PyBullet whose parts sleep, the belt empty", other_resting / own_resting)
+        yield Figure(f"{label}: as fast as PyBullet, none sleeping in ours either", restless / own_restless)
+        difference = agreement(ours, theirs, rate)
+    yield Figure(f"{label}: a part at rest, off from where it lies in PyBullet", difference.resting, "mm", maximum=1.0)
+    for who, belt, arm in zip(("ours", "PyBullet"), difference.belt, difference.arm, strict=True):
+        yield Figure(f"{label}: what rides on the belt, off its speed, {who}", belt, "%", maximum=0.5)
+        yield Figure(f"{label}: a joint of the arm, off its way, {who}", arm, "mrad", maximum=20.0)
 
 
 def pair(
     count: int, rate: int, repeats: int, stack: ExitStack, *, sleeping: Sequence[bool], riding: int = BELT_PARTS
 ) -> tuple[Ours, list[Theirs]]:
-    """A busy cell at its first step, and a twin of it for each of `sleeping`; the stack closes them."""
+    """Return a busy cell at its first step, and a twin of it for each of `sleeping`; the stack closes them."""
     cell = busy_cell(count, rate, _seconds(repeats), riding)
     twins = [stack.enter_context(closing(Theirs(cell, sleeping=asleep))) for asleep in sleeping]
     return Ours(cell), twins
 
 
-def least_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
-    """The least time of a step [us] of each over the repeats, once what rests has fallen asleep."""
+def min_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
+    """Return the least time of a step [us] of each over the repeats, once resting parts have fallen asleep."""
     for side in sides:
         side.run(WARM_UP * rate)
     best = [float("inf")] * len(sides)
@@ -153,7 +154,7 @@ def least_times(sides: Sequence[Side], rate: int, repeats: int) -> list[float]:
 
 
 def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
-    """How both do in the next `steps`, after equally many."""
+    """Return the agreement of both over the next `steps`, after equally many."""
     cell, twin = ours.cell, theirs.twin
     assert cell.arm is not None
     names = [part.name for part in cell.world.parts]
@@ -163,9 +164,9 @@ def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
     for _ in range(steps):
         ours.run(1)
         theirs.run(1)
-        wanted = np.array(cell.arm.controller.positions(cell.simulation.now))
+        targets = np.array(cell.arm.controller.positions(cell.simulation.now))
         for side, joints in enumerate((cell.arm.read().positions, twin.joint_positions())):
-            arm[side] = max(arm[side], float(np.abs(joints - wanted).max()) * 1e3)
+            arm[side] = max(arm[side], float(np.abs(joints - targets).max()) * 1e3)
     late = cell.parts.positions(), np.array([twin.pose(name).position for name in names])
     seconds, speed = steps * cell.simulation.model.opt.timestep, cell.conveyor.speed
     off = [(late[side] - early[side])[riding] / seconds + (0.0, speed, 0.0) for side in (0, 1)]
@@ -175,5 +176,5 @@ def agreement(ours: Ours, theirs: Theirs, steps: int) -> Agreement:
 
 
 def _seconds(repeats: int) -> int:
-    """How long the arm is to swing: as long as anybody looks."""
+    """Return the duration of the arm's swings: that of all measurements [s]."""
     return WARM_UP + repeats * WINDOW + 2

@@ -1,7 +1,7 @@
-"""A cell once more, in PyBullet: the same arm, parts, furniture and belt, driven along the same way.
+"""Twin of a cell in PyBullet: the same arm, parts, furniture and belt, with the same motion.
 
-The arm is read from the cell's own robot description, which is given to PyBullet without the frames that only have a
-name: its fixed joints would cost it time. Parts, furniture and AGVs are made of the shapes, masses and inertias of our
+The arm is read from the cell's own robot description. PyBullet gets it without the frames that only have a name: its
+fixed joints would cost it time. Parts, furniture and AGVs are made of the shapes, masses and inertias of our
 own model; the AGVs stand still and are fixed. Gravity, friction and the belt's speed are ours; all else is PyBullet's
 default.
 """
@@ -31,7 +31,7 @@ _ARM_ROOT = "linear_arm_actuator"
 
 
 def pybullet_world() -> Any:
-    """A world of PyBullet's of its own, without a window.
+    """Return a new world of PyBullet's, without a window.
 
     Raises:
         BenchmarkSkippedError: PyBullet is not installed.
@@ -47,12 +47,12 @@ def pybullet_world() -> Any:
 
 
 class PyBulletTwin:
-    """A cell as PyBullet simulates it, from where its parts and its arm stand now; the belt runs as it does there.
+    """A cell as PyBullet simulates it, from the present state of its parts and its arm, with the belt running.
 
     Args:
-        cell: whose twin it is.
-        sleeping: whether parts at rest fall asleep, which they do not by default. Those on the belt never do: they are
-            slower than what PyBullet takes for being at rest, and would stay where they are.
+        cell: the original.
+        sleeping: let parts at rest fall asleep, which they do not by default. Those on the belt never do: they are
+            slower than PyBullet's limit for being at rest, and would stay in place.
 
     Raises:
         BenchmarkSkippedError: PyBullet is not installed.
@@ -79,16 +79,16 @@ class PyBulletTwin:
         assert cell.arm is not None
         for number, position in zip(self._joints, cell.arm.read().positions, strict=True):
             self._bullet.resetJointState(self._arm, number, position)
-        # bound once, because the client looks up and wraps each of its functions whenever it is asked for it
+        # bound once, because the client looks up and wraps each of its functions on every access
         self._drive, self._advance = self._bullet.setJointMotorControlArray, self._bullet.stepSimulation
         self._mode = self._bullet.POSITION_CONTROL
 
     def close(self) -> None:
-        """Give back what PyBullet holds."""
+        """Release PyBullet's world."""
         self._bullet.disconnect()
 
     def step(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
-        """One step, at the end of which the arm's joints are to have these positions [rad; m] and velocities."""
+        """Take one step, with targets for the arm's joints at its end: positions [rad; m] and velocities."""
         self._drive(
             self._arm,
             self._joints,
@@ -100,17 +100,17 @@ class PyBulletTwin:
         self._advance()
 
     def pose(self, part: str) -> Pose:
-        """world_T_part."""
+        """Return world_T_part."""
         position, quaternion = self._bullet.getBasePositionAndOrientation(self.bodies[part])
         return Pose(position, _w_first(quaternion)) @ self._inertial[part].inverse()
 
     def joint_positions(self) -> list[float]:
-        """Where the arm's joints are [rad; m]."""
+        """Return the positions of the arm's joints [rad; m]."""
         states = self._bullet.getJointStates(self._arm, self._joints)
         return [state[0] for state in states]
 
     def arm_masses(self) -> list[float]:
-        """Mass [kg] of what each joint of the arm moves, in their order."""
+        """Return the mass [kg] that each joint of the arm moves, in their order."""
         return [self._bullet.getDynamicsInfo(self._arm, number)[0] for number in self._joints]
 
     def _root(self, body: int) -> str:
@@ -123,7 +123,7 @@ class PyBulletTwin:
         return [geom for geom in range(first, first + int(model.body_geomnum[body])) if model.geom_contype[geom]]
 
     def _shape(self, geoms: Sequence[int]) -> int:
-        """Shapes of ours as one of PyBullet's, in the frame of their body."""
+        """Return shapes of ours as one of PyBullet's, in the frame of their body."""
         bullet, model = self._bullet, self._model
         kinds = {
             mujoco.mjtGeom.mjGEOM_BOX: bullet.GEOM_BOX,
@@ -171,12 +171,12 @@ class PyBulletTwin:
         return part
 
     def _friction(self, body: int) -> float:
-        """Friction of what touches something; PyBullet multiplies both sides', ours takes the larger: 1 with 1 is 1."""
+        """Return the friction of a body; PyBullet multiplies both sides', ours takes the larger: 1 with 1 is 1."""
         friction: float = self._model.geom_friction[self._touching(body)[0], 0]
         return friction
 
     def _add_fixed(self, body: int) -> None:
-        """Something that stands still: the floor, furniture, or a piece of an AGV."""
+        """Add a fixed body: the floor, furniture, or a piece of an AGV."""
         bullet, model, data = self._bullet, self._model, self._data
         geoms = self._touching(body)
         if not geoms:
@@ -192,7 +192,7 @@ class PyBulletTwin:
             baseOrientation=_w_last(data.xquat[body].tolist()),
         )
         bullet.changeDynamics(fixed, -1, lateralFriction=self._friction(body))
-        if model.body(body).name == BELT_GEOM:  # what has no mass keeps its place, and its speed is felt all the same
+        if model.body(body).name == BELT_GEOM:  # a body without mass stays, and its speed has effect all the same
             bullet.resetBaseVelocity(fixed, (0.0, -self._belt_speed, 0.0))
 
     def _load_arm(self, cell: Cell) -> int:
@@ -207,7 +207,7 @@ class PyBulletTwin:
 
 
 def arm_description(cell: Cell) -> str:
-    """The cell's robot description with nothing but what an engine needs: no looks, no frames, the cup made fast."""
+    """Return the cell's robot description reduced to an engine's needs: no looks, no frames, the cup fixed."""
     robot = ElementTree.fromstring(robot_description(cell.trial))  # noqa: S314 - our own text
     for joint in robot.iter("joint"):
         if _end(joint, "child") == GRIPPER:
@@ -223,7 +223,7 @@ def arm_description(cell: Cell) -> str:
 
 
 def _idle_frames(robot: Element) -> set[str | None]:
-    """Links that touch nothing and carry nothing."""
+    """Return the links that touch nothing and carry nothing."""
     carrying = {_end(joint, "parent") for joint in robot.iter("joint")}
     return {
         link.get("name")
@@ -233,7 +233,7 @@ def _idle_frames(robot: Element) -> set[str | None]:
 
 
 def _end(joint: Element, side: str) -> str:
-    """The link at one side of a joint."""
+    """Return the link at one side of a joint."""
     link = joint.find(side)
     return "" if link is None else link.get("link", "")
 

@@ -13,19 +13,19 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from benchmarks.benchmarks import Figure, Taken, Tell
+from benchmarks.benchmarks import BenchmarkResult, Figure, OnProgress
 from cellwright.cli.output import progress_bar
 
 
 def value_text(figure: Figure) -> str:
-    """The value in about three digits and its unit; a dash where there is none."""
+    """Return the value in about three digits with its unit; a dash where there is none."""
     if not math.isfinite(figure.value):
         return "-"
     return f"{number_text(figure.value)} {figure.unit}".rstrip()
 
 
 def number_text(value: float) -> str:
-    """A number in about three digits, never as a power of ten; what was counted, whole."""
+    """Return a number in about three digits, never as a power of ten; a count in full."""
     size = abs(value)
     if isinstance(value, int) or size >= 100:
         return f"{value:.0f}"
@@ -33,25 +33,27 @@ def number_text(value: float) -> str:
 
 
 def bound_text(figure: Figure) -> str:
-    """The bound that the value is held to; empty where there is none."""
-    bounds = [f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
+    """Return the bound of the value; empty where there is none."""
+    bounds = [
+        f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.minimum), ("≤", figure.maximum)) if limit is not None
+    ]
     return ", ".join(bounds)
 
 
 def verdict_text(figure: Figure) -> str:
-    """Whether the bound is held; empty where there is none."""
+    """Return the verdict on the bound; empty where there is none."""
     if not bound_text(figure):
         return ""
     return "held" if figure.is_held else "NOT HELD"
 
 
-def show(console: Console, taken: Taken, *, judged: bool) -> None:
+def show(console: Console, taken: BenchmarkResult, *, judged: bool) -> None:
     """Print the figures of a benchmark.
 
     Args:
-        console: where to.
+        console: the console.
         taken: the benchmark.
-        judged: whether to say of each figure if its bound is held.
+        judged: print for each figure if its bound is held.
     """
     console.print()
     console.print(Text(taken.benchmark.title, style="bold"))
@@ -62,7 +64,7 @@ def show(console: Console, taken: Taken, *, judged: bool) -> None:
             console.print(f"{word}: {reason}", markup=False, soft_wrap=True, style="yellow")
 
 
-def _table(taken: Taken, *, judged: bool) -> Table:
+def _table(taken: BenchmarkResult, *, judged: bool) -> Table:
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
     found.add_column("figure", ratio=1)
     for heading in ("value", "bound"):
@@ -78,14 +80,14 @@ def _table(taken: Taken, *, judged: bool) -> Table:
 
 
 def _named(figure: Figure) -> Text:
-    text = Text(figure.what)
+    text = Text(figure.label)
     if figure.note:
         text.append(f"\n  {figure.note}", style="dim")
     return text
 
 
 WIDTH = 120
-"""Of a line of text."""
+"""Length of a line of text."""
 
 HEAD = """# Benchmarks
 
@@ -105,14 +107,16 @@ is outside its bound.
 """
 
 
-def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date, *, quick: bool = False) -> str:
-    """The whole page.
+def page(
+    taken: Sequence[BenchmarkResult], machine: Mapping[str, str], day: datetime.date, *, quick: bool = False
+) -> str:
+    """Return the whole page.
 
     Args:
-        taken: the benchmarks, in the order in which they are to stand.
-        machine: what they were taken on.
-        day: when.
-        quick: whether the figures are rough, which is then said.
+        taken: the benchmarks, in the order of the page.
+        machine: the machine that they ran on.
+        day: the date.
+        quick: mark the figures as rough.
     """
     rough = (
         ["", "**These figures are rough:** taken with `--quick`, they only show that everything works."]
@@ -126,13 +130,13 @@ def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date,
     return "\n".join(lines) + "\n"
 
 
-def _section(taken: Taken, *, judged: bool) -> Iterator[str]:
+def _section(taken: BenchmarkResult, *, judged: bool) -> Iterator[str]:
     for paragraph in (f"`python -m benchmarks {taken.benchmark.name}`", *taken.benchmark.about()):
         yield from ("", *textwrap.wrap(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False))
     if taken.figures:
         yield ""
         rows = [
-            (figure.what, value_text(figure), bound_text(figure), verdict_text(figure) if judged else "", figure.note)
+            (figure.label, value_text(figure), bound_text(figure), verdict_text(figure) if judged else "", figure.note)
             for figure in taken.figures
         ]
         yield from table(("figure", "value", "bound", "", "note"), rows)
@@ -142,7 +146,7 @@ def _section(taken: Taken, *, judged: bool) -> Iterator[str]:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """A table of Markdown, a line at a time."""
+    """Yield a table of Markdown, a line at a time."""
     yield _row(heads)
     yield "|" + "---|" * len(heads)
     yield from map(_row, rows)
@@ -153,19 +157,19 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def cell(text: str) -> str:
-    """A text as it can stand in a cell: on one line, and without what would end it."""
+    """Return a text that fits a cell: on one line, and without characters that would end it."""
     return " ".join(text.split()).replace("|", "\\|")
 
 
 @contextmanager
-def telling(console: Console, title: str) -> Iterator[Tell]:
-    """What takes lines about a benchmark, as long as it lasts."""
+def telling(console: Console, title: str) -> Iterator[OnProgress]:
+    """Yield a function that shows lines about a benchmark while it runs."""
     with progress_bar(console, title, None) as moving:
 
-        def tell(line: str) -> None:
+        def on_progress(line: str) -> None:
             if moving is None:
                 console.print(f"{title}: {line}", markup=False, soft_wrap=True)
             else:
                 moving(None, line)
 
-        yield tell
+        yield on_progress

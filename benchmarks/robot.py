@@ -1,12 +1,12 @@
-"""How fast a robot's whole node runs beside the engine of the io_teleop node's original.
+"""Speed of a robot's whole node beside the engine of the io_teleop node's original.
 
 Both load the same URDF, fastened at its root, without gravity, with a position drive at every joint. Ours is the node
 as it is served: commands on the bus, commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven
-as the original drives it: without a display, `setJointMotorControl2` for each joint that is commanded, `getJointStates`
+as the original drives it: without a display, `setJointMotorControl2` for each commanded joint, `getJointStates`
 100 times a second, and no messages.
 
-At rest nothing is commanded; moving, all joints are told to follow sines, at 100 Hz. The repeats are taken in turn and
-the best of each is counted, in processor time.
+At rest there are no commands; in motion, all joints follow sines at 100 Hz. The repeats run in turn and the best of
+each counts, in processor time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.silence import without_output
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.config.robot.config import RobotConfig
@@ -31,14 +31,14 @@ from cellwright.util.pose import Pose
 ROBOT = "qinglong"
 SECONDS, REPEATS = 2.0, 3
 PERIOD = Fraction(1, 100)
-"""Of commands and joint states [s]."""
+"""Period of commands and joint states [s]."""
 RATES = (240, 1000)
 
 Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 class Sines:
-    """Targets of all joints: sines of different speed through the middle of what each joint can do."""
+    """Targets of all joints: sines of different speed about the middle of each joint's range."""
 
     def __init__(self, config: RobotConfig) -> None:
         joints = [joint for joint in config.robot.driven if joint.mimic is None]
@@ -49,7 +49,7 @@ class Sines:
         self._pulse = 2 * math.pi * np.linspace(0.2, 0.6, len(joints))
 
     def at(self, time: float) -> Array:
-        """Where the joints are to be [rad; m]."""
+        """Return the targets of the joints [rad; m]."""
         targets: Array = self._middle + 0.8 * self._reach * np.sin(self._pulse * time)
         return targets
 
@@ -71,14 +71,14 @@ class Ours:
         self.node.bus.publish("/io_teleop/joint_cmd", joint_state(self.sines.names, self.sines.at(time), time=0))
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Do nothing: there is nothing to release."""
 
     def step(self) -> None:
-        """One step; the node tells its joint states by itself."""
+        """Take one step; the node publishes its joint states itself."""
         self.node.simulation.step()
 
     def look(self) -> None:
-        """The listener has been told already."""
+        """Do nothing: the listener has had the joint states already."""
 
 
 class PyBullet:
@@ -117,20 +117,20 @@ class PyBullet:
             )
 
     def step(self) -> None:
-        """One step."""
+        """Take one step."""
         self.engine.stepSimulation(physicsClientId=self.client)
 
     def close(self) -> None:
-        """Let go of the engine."""
+        """Disconnect from the engine."""
         self.engine.disconnect(physicsClientId=self.client)
 
     def look(self) -> None:
-        """Read all joints, as is done for each joint_states."""
+        """Read all joints, as for each joint_states."""
         self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
 
 
 def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> float:
-    """Processor time of some steps [s]."""
+    """Return the processor time of some steps [s]."""
     due = {step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate}
 
     def run() -> None:
@@ -144,7 +144,7 @@ def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> fl
     return processor_time(run)
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
     """Step both, at rest and moving; without PyBullet the node alone."""
     config = load_robot(ROBOT, lambda _line: None)
     sines = Sines(config)
@@ -152,7 +152,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     if find_spec("pybullet") is not None:
         kinds.append(PyBullet)
     for rate in RATES[:1] if quick else RATES:
-        tell(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
+        on_progress(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
         sides = [kind(config, rate, sines) for kind in kinds]
         steps = 10 if quick else round(SECONDS * rate)
         for moving in (False, True):
@@ -165,11 +165,11 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             side.close()
 
 
-def figures(what: str, rate: int, found: list[float]) -> Iterator[Figure]:
-    """The figures of one case, from the steps a second of each side."""
+def figures(case: str, rate: int, found: list[float]) -> Iterator[Figure]:
+    """Yield the figures of one case, from the steps per second of each side."""
     for name, speed in zip(("the node", "PyBullet"), found, strict=False):
-        yield Figure(f"{what}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
+        yield Figure(f"{case}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
     if len(found) > 1:
-        yield Figure(f"{what}: the node / PyBullet", found[0] / found[1])
+        yield Figure(f"{case}: the node / PyBullet", found[0] / found[1])
     else:
-        yield Figure(f"{what}: the node / PyBullet", math.nan, note="PyBullet is not installed")
+        yield Figure(f"{case}: the node / PyBullet", math.nan, note="PyBullet is not installed")

@@ -1,7 +1,7 @@
-"""What ROS 1 costs: the way through bridge and cell, side by side with a bare pair of rospy nodes.
+"""Cost of ROS 1: round trips through bridge and cell, beside a bare pair of rospy nodes.
 
-A cell of the trial `lesson` is stepped at 1 kHz in real time and echoes what it is told; a rospy client measures the
-way there and back, and does the same with another rospy node, in turn.
+A cell of the trial `lesson` is stepped at 1 kHz in real time and echoes its commands. A rospy client measures the round
+trip, and does the same with another rospy node, in turn.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
-from benchmarks.benchmarks import BenchmarkSkippedError, Figure, Tell
+from benchmarks.benchmarks import BenchmarkSkippedError, Figure, OnProgress
 from benchmarks.processes import ros1_environment
 from benchmarks.ros1_clients import JOINTS, Clients
 from benchmarks.timing import percentile
@@ -36,17 +36,17 @@ from cellwright.middleware.server import Server
 from cellwright.util.errors import ServiceFailedError, UsageError
 
 SECONDS = 60.0
-"""Simulation time of a run [s], at least."""
+"""Minimum simulation time of a run [s]."""
 CALLS, ROUNDS = 500, 3
-"""Round trips in a measurement, and how often it is taken."""
+"""Round trips in a measurement, and measurements."""
 MESSAGES = {"50 Hz": 500, "1 kHz": 10_000}
 TRIPS = {"topic": "a topic, there and back", "kept": "a service, connected", "fresh": "a service, connected anew"}
-MORE, BESIDES = 1.5, 0.2
-"""A bridged way is to take at most so many times the bare one, and so many ms besides."""
+MAX_RATIO, MAX_EXTRA = 1.5, 0.2
+"""Bound of a bridged round trip: this ratio to the bare one, plus this time [ms]."""
 
 
 def bench_cell() -> Cell:
-    """The lesson's cell at 1 kHz, which answers on three more names."""
+    """Return the lesson's cell at 1 kHz, which answers on three more names."""
     trial = load_trial([find_trial("lesson")]).trial
     cell = Cell(replace(trial, settings=replace(trial.settings, timestep=(1, 1000))), seed=1)
     pong = cell.bus.advertise("/bench/pong", "std_msgs/String", node="/gazebo")
@@ -63,8 +63,8 @@ def bench_cell() -> Cell:
     return cell
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Have clients measure while the cell runs.
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Run the measuring clients beside the running cell.
 
     Raises:
         BenchmarkSkippedError: there is no ROS 1.
@@ -76,7 +76,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             raise BenchmarkSkippedError(str(missing)) from missing
         trips = ("kept",) if quick else tuple(TRIPS)
         messages = {"1 kHz": 20} if quick else MESSAGES
-        tell("clients in rospy, beside a bare pair of nodes")
+        on_progress("clients in rospy, beside a bare pair of nodes")
         clients = Clients(
             python,
             environment,
@@ -87,23 +87,23 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
             messages=messages,
         )
         yield from _bridged(clients, environment, 0.0 if quick else SECONDS)
-    for what in trips:
-        yield from round_trip(TRIPS[what], clients.figures[f"{what} /bare"], clients.figures[f"{what} /bench"])
+    for trip in trips:
+        yield from round_trip(TRIPS[trip], clients.figures[f"{trip} /bare"], clients.figures[f"{trip} /bench"])
     for rate in messages:
         lost, found = clients.figures[rate]
-        yield Figure(f"joint states at {rate}: lost", lost, "messages", most=0.0)
+        yield Figure(f"joint states at {rate}: lost", lost, "messages", maximum=0.0)
         yield Figure(f"joint states at {rate}: rate", found, "Hz", note="in simulation time")
 
 
 def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -> Iterator[Figure]:
-    """Let the cell run, bridged, until the clients are done and so many seconds are over."""
+    """Run the bridged cell until the clients are done and `seconds` are over."""
     cell = bench_cell()
     server = Server(cell, port=0)
     with Ros1(lambda _line: None, environment=environment) as ros:
         ros.prepare()
         begin = time.perf_counter()
-        told: Any = parameters(cell.trial, competition=True)
-        if not ros.join(server.address, told, server.wait):
+        values: Any = parameters(cell.trial, competition=True)
+        if not ros.join(server.address, values, server.wait):
             raise ServiceFailedError("the bridge is not ready")
         yield Figure("until the bridge is ready", time.perf_counter() - begin, "s")
         clients.start()
@@ -130,15 +130,15 @@ def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -
 
 
 def round_trip(title: str, bare: Sequence[float], bridged: Sequence[float]) -> Iterator[Figure]:
-    """The figures of a way there and back [s]."""
+    """Yield the figures of a round trip [s]."""
     for name, times in (("bare rospy", bare), ("through bridge and cell", bridged)):
         median = statistics.median(times) * 1e3
-        most = None if times is bare else MORE * statistics.median(bare) * 1e3 + BESIDES
+        maximum = None if times is bare else MAX_RATIO * statistics.median(bare) * 1e3 + MAX_EXTRA
         note = f"median; 99 % below {percentile(times, 99) * 1e3:.2f} ms"
-        yield Figure(f"{title}: {name}", median, "ms", most=most, note=note)
+        yield Figure(f"{title}: {name}", median, "ms", maximum=maximum, note=note)
 
 
 def busy(pid: int) -> float:
-    """Processor time of a process so far [s]."""
+    """Return the processor time of a process so far [s]."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -1,4 +1,4 @@
-"""Clients in rospy that measure: each in a process of its own, one after the other."""
+"""Measuring clients in rospy: each in a process of its own, one after the other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 LIMIT = 120.0
-"""A client that takes longer [s] has failed."""
+"""Time [s] after which a client has failed."""
 
 JOINTS = {"50 Hz": "/ariac/joint_states", "1 kHz": "/bench/joint_states"}
 
@@ -83,12 +83,12 @@ class Clients:
 
     Args:
         python: an interpreter that has rospy.
-        environment: what it has to be started with.
+        environment: of the clients.
         folder: for the clients' program.
-        trips: what is measured there and back: topic, kept, fresh.
+        trips: the round trips: topic, kept, fresh.
         calls: round trips in a measurement.
-        rounds: how often each is taken.
-        messages: how many joint states are counted, by rate.
+        rounds: number of measurements of each.
+        messages: number of counted joint states, by rate.
     """
 
     def __init__(
@@ -112,11 +112,11 @@ class Clients:
 
     @property
     def is_done(self) -> bool:
-        """Whether all have run."""
+        """True once all have run."""
         return not self._thread.is_alive()
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def _run(self) -> None:
@@ -127,7 +127,7 @@ class Clients:
                         echo.stdout.readline()
                     self._take_trips()
                 finally:
-                    echo.terminate()  # who leaves waits for its end
+                    echo.terminate()  # a node that leaves waits for its end
             for rate, count in self._messages.items():
                 self.figures[rate] = self._ask("joints", JOINTS[rate], count)
         except (subprocess.SubprocessError, ValueError, OSError) as error:
@@ -135,16 +135,16 @@ class Clients:
 
     def _take_trips(self) -> None:
         for _ in range(self._rounds):
-            for what in self._trips:
-                for name in ("/bare", "/bench"):  # in turn, so that what else the machine does falls on both
-                    self.figures.setdefault(f"{what} {name}", []).extend(self._ask(what, name, self._calls))
+            for trip in self._trips:
+                for name in ("/bare", "/bench"):  # in turn, so that other load falls on both
+                    self.figures.setdefault(f"{trip} {name}", []).extend(self._ask(trip, name, self._calls))
 
-    def _start(self, what: str, name: str, count: int) -> subprocess.Popen[str]:
-        command = [*self._command, what, name, str(count)]
+    def _start(self, trip: str, name: str, count: int) -> subprocess.Popen[str]:
+        command = [*self._command, trip, name, str(count)]
         return subprocess.Popen(command, env=self._environment, stdout=subprocess.PIPE, text=True)  # noqa: S603
 
-    def _ask(self, what: str, name: str, count: int) -> list[float]:
-        with self._start(what, name, count) as client:
+    def _ask(self, trip: str, name: str, count: int) -> list[float]:
+        with self._start(trip, name, count) as client:
             try:
                 said, _ = client.communicate(timeout=LIMIT)
             except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""What a library written in C++ says unasked."""
+"""Suppression of output that C++ libraries print."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def without_output() -> Iterator[None]:
-    """Let nothing be written to the process's own stdout and stderr, as libraries do that pass Python's over."""
+    """Discard the process's own stdout and stderr, which libraries write to without Python's."""
     streams = (sys.stdout, sys.stderr)
     for stream in streams:
         stream.flush()

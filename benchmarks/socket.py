@@ -1,4 +1,4 @@
-"""What a socket between a cell and a program costs: round trips, many messages, pace, and lockstep."""
+"""Cost of a socket between a cell and a program: round trips, many messages, pace, and lockstep."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.listener import listening
 from benchmarks.processes import Served
 from benchmarks.timing import percentile
@@ -36,21 +36,21 @@ ENCODINGS = ("ros1", "cdr")
 ROUNDS, TICKS, SECONDS = 500, 10_000, 60.0
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Take all of them."""
-    tell("round trips")
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Take all figures."""
+    on_progress("round trips")
     yield from round_trips(5 if quick else ROUNDS)
-    tell("joint states at 1 kHz")
+    on_progress("joint states at 1 kHz")
     yield from fast_joint_states(200 if quick else TICKS, ENCODINGS[:1] if quick else ENCODINGS)
-    tell("the lesson worked in one process and in two")
+    on_progress("the lesson worked in one process and in two")
     yield from lockstep(1.0 if quick else math.inf)
     seconds = 0.3 if quick else SECONDS
-    tell(f"pace, for {seconds:g} s")
+    on_progress(f"pace, for {seconds:g} s")
     yield from pace(seconds)
 
 
 def round_trips(rounds: int) -> Iterator[Figure]:
-    """Calls, commands, and a goal until its status is there, at a cell in real time."""
+    """Yield figures of calls, commands, and a goal until its status arrives, at a cell in real time."""
     with Served("serve", "lesson", "--port", "0") as served:
         transport = SocketTransport(served.address, node="/bench")
         request = GetMaterialLocationsRequest(material_type="gear_part")
@@ -73,18 +73,18 @@ def round_trips(rounds: int) -> Iterator[Figure]:
         transport.close()
 
 
-def times(what: str, rounds: int, action: Callable[[int], None]) -> Figure:
-    """The median of what an action takes."""
+def times(label: str, rounds: int, action: Callable[[int], None]) -> Figure:
+    """Return the median duration of an action."""
     found = []
     for index in range(rounds):
         begin = time.perf_counter()
         action(index)
         found.append((time.perf_counter() - begin) * 1e3)
-    return Figure(what, statistics.median(found), "ms", note=f"median; 99 % below {percentile(found, 99):.2f} ms")
+    return Figure(label, statistics.median(found), "ms", note=f"median; 99 % below {percentile(found, 99):.2f} ms")
 
 
 def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
-    """A goal of the arm's action."""
+    """Return a goal of the arm's action."""
     moment = message_type("builtin_interfaces/Time")(sec=0, nanosec=0)  # type: ignore[call-arg]
     header = message_type("std_msgs/Header")(stamp=moment, frame_id="")  # type: ignore[call-arg]
     goal_id = message_type("actionlib_msgs/GoalID")(stamp=moment, id=name)  # type: ignore[call-arg]
@@ -94,16 +94,16 @@ def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
 
 
 def fast_joint_states(ticks: int, encodings: Sequence[str]) -> Iterator[Figure]:
-    """Joint states at 1 kHz: what a guest that listens costs, and whether it loses any."""
+    """Yield figures of joint states at 1 kHz: the cost of a listening client, and its losses."""
     alone, _ = ticks_with(None, ticks)
     for encoding in encodings:
         cost, heard = ticks_with(encoding, ticks)
         yield Figure(f"joint states in the form of {encoding}: cost", cost - alone, "us/message")
-        yield Figure(f"joint states in the form of {encoding}: lost", ticks - heard, f"of {ticks}", most=0.0)
+        yield Figure(f"joint states in the form of {encoding}: lost", ticks - heard, f"of {ticks}", maximum=0.0)
 
 
 def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
-    """Cost of a tick [us] with a listener in a process of its own, or without; how many messages it got."""
+    """Return the cost of a tick [us] with a listener in a process of its own, or without; and its message count."""
     trial = load_trial([find_trial("lesson")]).trial
     cell = Cell(replace(trial, settings=replace(trial.settings, timestep=(1, 1000))))
     server = Server(cell, port=0)
@@ -114,10 +114,10 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
     first.cancel()
     fast = cell.bus.advertise(JOINTS, "sensor_msgs/JointState", node="/gazebo")
 
-    def say(_tick: int) -> None:
-        fast.publish(replace(states[0]))  # another object: it is written anew, as one with new values would be
+    def publish(_tick: int) -> None:
+        fast.publish(replace(states[0]))  # another object: it is encoded again, as one with new values would be
 
-    cell.simulation.watch("fast", Fraction(1, 1000), say)
+    cell.simulation.watch("fast", Fraction(1, 1000), publish)
     process = None if encoding is None else listening(server.address, JOINTS, encoding)
     if process is not None:
         while fast.listeners == 0:
@@ -133,7 +133,7 @@ def ticks_with(encoding: str | None, ticks: int) -> tuple[float, int]:
 
 
 def pace(seconds: float) -> Iterator[Figure]:
-    """How real time is kept, with a guest that listens to clock and joint states."""
+    """Yield figures of the real-time pace, with a client that listens to clock and joint states."""
     with Served("serve", "lesson", "--port", "0", "--json", "--until", str(seconds)) as served:
         transport = SocketTransport(served.address, node="/bench")
         transport.subscribe("/ariac/joint_states", lambda _: None)
@@ -148,7 +148,7 @@ def pace(seconds: float) -> Iterator[Figure]:
 
 
 def lockstep(until: float) -> Iterator[Figure]:
-    """The lesson worked by the bundled agent, in one process and in two."""
+    """Yield figures of the lesson worked by the bundled agent, in one process and in two."""
     walls, hashes = [], set()
     limit = [] if math.isinf(until) else ["--until", str(until)]
     for more in ([], ["--over", "socket", "--lockstep"]):
@@ -159,4 +159,4 @@ def lockstep(until: float) -> Iterator[Figure]:
         hashes.add(found["state_hash"])
     note = f"{walls[1]:.1f} s and {walls[0]:.1f} s"
     yield Figure("the agent over a socket in lockstep / in one process", walls[1] / walls[0], note=note)
-    yield Figure("different end states of the two", len(hashes), "", most=1)
+    yield Figure("different end states of the two", len(hashes), "", maximum=1)

@@ -1,7 +1,7 @@
-"""How long a fresh process takes until the first step of the lesson's cell, and what memory it holds then.
+"""Time of a new process until the first step of the lesson's cell, and its memory then.
 
-The process is new each time, its files are in the system's cache: what a program costs that is started again and
-again, as in tests and CI.
+The process is new each time, its files are in the system's cache. That is the cost of a program that is started again
+and again, as in tests and CI.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import time
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from cellwright.util.errors import UsageError
 
 RUNS = 7
 LIMIT = 120.0
-"""A process that takes longer [s] has failed."""
+"""Time [s] after which a process has failed."""
 
 PROGRAM = """
 import time
@@ -50,16 +50,16 @@ print(json.dumps({"moments": moments, "busy": time.process_time(), "resident": r
 """Steps the lesson's cell once, and prints the moments [s] in between and its resident memory [MiB]."""
 
 STEPS = ("the interpreter", "importing", "reading the trial", "building the cell", "the first step")
-"""What lies between two moments, from the creation of the process on."""
+"""Phases between the moments, from the creation of the process on."""
 
 COMMAND = ("-m", "cellwright", "run", "lesson", "--agent", "none", "--until", "0.002", "--no-picture", "--json")
 """A run of a single step."""
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Start processes, and count the one that was the fastest."""
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Start processes; the fastest one counts."""
     runs = 1 if quick else RUNS
-    tell(f"{runs} programs")
+    on_progress(f"{runs} programs")
     spans, busy, resident = [], math.inf, math.nan
     for _ in range(runs):
         begin = time.time()
@@ -70,14 +70,14 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
         if said["resident"] is not None:
             resident = said["resident"]
     totals = [sum(each) for each in spans]
-    yield Figure("process until its first step", min(totals), "s", most=1.0, note=f"median {_median(totals)}")
+    yield Figure("process until its first step", min(totals), "s", maximum=1.0, note=f"median {_median(totals)}")
     best = spans[totals.index(min(totals))]
-    for what, span in zip(STEPS, best, strict=True):
-        yield Figure(f"of that: {what}", span * 1e3, "ms")
+    for label, span in zip(STEPS, best, strict=True):
+        yield Figure(f"of that: {label}", span * 1e3, "ms")
     yield Figure("processor time of that process", busy, "s")
     note = "" if math.isfinite(resident) else "this system does not tell"
-    yield Figure("resident memory after it", resident, "MiB", most=None if note else 200.0, note=note)
-    tell(f"{runs} commands")
+    yield Figure("resident memory after it", resident, "MiB", maximum=None if note else 200.0, note=note)
+    on_progress(f"{runs} commands")
     commands = []
     for _ in range(runs):
         begin = time.time()
@@ -89,7 +89,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
 
 
 def ran(*arguments: str) -> str:
-    """What a process of this Python writes, given some arguments.
+    """Run this Python with some arguments; return its output.
 
     Raises:
         UsageError: it failed.

@@ -1,6 +1,6 @@
-"""What a step of the cell costs, with parts at rest and awake.
+"""Cost of a step of the cell, with parts at rest and awake.
 
-Small parts of four kinds lie in the bins; the belt and the arm stand still, and nobody listens. What is at rest sleeps.
+Small parts of four kinds lie in the bins; the belt and the arm stand still, without listeners. Parts at rest sleep.
 Awake is the same cell with the engine's sleeping switched off: nothing moves there either, but all of it is computed.
 """
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import mujoco
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT
@@ -18,13 +18,13 @@ from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 
 TYPES = ("gear_part", "disk_part", "part4", "part2")
-"""Small enough for a narrow grid; larger parts jam there, and what is jammed does not sleep."""
+"""Small enough for a narrow grid; larger parts jam there, and jammed parts do not sleep."""
 STEPS = 2000
 REPEATS = 3
 
 
 def trial_with(count: int) -> Trial:
-    """A cell with an arm and `count` parts of all kinds in its bins."""
+    """Return a trial with an arm and `count` parts of all kinds in its bins."""
     parts = []
     for number in range(count):
         x, y = list(BIN_CENTRES.values())[number % 8]
@@ -36,7 +36,7 @@ def trial_with(count: int) -> Trial:
 
 
 def microseconds(cell: Cell, repeats: int, steps: int) -> float:
-    """The least time of a step [us] over the repeats."""
+    """Return the least time of a step [us] over the repeats."""
 
     def step() -> None:
         for _ in range(steps):
@@ -50,12 +50,12 @@ def microseconds(cell: Cell, repeats: int, steps: int) -> float:
     return best_in_turn(repeats, once)[0] / steps * 1e6
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Time steps with more and more parts."""
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Time steps with an increasing number of parts."""
     repeats, steps = (1, 20) if quick else (REPEATS, STEPS)
     alone = 0.0
     for count in (0, 60) if quick else (0, 20, 60, 100):
-        tell(f"{count} parts")
+        on_progress(f"{count} parts")
         cell = Cell(trial_with(count))
         rest = microseconds(cell, repeats, steps)
         alone = alone or rest
@@ -63,5 +63,5 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
         awake = microseconds(cell, repeats, steps)
         yield Figure(f"{count} parts at rest", rest, "us/step")
         if count:
-            yield Figure(f"{count} parts at rest / arm only", rest / alone, most=2.5 if count == 60 else None)
+            yield Figure(f"{count} parts at rest / arm only", rest / alone, maximum=2.5 if count == 60 else None)
         yield Figure(f"{count} parts awake", awake, "us/step")

@@ -1,10 +1,10 @@
-"""From a command to the motion that it causes: in one process, over the socket, and over ROS 1.
+"""Latency from a command to its motion: in one process, over the socket, and over ROS 1.
 
-The QingLong's node runs in real time at 240 Hz; its head is told to turn a little by `joint_cmd`, at a moment that is
-in step with nothing, and the clock stops when a `joint_states` arrives that shows it moving.
+The QingLong's node runs in real time at 240 Hz. A `joint_cmd` at a random moment turns its head a little, and the clock
+stops when a `joint_states` arrives that shows it moving.
 
-Most of it is inherent: the command waits for the next step (4.2 ms apart), and motion is told 100 times a second, which
-at 240 steps a second is every second or third step. What that alone makes of it is computed.
+Most of the latency is inherent: the command waits for the next step (4.2 ms apart). Motion is published 100 times a
+second, which at 240 steps a second is every second or third step. The latency from these causes alone is computed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.processes import Served, ros1_environment
 from benchmarks.timing import percentile
 from cellwright.clients.client.socket_transport import SocketTransport
@@ -36,9 +36,9 @@ ROBOT, JOINT = "qinglong", "J_head_yaw"
 TRIALS = 150
 COMMAND, STATES = "/io_teleop/joint_cmd", "/io_teleop/joint_states"
 STEP, MOVES = 0.05, 0.005
-"""How far the joint is sent [rad], and how fast it is when it moves [rad/s]."""
+"""Size of the joint's motion [rad], and the speed from which it moves [rad/s]."""
 REST, JITTER = 0.25, 0.02
-"""Between two trials [s]: at least, and up to so much more."""
+"""Pause between two trials [s]: its minimum, and its random part."""
 
 CLIENT = """
 import json, random, sys, threading, time
@@ -75,7 +75,7 @@ main(sys.argv[1], int(sys.argv[2]), *map(float, sys.argv[3:]))
 
 
 def in_one_process(trials: int) -> tuple[list[float], list[float]]:
-    """Times until the target is applied, and until motion is told [s]; the node runs in a thread of its own."""
+    """Return times until the target is applied, and until motion is published [s]; the node has its own thread."""
     node = RobotNode(load_robot(ROBOT, lambda _line: None))
     number, place = node.commander.numbers[JOINT], [joint.name for joint in node.config.robot.movable].index(JOINT)
     applied, moved, target, over = [0.0], threading.Event(), [0.0], threading.Event()
@@ -86,7 +86,7 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
             applied[0] = time.perf_counter()
 
     def hear(message: Any) -> None:
-        if applied[0] and abs(message.velocity[place]) > MOVES:  # before, it is the end of the motion before
+        if applied[0] and abs(message.velocity[place]) > MOVES:  # before, it is the end of the previous motion
             came.append(time.perf_counter())
             moved.set()
 
@@ -118,7 +118,7 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
 
 
 def over_the_socket(trials: int) -> list[float]:
-    """Times until motion is told [s], to a client in this process, by a node in another."""
+    """Return times until motion is published [s], to a client in this process, by a node in another."""
     with served() as robot:
         transport = SocketTransport(robot.address, node="/bench")
         place = [joint.name for joint in load_robot(ROBOT, lambda _line: None).robot.movable].index(JOINT)
@@ -145,7 +145,7 @@ def over_the_socket(trials: int) -> list[float]:
 
 
 def over_ros1(trials: int, python: str, environment: Mapping[str, str]) -> list[float]:
-    """Times until motion is told [s], to a rospy node."""
+    """Return times until motion is published [s], to a rospy node."""
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, served("--ros1", environment=environment):
         program = Path(folder, "client.py")
         program.write_text(CLIENT, encoding="utf-8")
@@ -163,19 +163,19 @@ def over_ros1(trials: int, python: str, environment: Mapping[str, str]) -> list[
 
 
 def served(*options: str, environment: Mapping[str, str] | None = None) -> Served:
-    """The robot's node in a process of its own."""
+    """Start the robot's node in a process of its own."""
     return Served("teleop", ROBOT, "--port", "0", *options, environment=environment)
 
 
 def sampling(trials: int = 20_000) -> tuple[list[float], list[float]]:
-    """Times that waiting for the next step, and for the next message, make by themselves [s]."""
+    """Return the computed waits [s] for the next step, and for the next message."""
     chance = random.Random(1)
-    told = [-(-number * 240 // 100) for number in range(1, 102)]  # the steps that are followed by a message
+    published = [-(-number * 240 // 100) for number in range(1, 102)]  # the steps that are followed by a message
     ways: tuple[list[float], list[float]] = [], []
     for _ in range(trials):
         moment = chance.random() * 240
         ways[0].append((int(moment) + 1 - moment) / 240)
-        ways[1].append((next(step for step in told if step > moment) - moment) / 240)
+        ways[1].append((next(step for step in published if step > moment) - moment) / 240)
     return ways
 
 
@@ -188,30 +188,30 @@ def _rest() -> None:
     time.sleep(REST + random.random() * JITTER)
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Send commands, each way."""
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Send commands over each transport."""
     trials = 3 if quick else TRIALS
-    tell(f"{trials} commands in one process")
+    on_progress(f"{trials} commands in one process")
     applied, moved = sampling()
     yield figure("until a command is applied: waiting for the step alone", applied, "computed")
     here_applied, here_moved = in_one_process(trials)
     yield figure("until a command is applied: in one process", here_applied)
     yield figure("until motion is told: waiting for step and message alone", moved, "computed")
     yield figure("until motion is told: in one process", here_moved)
-    tell(f"{trials} commands over the socket")
+    on_progress(f"{trials} commands over the socket")
     yield figure("until motion is told: over the socket", over_the_socket(trials))
-    tell(f"{trials} commands over ROS 1")
-    what = "until motion is told: over ROS 1"
+    on_progress(f"{trials} commands over ROS 1")
+    label = "until motion is told: over ROS 1"
     with ros1_environment() as environment:
         try:
             python = find(environment).python
         except UsageError as missing:
-            yield Figure(what, math.nan, "ms", note=f"skipped: {missing}")
+            yield Figure(label, math.nan, "ms", note=f"skipped: {missing}")
             return
-        yield figure(what, over_ros1(trials, python, environment))
+        yield figure(label, over_ros1(trials, python, environment))
 
 
-def figure(what: str, times: Sequence[float], how: str = "measured") -> Figure:
-    """The median of times [s]."""
+def figure(label: str, times: Sequence[float], how: str = "measured") -> Figure:
+    """Return the median of times [s]."""
     note = f"{how}; median, 99 % below {percentile(times, 99) * 1e3:.1f} ms"
-    return Figure(what, statistics.median(times) * 1e3, "ms", note=note)
+    return Figure(label, statistics.median(times) * 1e3, "ms", note=note)

@@ -1,8 +1,8 @@
-"""A whole trial of 500 s (`trial.yaml`): what the cell costs beside its engine.
+"""A whole trial of 500 s (`trial.yaml`): cost of the cell beside its engine.
 
-The bundled agent works it once, and what it does is noted. The same is then played into a second cell to which nobody
-listens, and the agent works a third, in which every topic has a listener. Their states are the same in the end, so the
-engine did the same work in each, and its time (`engine_time.py`) is what the run's is compared with.
+The bundled agent works it once, and its commands are noted. A second cell without listeners replays them, and the agent
+works a third, in which every topic has a listener. Their states are the same in the end, so the engine did the same
+work in each. Its time (`engine_time.py`) is the reference for the run's.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 
-from benchmarks.benchmarks import Figure, Tell
+from benchmarks.benchmarks import Figure, OnProgress
 from benchmarks.engine_time import EngineTime, engine_timed
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
@@ -28,16 +28,16 @@ SECONDS, QUICK_SECONDS = 500, 2
 """Simulation time of a run [s]."""
 NODE = "/agent"
 IN_TURN = 2
-"""A played run is short beside the others: so often it is taken, and the best counts."""
+"""Repeats of a replayed run, which is short beside the others; the best counts."""
 
 
 @dataclass(frozen=True)
-class Passed:
-    """A run that has passed.
+class FinishedRun:
+    """Figures of a finished run.
 
     Attributes:
-        wall: what it took, without the timing [s].
-        engine: what of that was the engine's [s].
+        wall: wall time, without the timing [s].
+        engine: the engine's share of that [s].
         steps: ticks.
         state_hash: of the cell at its end.
     """
@@ -49,22 +49,22 @@ class Passed:
 
     @property
     def ratio(self) -> float:
-        """What it took to what its engine took."""
+        """Ratio of its time to its engine's time."""
         return self.wall / self.engine
 
 
 def bench_trial() -> Trial:
-    """The trial, as it comes with this package."""
+    """Return the trial bundled with this package."""
     with as_file(files("benchmarks") / "trial.yaml") as path:
         return load_trial([path]).trial
 
 
-def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, list[Command]]:
-    """Let the agent work the trial; the run, and what the agent did.
+def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[FinishedRun, list[Command]]:
+    """Run the trial with the agent; return the run, and the agent's commands.
 
     Args:
-        seconds: how long [s].
-        topics: what is listened to besides; None for every topic.
+        seconds: duration [s].
+        topics: additional topics with a listener; None for every topic.
     """
     with engine_timed() as engine:
         cell = Cell(bench_trial())
@@ -85,8 +85,8 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, 
         return _passed(cell, engine, time.perf_counter() - begin), commands
 
 
-def played(seconds: int, commands: Sequence[Command]) -> Passed:
-    """Do to a cell that nobody listens to what the agent did."""
+def played(seconds: int, commands: Sequence[Command]) -> FinishedRun:
+    """Replay the agent's commands into a cell without listeners."""
     with engine_timed() as engine:
         cell = Cell(bench_trial())
         begin = time.perf_counter()
@@ -97,34 +97,34 @@ def played(seconds: int, commands: Sequence[Command]) -> Passed:
         return _passed(cell, engine, time.perf_counter() - begin)
 
 
-def _passed(cell: Cell, engine: EngineTime, wall: float) -> Passed:
+def _passed(cell: Cell, engine: EngineTime, wall: float) -> FinishedRun:
     ticks = cell.simulation.clock.tick
     if engine.steps != ticks:
         raise RuntimeError(f"{engine.steps} of {ticks} steps were timed")
-    return Passed(wall - engine.overhead, engine.spent, ticks, cell.state_hash())
+    return FinishedRun(wall - engine.overhead, engine.spent, ticks, cell.state_hash())
 
 
-def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
-    """Run the trial with nobody, the agent and everybody listening."""
+def measure(on_progress: OnProgress, *, quick: bool = False) -> Iterator[Figure]:
+    """Run the trial without listeners, with the agent, and with a listener on every topic."""
     seconds = QUICK_SECONDS if quick else SECONDS
-    tell("the agent works it")
+    on_progress("the agent works it")
     agent, commands = worked(seconds)
-    tell("nobody listens")
+    on_progress("nobody listens")
     alone = min((played(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
-    yield from figures("nobody listening", alone, seconds, most=1.15)
-    yield from figures("the agent kitter at work", agent, seconds, most=1.3)
-    tell("everything is listened to")
-    everybody, _ = worked(seconds, topics=None)
-    yield from figures("the agent at work, a listener on every topic", everybody, seconds)
+    yield from figures("nobody listening", alone, seconds, maximum=1.15)
+    yield from figures("the agent kitter at work", agent, seconds, maximum=1.3)
+    on_progress("everything is listened to")
+    observed, _ = worked(seconds, topics=None)
+    yield from figures("the agent at work, a listener on every topic", observed, seconds)
     parts = len(Cell(bench_trial()).parts.all)
     yield Figure(
         "the engine alone", alone.engine / alone.steps * 1e6, "us/step", note=f"{parts} parts, {len(commands)} commands"
     )
-    hashes = {run.state_hash for run in (agent, alone, everybody)}
-    yield Figure("different end states of the three", len(hashes), "", most=1, note=f"{agent.state_hash[:12]}…")
+    hashes = {run.state_hash for run in (agent, alone, observed)}
+    yield Figure("different end states of the three", len(hashes), "", maximum=1, note=f"{agent.state_hash[:12]}…")
 
 
-def figures(what: str, run: Passed, seconds: int, most: float | None = None) -> Iterator[Figure]:
-    """The figures of a run."""
-    yield Figure(f"{what}: run / engine", run.ratio, most=most)
-    yield Figure(f"{what}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")
+def figures(label: str, run: FinishedRun, seconds: int, maximum: float | None = None) -> Iterator[Figure]:
+    """Yield the figures of a run."""
+    yield Figure(f"{label}: run / engine", run.ratio, maximum=maximum)
+    yield Figure(f"{label}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")

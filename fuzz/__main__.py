@@ -1,6 +1,6 @@
-"""Searches target after target, and says in a table how often each was tried, how far the search came, what it found.
+"""Searches target after target, and prints a table of executions, coverage and findings.
 
-Exit status: 0 when nothing was found, 1 when something was.
+Exit status: 0 without findings, 1 with any.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from fuzz import target as targets
 from fuzz.seeds import ROOT
 
 FOLDER = ROOT / ".fuzz"
-"""Where inputs are kept from one search to the next; git ignores it."""
-MOST_MEMORY = 6 << 30
-"""Address space of a search [bytes], so that one that runs wild harms nobody else."""
-MOST_DEATHS = 5
-"""A target that ends its process more often than this is given up."""
+"""Folder of the inputs that later searches begin with; git ignores it."""
+MAX_MEMORY = 6 << 30
+"""Address space of a search [bytes], so that a runaway search does no harm outside."""
+MAX_DEATHS = 5
+"""Process deaths after which a target is given up."""
 
 
 @dataclass
-class Tally:
-    """How a target fared."""
+class SearchResult:
+    """Result of a target."""
 
     executions: int = 0
     coverage: int = 0
@@ -58,13 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if found else 0
 
 
-def search(name: str, seconds: int) -> Tally:
-    """Search one target; a process that ends before its time is begun anew."""
+def search(name: str, seconds: int) -> SearchResult:
+    """Search one target; restart a process that ends before its time."""
     folder = FOLDER / name
     folder.mkdir(parents=True, exist_ok=True)
-    tally = Tally()
+    tally = SearchResult()
     end = time.monotonic() + seconds
-    while (left := int(end - time.monotonic())) > 0 and tally.deaths < MOST_DEATHS:
+    while (left := int(end - time.monotonic())) > 0 and tally.deaths < MAX_DEATHS:
         with (folder / "log.txt").open("w+b") as log:
             command = [sys.executable, "-m", "fuzz.worker", name, str(left), str(folder)]
             done = subprocess.run(
@@ -77,12 +77,12 @@ def search(name: str, seconds: int) -> Tally:
             tally.deaths += 1
             (folder / f"death-{tally.deaths}.txt").write_text(text[-20_000:], encoding="utf-8")
     kept = sum(path.suffix != ".input" for path in (folder / "findings").glob("*"))
-    tally.findings = max(kept, min(1, tally.deaths))  # a process that dies has found something, if only in itself
+    tally.findings = max(kept, min(1, tally.deaths))  # a process that dies has a finding, if only its death
     return tally
 
 
 def _limited() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
 
 
 if __name__ == "__main__":

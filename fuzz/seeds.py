@@ -1,4 +1,4 @@
-"""What the search begins with: the files that come with Cellwright and its documentation."""
+"""Seeds of the search: the files bundled with Cellwright and its documentation."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = ROOT / "tests" / "data" / "fuzz"
-"""Inputs that were findings once, a folder for each target; tests go through them, and the search begins with them."""
+"""Inputs of former findings, a folder for each target; tests run them, and the search begins with them."""
 
 
-def files(*patterns: str, largest: int = 1 << 16) -> Iterator[bytes]:
-    """The contents of the project's files of these patterns, the large ones left out."""
+def files(*patterns: str, max_size: int = 1 << 16) -> Iterator[bytes]:
+    """Yield the contents of the project's files of these patterns, except files above `max_size` [bytes]."""
     for pattern in patterns:
         for path in sorted(ROOT.glob(pattern)):
-            if path.is_file() and path.stat().st_size <= largest:
+            if path.is_file() and path.stat().st_size <= max_size:
                 yield path.read_bytes()
 
 
 def cases(target: str) -> list[Path]:
-    """The inputs that were findings of a target once."""
+    """Return the inputs of a target's former findings."""
     return sorted(path for path in (CASES / target).glob("*") if path.is_file())
 
 
@@ -29,4 +29,4 @@ TRIALS = (
     "examples/**/*.yaml",
     "docs/examples/**/*.yaml",
 )
-"""Where trials are."""
+"""Patterns of trials."""

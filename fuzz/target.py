@@ -1,4 +1,4 @@
-"""A target, found by its name."""
+"""Fuzzing targets by name."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class Target:
     attempt: Callable[[bytes], None]
     seeds: Callable[[], Iterator[bytes]]
     words: tuple[str, ...]
-    longest: int
+    max_size: int
     mutate: Callable[[bytes, random.Random], bytes | None] | None
 
 
 def names() -> list[str]:
-    """All targets there are."""
+    """Return the names of all targets."""
     return sorted(module.name for module in iter_modules(fuzz.targets.__path__))
 
 
 def find(name: str) -> Target:
-    """The target of a name; its reader is imported now."""
+    """Return the target of a name; its reader is imported now."""
     module = import_module(f"fuzz.targets.{name}")
     about = (module.__doc__ or "").splitlines()[0]
     mutate = getattr(module, "mutate", None)
-    return Target(name, about, module.attempt, module.seeds, tuple(module.WORDS), module.LONGEST, mutate)
+    return Target(name, about, module.attempt, module.seeds, tuple(module.WORDS), module.MAX_SIZE, mutate)

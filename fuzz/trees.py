@@ -1,4 +1,4 @@
-"""Changes to a configuration as a tree: what random bytes hardly ever come upon, for they seldom leave it YAML."""
+"""Changes to a configuration as a tree: random bytes seldom remain YAML."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ Holder: TypeAlias = dict[Any, Any] | list[Any]
 Spot: TypeAlias = tuple[Holder, Any]
 """A mapping or list, and the key or number of one of its values."""
 
-MOST_VALUES = 3000
-"""A tree that has grown beyond it is put back to where it began, so that a search does not get slower and slower."""
+MAX_VALUES = 3000
+"""Size from which a tree is reset to its origin, so that a search does not get slower and slower."""
 
 
-def mutated(tree: object, chance: random.Random, words: Sequence[str], *, most: int = 4) -> object:
-    """A copy of a tree with one or more changes in it.
+def mutated(tree: object, chance: random.Random, words: Sequence[str], *, max_changes: int = 4) -> object:
+    """Return a copy of a tree with one or more changes in it.
 
     Args:
         tree: mappings, lists and values, as YAML has them.
-        chance: decides what is changed; the same decisions make the same tree.
-        words: keys that the reader knows, for entries that are renamed or added.
-        most: most changes.
+        chance: source of the changes; the same state makes the same tree.
+        words: the reader's keys, for entries that are renamed or added.
+        max_changes: largest number of changes.
     """
     changed: list[object] = [copy.deepcopy(tree)]
-    for _ in range(chance.randint(1, most)):
+    for _ in range(chance.randint(1, max_changes)):
         spots = list(_spots(changed))
-        if len(spots) > MOST_VALUES:
+        if len(spots) > MAX_VALUES:
             changed = [copy.deepcopy(tree)]
             continue
         _change(chance.choice(spots), spots, chance, words)
@@ -72,7 +72,7 @@ def _change(spot: Spot, spots: Sequence[Spot], chance: random.Random, words: Seq
 
 
 def _renew(holder: Holder, key: Any, name: object, *, keep: bool) -> None:
-    """Give a value another key, or have it twice."""
+    """Rename a value's key, or add a copy under another."""
     value = copy.deepcopy(holder[key])
     if isinstance(holder, list):
         holder.append(value)
@@ -83,7 +83,7 @@ def _renew(holder: Holder, key: Any, name: object, *, keep: bool) -> None:
 
 
 def _word(chance: random.Random, words: Sequence[str]) -> Any:
-    """A key: mostly one that is known, at times one that is misspelt, or none that anybody would write."""
+    """Return a key: mostly a known one, at times a misspelt or an absurd one."""
     word = chance.choice(words)
     match chance.randint(0, 5):
         case 0:

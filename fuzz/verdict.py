@@ -1,4 +1,4 @@
-"""What a refusal has to look like, whatever was read."""
+"""Required form of refusals, for every reader."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Iterable
 
 from cellwright.util.errors import DescriptionError
 
-MOST_LINES = 2000
-"""More lines than this help nobody."""
-LONGEST_LINE = 2000
+MAX_LINES = 2000
+"""Largest number of lines of use to a reader."""
+MAX_LINE_LENGTH = 2000
 """Longest line of a refusal, in characters, the file's own path left out."""
 
 
 class FindingError(Exception):
-    """Something came back that nobody could do anything with."""
+    """An outcome that is no use to a user."""
 
 
 def check_lines(lines: Iterable[object], paths: Iterable[str]) -> None:
-    """Lines about files: each names its file, is one line that a terminal can show, and not too long.
+    """Check lines about files: each names its file, is one line that a terminal can show, and not too long.
 
     Raises:
         FindingError: one of them does not.
@@ -30,14 +30,14 @@ def check_lines(lines: Iterable[object], paths: Iterable[str]) -> None:
             raise FindingError(f"no file is named: {line!r:.200}")
         if not line.isprintable() or not line.removeprefix(f"{path}:").strip():
             raise FindingError(f"a line that cannot be read: {line!r:.200}")
-        if len(line) > LONGEST_LINE + len(path):
+        if len(line) > MAX_LINE_LENGTH + len(path):
             raise FindingError(f"a line of {len(line)} characters: {line!r:.200}")
-    if len(texts) > MOST_LINES:
+    if len(texts) > MAX_LINES:
         raise FindingError(f"{len(texts)} lines")
 
 
 def check_refusal(error: DescriptionError, *paths: str) -> None:
-    """A refusal of files: at least one problem, and lines as they should be.
+    """Check a refusal of files: at least one problem, and lines in the required form.
 
     Raises:
         FindingError: there is something wrong with it.

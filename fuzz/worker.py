@@ -1,7 +1,7 @@
-"""The process in which one target is searched: `python -m fuzz.worker TARGET SECONDS FOLDER`.
+"""Process of the search of one target: `python -m fuzz.worker TARGET SECONDS FOLDER`.
 
-An exception that nobody should see is kept once, with its input, and the search goes on; a hang, a crash of a library
-or too much memory end the process, and libFuzzer keeps the input. `FOLDER` gets `corpus`, `findings` and `executions`.
+An unexpected exception is kept once, with its input, and the search goes on. A hang, a crash of a library or too much
+memory end the process, and libFuzzer keeps the input. `FOLDER` gets `corpus`, `findings` and `executions`.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ import atheris
 
 from fuzz.target import Target
 
-SLOWEST = 20
-"""An input that takes longer is a finding [s of the processor, for the machine may have other work]."""
-LONGEST_WAIT = 120
-"""An input that takes longer on the clock ends the process [s]: something waits for ever."""
-MOST_MEMORY = 2000
-"""A process that needs more is stopped [MiB]."""
+MAX_PROCESSOR_TIME = 20
+"""Processor time [s] above which an input is a finding; the machine may have other work."""
+MAX_WALL_TIME = 120
+"""Wall time [s] after which an input ends the process: something waits for ever."""
+MAX_MEMORY = 2000
+"""Memory [MiB] above which a process is stopped."""
 READERS = ["cellwright", "yaml", "xacro", "rosbags"]
 """Packages whose branches lead the search."""
 
@@ -35,7 +35,7 @@ class SlowError(Exception):
 
 
 class Search:
-    """Takes inputs to a target and keeps what breaks it."""
+    """Gives inputs to a target and keeps those that break it."""
 
     def __init__(self, target: Target, folder: Path) -> None:
         self.target = target
@@ -44,8 +44,8 @@ class Search:
         self._known = {path.name.partition(".")[0] for path in self._findings.glob("*.txt")}
 
     def one(self, data: bytes) -> None:
-        """One input."""
-        signal.setitimer(signal.ITIMER_PROF, SLOWEST)
+        """Try one input."""
+        signal.setitimer(signal.ITIMER_PROF, MAX_PROCESSOR_TIME)
         try:
             self.target.attempt(data)
         except (KeyboardInterrupt, SystemExit):
@@ -55,16 +55,16 @@ class Search:
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
 
-    def mutator(self, data: bytes, most: int, seed: int) -> bytes:
-        """Another input of the same kind; once in a while of any kind."""
+    def mutator(self, data: bytes, max_length: int, seed: int) -> bytes:
+        """Return another input of the same kind; once in a while of any kind."""
         chance = random.Random(seed)
         changed = self.target.mutate(data, chance) if self.target.mutate and chance.random() < 0.9 else None
-        if changed is None or len(changed) > most:
-            changed = atheris.Mutate(data, most)
-        return bytes(changed[:most])
+        if changed is None or len(changed) > max_length:
+            changed = atheris.Mutate(data, max_length)
+        return bytes(changed[:max_length])
 
     def _keep(self, data: bytes, error: BaseException) -> None:
-        """Keep an input whose traceback ends where none has ended before."""
+        """Keep an input whose traceback ends at a new place."""
         frames = traceback.extract_tb(error.__traceback__)
         own = [frame for frame in frames if "cellwright" in frame.filename or "fuzz" in frame.filename] or frames
         where = f"{type(error).__name__} {own[-1].filename}:{own[-1].lineno}"
@@ -78,11 +78,11 @@ class Search:
 
 
 def _too_slow(_signal: int, _frame: FrameType | None) -> None:
-    raise SlowError(f"more than {SLOWEST} s of the processor")
+    raise SlowError(f"more than {MAX_PROCESSOR_TIME} s of the processor")
 
 
 def main() -> None:
-    """Search for as long as was asked for."""
+    """Search for the requested time."""
     name, seconds, folder = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
     with atheris.instrument_imports(include=READERS):
         from fuzz.target import find
@@ -93,18 +93,18 @@ def main() -> None:
     corpus = folder / "corpus"
     corpus.mkdir(parents=True, exist_ok=True)
     for content in target.seeds():
-        if len(content) <= target.longest:
+        if len(content) <= target.max_size:
             (corpus / hashlib.sha256(content).hexdigest()[:20]).write_bytes(content)
     dictionary = folder / "words.dict"
     dictionary.write_text("".join(f'"{_escaped(word)}"\n' for word in target.words if word), encoding="ascii")
     search = Search(target, folder)
     options = [
         f"-max_total_time={seconds}",
-        f"-max_len={target.longest}",
+        f"-max_len={target.max_size}",
         f"-dict={dictionary}",
-        f"-timeout={LONGEST_WAIT}",
-        f"-report_slow_units={LONGEST_WAIT}",
-        f"-rss_limit_mb={MOST_MEMORY}",
+        f"-timeout={MAX_WALL_TIME}",
+        f"-report_slow_units={MAX_WALL_TIME}",
+        f"-rss_limit_mb={MAX_MEMORY}",
         f"-artifact_prefix={folder / 'findings'}{os.sep}",
         "-print_final_stats=1",
         "-reload=0",

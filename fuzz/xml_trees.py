@@ -20,17 +20,17 @@ _VALUES = (
     "-1 -1 -1",
     "fixed",
 )
-_MOST_ELEMENTS = 1000
+_MAX_ELEMENTS = 1000
 
 
 def mutate(data: bytes, chance: random.Random, tags: Sequence[str], names: Sequence[str]) -> bytes | None:
-    """The document with changes in it; None where there is none to change.
+    """Return the document with changes in it; None if it cannot be changed.
 
     Args:
         data: the document.
-        chance: decides what is changed.
-        tags: kinds of elements that the reader knows.
-        names: attributes that it knows.
+        chance: source of the changes.
+        tags: the reader's kinds of elements.
+        names: its attributes.
     """
     try:
         root = ET.fromstring(data)
@@ -38,7 +38,7 @@ def mutate(data: bytes, chance: random.Random, tags: Sequence[str], names: Seque
         return None
     for _ in range(chance.randint(1, 4)):
         every = list(root.iter())
-        if len(every) > _MOST_ELEMENTS:
+        if len(every) > _MAX_ELEMENTS:
             break
         _change(root, every, chance, tags, names)
     changed: bytes = ET.tostring(root, encoding="utf-8")
@@ -74,5 +74,5 @@ def _change(
 
 
 def _printable(text: str) -> str:
-    """What XML may have in it."""
+    """Return a text with the characters that XML allows."""
     return "".join(c for c in text if c.isprintable() or c in "\t\n")

@@ -15,7 +15,7 @@ _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def mutate(data: bytes, chance: random.Random, words: Sequence[str]) -> bytes | None:
-    """The document with changes in it; None where there is none to change."""
+    """Return the document with changes in it; None if it cannot be changed."""
     try:
         tree = yaml.load(data.decode("utf-8"), _LOADER)
         return text(mutated(tree, chance, words))
@@ -24,5 +24,5 @@ def mutate(data: bytes, chance: random.Random, words: Sequence[str]) -> bytes | 
 
 
 def text(tree: object) -> bytes:
-    """A tree as YAML."""
+    """Return a tree as YAML."""
     return yaml.dump(tree, Dumper=_DUMPER, allow_unicode=True, sort_keys=False).encode("utf-8", "replace")

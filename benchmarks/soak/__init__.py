@@ -1,1 +1,1 @@
-"""Long runs of both faces in one process: is memory flat, and is the state that of the same run cut into restores?"""
+"""Long runs of cell and robot in one process: steady memory, and equal states with and without restores."""

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.soak`: ten simulated hours of a cell and of a robot, watched."""
+"""`python -m benchmarks.soak`: ten simulated hours of a cell and of a robot, with checks."""
 
 from __future__ import annotations
 
@@ -11,47 +11,49 @@ from pathlib import Path
 from benchmarks.soak.face import ROUND
 from benchmarks.soak.leg import FACES, HOUR
 from benchmarks.soak.report import is_well, lines, picture
-from benchmarks.soak.soak import EnduranceError, soak
+from benchmarks.soak.soak import SoakError, soak
 from cellwright.util.files import write_whole
 
-_MOST = 1000.0  # [h]
+_MAX_HOURS = 1000.0  # [h]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; its exit status.
+    """Run the command; return its exit status.
 
     Args:
-        arguments: what follows the command's name; None takes those of the process.
+        arguments: the command's arguments; None takes those of the process.
 
     Returns:
         0: memory is steady and the states are equal; 1: they are not, or a process ended; 2: bad input.
     """
-    wanted = _parser().parse_args(arguments)
-    if not ROUND / HOUR <= wanted.hours <= _MOST:
-        return _refuse(f"--hours {wanted.hours:g}: give from {ROUND / HOUR:g}, which is one round, to {_MOST:g}")
-    if wanted.pieces < 1:
-        return _refuse(f"--pieces {wanted.pieces}: give at least 1")
-    if wanted.picture is not None and not wanted.picture.absolute().parent.is_dir():
-        return _refuse(f"--picture {wanted.picture}: there is no folder {wanted.picture.parent}")
-    rounds = round(wanted.hours * HOUR / ROUND)
+    options = _parser().parse_args(arguments)
+    if not ROUND / HOUR <= options.hours <= _MAX_HOURS:
+        return _refuse(f"--hours {options.hours:g}: give from {ROUND / HOUR:g}, which is one round, to {_MAX_HOURS:g}")
+    if options.pieces < 1:
+        return _refuse(f"--pieces {options.pieces}: give at least 1")
+    if options.picture is not None and not options.picture.absolute().parent.is_dir():
+        return _refuse(f"--picture {options.picture}: there is no folder {options.picture.parent}")
+    rounds = round(options.hours * HOUR / ROUND)
     runs = []
     try:
         with tempfile.TemporaryDirectory(prefix="cellwright-endurance-") as folder:
-            for face in [wanted.face] if wanted.face else FACES:
-                _say(f"{face}: {wanted.hours:g} simulated hours in one process, and in {wanted.pieces} beside it")
-                runs.append(soak(face, rounds, wanted.pieces, Path(folder), everything=wanted.everything, say=_say))
-    except EnduranceError as error:
+            for face in [options.face] if options.face else FACES:
+                _print(f"{face}: {options.hours:g} simulated hours in one process, and in {options.pieces} beside it")
+                runs.append(
+                    soak(face, rounds, options.pieces, Path(folder), everything=options.everything, on_progress=_print)
+                )
+    except SoakError as error:
         sys.stderr.write(f"error: {error}\n")
         return 1
     for run in runs:
-        _say("\n" + "\n".join(lines(run)))
-    if wanted.picture is not None:
+        _print("\n" + "\n".join(lines(run)))
+    if options.picture is not None:
         try:
-            write_whole(wanted.picture, picture(runs))
+            write_whole(options.picture, picture(runs))
         except OSError as error:
-            sys.stderr.write(f"error: {wanted.picture}: cannot be written: {error.strerror}\n")
+            sys.stderr.write(f"error: {options.picture}: cannot be written: {error.strerror}\n")
             return 1
-        _say(f"\npicture  {wanted.picture}")
+        _print(f"\npicture  {options.picture}")
     return 0 if all(map(is_well, runs)) else 1
 
 
@@ -74,7 +76,7 @@ def _refuse(words: str) -> int:
     return 2
 
 
-def _say(line: str) -> None:
+def _print(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 

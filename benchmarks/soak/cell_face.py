@@ -1,7 +1,7 @@
 """A kit-building cell for long runs.
 
 In each shift the arm carries a rod from a bin to a tray, both AGVs drive off and come back, and parts ride the belt to
-its end; then the cell stands still for a while. What has left comes back in: no trial's pool of parts would last.
+its end. Then the cell rests for a while. Parts that have left are put back in: no trial's pool of parts would last.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ ROD = Part(
     "bin7|piston_rod_part_1", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, BIN_PART_HEIGHT), (0.0, 0.0, math.pi / 4))
 )
 RIDERS = ("gear_part", "disk_part", "part4")
-"""Types of what rides the belt, one after the other; each is gone before its turn comes again."""
+"""Types of the parts on the belt, one after the other; each is gone before its turn comes again."""
 
 SHIFT = 4
 """Rounds from one shift to the next: one of work, the others of rest."""
 
 KITS = tuple(Kit(f"order_0_kit_{number}", (KitObject(ROD.type, Pose()),)) for number in range(2))
-"""Only the first is ever sent off, so that the order stays open."""
+"""Only the first is ever sent, so that the order stays open."""
 
 SENSORS = (
     Sensor("break_beam_1", "break_beam", Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))),
@@ -42,7 +42,7 @@ SENSORS = (
     ),
 )
 HEARD = ("/ariac/break_beam_1_change", "/ariac/logical_camera_1", "/ariac/gripper/state")
-"""Topics that are listened to for long, besides those that every client hears; a short run hears all."""
+"""Topics of the long listeners, besides those of every client; a short run listens to all."""
 
 TRIAL = Trial(
     "endurance",
@@ -63,7 +63,7 @@ class CellFace:
     """The cell and its program; see `Face`.
 
     Args:
-        everything: whether every topic is listened to.
+        everything: listen to every topic.
     """
 
     def __init__(self, *, everything: bool = False) -> None:
@@ -86,7 +86,7 @@ class CellFace:
         self._client.start_competition()
 
     def work(self, number: int) -> None:
-        """Let a round pass."""
+        """Run a round."""
         begin = number * ROUND
         if number % SHIFT == 0:
             for when, act in self._plan(number // SHIFT):
@@ -95,7 +95,7 @@ class CellFace:
         self._transport.advance(begin + ROUND)
 
     def _plan(self, shift: int) -> list[tuple[float, Callable[[], object]]]:
-        """What is done when in a shift [s]."""
+        """Return the actions of a shift with their times [s]."""
         client = self._client
         return [
             (0.1, self._put_rod_back),

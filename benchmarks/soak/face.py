@@ -1,4 +1,4 @@
-"""What is run for long: a cell or a robot with a program that works it in rounds."""
+"""Subject of a long run: a cell or a robot with a program that works it in rounds."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ ROUND = 36_000_000_000
 class Face(Protocol):
     """A cell or a robot at work.
 
-    Its program knows the time and nothing else: after a restore at the border between two rounds it goes on in a fresh
-    process as it would have gone on in the old one.
+    Its program depends on time alone. After a restore at the border between two rounds it continues in a new process as
+    in the old one.
     """
 
     simulation: Simulation
     counts: Counter[str]
-    """What was done and heard so far, in this process."""
+    """Counts of actions and messages so far, in this process."""
 
     def begin(self) -> None:
-        """Do what is done once, at time 0."""
+        """Do the initial work, at time 0."""
 
     def work(self, number: int) -> None:
-        """Let a round pass, from `number * ROUND` on."""
+        """Run a round, from `number * ROUND` on."""
 
 
 class Ears:
-    """Listens to topics and keeps nothing but how many messages came."""
+    """Listens to topics and keeps only the number of messages."""
 
     def __init__(self, bus: Bus, counts: Counter[str]) -> None:
         self._bus = bus

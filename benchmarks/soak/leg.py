@@ -1,7 +1,7 @@
-"""One process of a long run: from one border between two rounds to another, telling how it goes a line of JSON each.
+"""One process of a long run: from one border between two rounds to another, reporting in lines of JSON.
 
-Lines: `sample` [hours, MiB] after each round, `cut` [round, state hash] wherever the run is cut, and at the end `grown`
-(what the objects of Python have grown by, if that was traced) and `counts`.
+Lines: `sample` [hours, MiB] after each round, `cut` [round, state hash] at each cut, and at the end `grown`
+(growth of Python's objects, if that was traced) and `counts`.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from benchmarks.soak.face import ROUND, Face
 from benchmarks.soak.memory import resident
 from cellwright.engine.snapshot import read_checkpoint, renew_engine, write_checkpoint
 
-Tell = Callable[[str, Any], None]
+Report = Callable[[str, Any], None]
 
 HOUR = 3_600_000_000_000
 """[ns]"""
 FACES = ("cell", "robot")
-_MOST_LINES = 8  # of code that have grown most
+_MAX_LINES = 8  # of code that has grown most
 
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """What a process is to do.
+    """Work of a process.
 
     Attributes:
         face: one of `FACES`.
-        begin: round that it begins with.
+        begin: first round.
         end: round that it ends before.
-        cuts: borders at which the run is cut, by the number of the round that follows: there it is saved and restored.
+        cuts: borders at which the run is saved and restored, by the number of the round that follows.
         start: checkpoint to begin from; empty: from the beginning.
-        save: checkpoint to leave behind at the last cut; empty: none is written, though the run is touched alike.
-        everything: whether every topic is listened to.
-        traced: whether the objects of Python are counted, which takes time.
+        save: checkpoint to write at the last cut; empty: none is written, though the run is touched alike.
+        everything: listen to every topic.
+        traced: trace Python's objects, which takes time.
     """
 
     face: str
@@ -54,18 +54,18 @@ class Leg:
     traced: bool = False
 
     def to_json(self) -> str:
-        """As text, for a command line."""
+        """Return it as text, for a command line."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> Leg:
-        """What `to_json` made."""
+        """Return the leg of a text by `to_json`."""
         values = json.loads(text)
         return cls(**{**values, "cuts": tuple(values["cuts"])})
 
 
 def make_face(name: str, *, everything: bool) -> Face:
-    """The cell or the robot; the other one is not loaded."""
+    """Return the cell or the robot; the other one is not loaded."""
     if name == "cell":
         from benchmarks.soak.cell_face import CellFace
 
@@ -75,21 +75,21 @@ def make_face(name: str, *, everything: bool) -> Face:
     return RobotFace(everything=everything)
 
 
-def run_leg(leg: Leg, tell: Tell) -> None:
-    """Let the rounds of a leg pass.
+def run_leg(leg: Leg, report: Report) -> None:
+    """Run the rounds of a leg.
 
     Raises:
         CheckpointError: the checkpoint to begin from cannot be read.
     """
     was_tracing = tracemalloc.is_tracing()
     try:
-        _run_leg(leg, tell)
+        _run_leg(leg, report)
     finally:
         if not was_tracing:
             tracemalloc.stop()  # traced, all Python of this process takes several times as long
 
 
-def _run_leg(leg: Leg, tell: Tell) -> None:
+def _run_leg(leg: Leg, report: Report) -> None:
     face = make_face(leg.face, everything=leg.everything)
     if leg.start:
         read_checkpoint(face.simulation, Path(leg.start))
@@ -101,18 +101,18 @@ def _run_leg(leg: Leg, tell: Tell) -> None:
         if leg.traced and number == warm:
             first = _objects()
         face.work(number)
-        tell("sample", [(number + 1) * ROUND / HOUR, resident()])
+        report("sample", [(number + 1) * ROUND / HOUR, resident()])
         if number + 1 in leg.cuts:
             if leg.save and number + 1 == max(leg.cuts):
                 write_checkpoint(face.simulation, Path(leg.save))
             else:
                 renew_engine(face.simulation)
-            tell("cut", [number + 1, face.simulation.state_hash()])
+            report("cut", [number + 1, face.simulation.state_hash()])
     if first is not None:
         changes = _objects().compare_to(first, "lineno")
-        most = [f"{each.size_diff / 1024:+.1f} KiB {_place(each)}" for each in changes[:_MOST_LINES]]
-        tell("grown", [sum(each.size_diff for each in changes) / 1024, most])
-    tell("counts", dict(face.counts))
+        places = [f"{each.size_diff / 1024:+.1f} KiB {_place(each)}" for each in changes[:_MAX_LINES]]
+        report("grown", [sum(each.size_diff for each in changes) / 1024, places])
+    report("counts", dict(face.counts))
 
 
 def _objects() -> tracemalloc.Snapshot:
@@ -128,14 +128,14 @@ def _place(change: tracemalloc.StatisticDiff) -> str:
 
 
 def main() -> None:
-    """Run the leg that the first argument describes; it ends when its stdin does, whatever ended who started it."""
+    """Run the leg that the first argument describes, until its stdin ends with the process that started it."""
     threading.Thread(target=_end_with_stdin, daemon=True).start()
 
-    def tell(kind: str, value: Any) -> None:
+    def report(kind: str, value: Any) -> None:
         sys.stdout.write(json.dumps({kind: value}) + "\n")
         sys.stdout.flush()
 
-    run_leg(Leg.from_json(sys.argv[1]), tell)
+    run_leg(Leg.from_json(sys.argv[1]), report)
     sys.stdout.flush()
     os._exit(0)
 

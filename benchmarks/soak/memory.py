@@ -1,4 +1,4 @@
-"""How much memory this process has, and whether it grows."""
+"""Memory of this process, and its growth."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ import numpy as np
 MEBIBYTE = 1 << 20
 
 STEADY = 4.0
-"""A process whose memory has grown by no more than this [MiB] over hours is steady: allocators breathe."""
+"""Growth [MiB] over hours up to which memory is steady: allocators breathe."""
 
 
 def resident() -> float:
-    """Memory of this process that is in use [MiB]; not a number where the system does not tell (Linux does)."""
+    """Return the resident memory of this process [MiB]; nan where the system does not report it (Linux does)."""
     memory = math.nan
     if sys.platform == "linux":
         import resource  # there is none on Windows
@@ -38,7 +38,7 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """How memory went, once everything was loaded and had been used.
+    """Growth of memory, once everything was loaded and used.
 
     Attributes:
         start: early in the run [MiB]: the median of its second tenth.
@@ -52,12 +52,12 @@ class Growth:
 
     @property
     def is_steady(self) -> bool:
-        """Whether it stayed as it was, but for `STEADY`; what could not be measured is no proof."""
+        """True if it grew by at most `STEADY`; False if it could not be measured."""
         return self.end - self.start <= STEADY
 
 
 def growth(samples: Sequence[Sample]) -> Growth:
-    """How memory went over a run; needs at least twenty samples to say anything, and says nan before."""
+    """Return the growth of memory over a run; values are nan for fewer than twenty samples."""
     tenth = len(samples) // 10
     if tenth < 2:
         return Growth(math.nan, math.nan, math.nan)

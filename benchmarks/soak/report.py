@@ -1,4 +1,4 @@
-"""What a long run came to: a table for people, and a picture of memory over time."""
+"""Report of a long run: a table, and a plot of memory over time."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from benchmarks.soak.soak import TRACED, Soaked
 from cellwright.clients.operators.plots import svg_text
 
 _COLOUR = "#1f5fa8"
-_LEAST_SPAN = 10.0  # [MiB]: less memory than that makes no mountains
+_MIN_SPAN = 10.0  # [MiB]: a smaller range would exaggerate noise
 
 
 def is_well(soaked: Soaked) -> bool:
-    """Whether memory stayed as it was, and both runs were in the same state at every cut."""
+    """Return whether memory was steady, and both runs were in the same state at every cut."""
     return soaked.first_difference is None and (math.isnan(soaked.growth.end) or soaked.growth.is_steady)
 
 
 def lines(soaked: Soaked) -> Iterator[str]:
-    """The table."""
+    """Yield the lines of the table."""
     growth, last = soaked.growth, soaked.whole.get(soaked.rounds, "")
     yield f"{soaked.face}: {soaked.hours:g} simulated hours in one process, {soaked.wall:.0f} s"
-    for what, count in sorted(soaked.counts.items()):
-        yield _line(what, f"{count:,}")
+    for label, count in sorted(soaked.counts.items()):
+        yield _line(label, f"{count:,}")
     if math.isnan(growth.end):
         yield _line("memory", "not told by this system, or too few rounds to say")
     else:
@@ -37,7 +37,7 @@ def lines(soaked: Soaked) -> Iterator[str]:
         yield _line(
             "Python's objects", f"{soaked.grown:+.1f} KiB in the last {TRACED - TRACED // 4} of {TRACED} rounds"
         )
-        for each in soaked.grown_most[:3]:
+        for each in soaked.max_growth[:3]:
             yield _line("", each)
     cut = soaked.first_difference
     if cut is None:
@@ -48,12 +48,12 @@ def lines(soaked: Soaked) -> Iterator[str]:
 
 
 def picture(runs: Sequence[Soaked]) -> str:
-    """The text of an SVG file: memory over time, one frame for each run."""
+    """Return the text of an SVG file: memory over time, one frame for each run."""
     figure = Figure(figsize=(9.0, 2.8 * len(runs)), layout="constrained")
     for run, frame in zip(runs, figure.subplots(len(runs), 1, squeeze=False)[:, 0], strict=True):
         values = np.array([each.memory for each in run.samples])
         values = np.nan_to_num(np.concatenate([values[:1], values]))
-        middle, half = (values.min() + values.max()) / 2, max(_LEAST_SPAN, 1.1 * np.ptp(values)) / 2
+        middle, half = (values.min() + values.max()) / 2, max(_MIN_SPAN, 1.1 * np.ptp(values)) / 2
         frame.plot([0.0, *(each.hours for each in run.samples)], values, _COLOUR)
         frame.set_xlim(0.0, run.hours)
         frame.set_ylim(middle - half, middle + half)
@@ -65,5 +65,5 @@ def picture(runs: Sequence[Soaked]) -> str:
     return svg_text(figure)
 
 
-def _line(what: str, text: str) -> str:
-    return f"  {what:<22} {text}".rstrip()
+def _line(label: str, text: str) -> str:
+    return f"  {label:<22} {text}".rstrip()

@@ -18,14 +18,14 @@ COMMANDS = 360
 GRIPS = 12
 """Commands of the hands in a round."""
 TURNS = (3.0, 17.0)
-"""Periods of the slowest and the quickest joint in a round."""
+"""Periods of the slowest and the fastest joint in a round."""
 
 
 class RobotFace:
     """The node and its program; see `Face`.
 
     Args:
-        everything: whether every topic is listened to, and not only the joint states.
+        everything: listen to every topic, and not only to the joint states.
     """
 
     def __init__(self, *, everything: bool = False) -> None:
@@ -34,8 +34,8 @@ class RobotFace:
         self.simulation = self.node.simulation
         self.counts: Counter[str] = Counter()
         ears = Ears(self.node.bus, self.counts)
-        told = [topic.name for topic in self.node.bus.topics() if topic.publishers]
-        for topic in told if everything else ["/io_teleop/joint_states"]:
+        published = [topic.name for topic in self.node.bus.topics() if topic.publishers]
+        for topic in published if everything else ["/io_teleop/joint_states"]:
             ears.listen(topic)
         joints = [joint for joint in config.robot.driven if joint.mimic is None]
         self._names = [joint.name for joint in joints]
@@ -45,10 +45,10 @@ class RobotFace:
         self._pulse = 2 * math.pi * np.linspace(*TURNS, len(joints)).round()  # whole periods: every round is alike
 
     def begin(self) -> None:
-        """Nothing: a robot's node waits for no start."""
+        """Do nothing: a robot's node waits for no start."""
 
     def work(self, number: int) -> None:
-        """Let a round pass."""
+        """Run a round."""
         simulation, bus = self.simulation, self.node.bus
         begin = number * ROUND
         for index in range(COMMANDS):

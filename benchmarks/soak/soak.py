@@ -1,4 +1,4 @@
-"""A long run and the same run in pieces, side by side: two processes, of which the second begins anew at each cut."""
+"""A long run and the same run in pieces, side by side: two processes, of which the second restarts at each cut."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from benchmarks.soak.memory import Growth, Sample, growth
 from cellwright.util.errors import CellwrightError
 
 TRACED = 16
-"""Rounds in which the objects of Python are counted."""
+"""Rounds in which Python's objects are traced."""
 
 
-class EnduranceError(CellwrightError):
+class SoakError(CellwrightError):
     """A process of a long run ended before it was over."""
 
 
 @dataclass
 class Soaked:
-    """What came of a long run of one face.
+    """Result of a long run of one face.
 
     Attributes:
         face: its name.
-        rounds: how many rounds.
-        wall: time that it took on the wall clock [s].
+        rounds: number of rounds.
+        wall: wall time [s].
         samples: memory of the process that ran it in one piece.
         whole: state hash at each cut, by round, of the run in one piece.
         pieces: the same of the run in pieces.
-        counts: what was done and heard, in one piece.
-        grown: by how much the objects of Python grew in `TRACED` rounds [KiB]; None when nobody looked.
-        grown_most: where they grew most.
+        counts: actions and messages, in one piece.
+        grown: growth of Python's objects in `TRACED` rounds [KiB]; None if it was not traced.
+        max_growth: code with the largest growth.
     """
 
     face: str
@@ -51,7 +51,7 @@ class Soaked:
     pieces: dict[int, str] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     grown: float | None = None
-    grown_most: tuple[str, ...] = ()
+    max_growth: tuple[str, ...] = ()
 
     @property
     def hours(self) -> float:
@@ -60,17 +60,17 @@ class Soaked:
 
     @property
     def growth(self) -> Growth:
-        """How memory went."""
+        """Growth of memory."""
         return growth(self.samples)
 
     @property
     def first_difference(self) -> int | None:
-        """The first cut at which the two runs are not in the same state, by round; None if they never differ."""
+        """First cut at which the two runs are in different states, by round; None if there is none."""
         return next((cut for cut, seen in self.whole.items() if self.pieces.get(cut) != seen), None)
 
 
 def borders(rounds: int, pieces: int) -> tuple[int, ...]:
-    """The borders of pieces as equal as can be, from 0 to `rounds`; fewer pieces where there are fewer rounds."""
+    """Return the borders of pieces as equal as possible, from 0 to `rounds`; at most one piece per round."""
     pieces = min(pieces, rounds)
     return tuple(number * rounds // pieces for number in range(pieces + 1))
 
@@ -83,21 +83,21 @@ def soak(
     *,
     everything: bool = False,
     traced: int = TRACED,
-    say: Callable[[str], None] = lambda _line: None,
+    on_progress: Callable[[str], None] = lambda _line: None,
 ) -> Soaked:
     """Run a face for long, in one piece and in pieces at the same time.
 
     Args:
         face: `cell` or `robot`.
-        rounds: for how long.
-        pieces: into how many pieces.
-        folder: takes the checkpoints.
-        everything: whether every topic is listened to.
-        traced: rounds of a third, short run in which the objects of Python are counted; 0: none.
-        say: takes a line now and then about how it goes.
+        rounds: number of rounds.
+        pieces: number of pieces.
+        folder: for the checkpoints.
+        everything: listen to every topic.
+        traced: rounds of a third, short run in which Python's objects are traced; 0: none.
+        on_progress: takes a line now and then about the progress.
 
     Raises:
-        EnduranceError: a process ended before it was over.
+        SoakError: a process ended before it was over.
     """
     found = Soaked(face, rounds)
     cuts = borders(rounds, pieces)
@@ -109,7 +109,9 @@ def soak(
         elif kind == "cut":
             found.whole[value[0]] = value[1]
             spent = time.monotonic() - begun
-            say(f"{face}: {found.samples[-1].hours:.2f} of {found.hours:g} h, {spent:.0f} s, state {value[1][:12]}")
+            on_progress(
+                f"{face}: {found.samples[-1].hours:.2f} of {found.hours:g} h, {spent:.0f} s, state {value[1][:12]}"
+            )
         elif kind == "counts":
             found.counts.update(value)
 
@@ -119,7 +121,7 @@ def soak(
 
     def take_growth(kind: str, value: Any) -> None:
         if kind == "grown":
-            found.grown, found.grown_most = value[0], tuple(value[1])
+            found.grown, found.max_growth = value[0], tuple(value[1])
 
     def in_pieces() -> None:
         start = ""
@@ -157,11 +159,11 @@ def _run(leg: Leg, take: Callable[[str, Any], None]) -> None:
         if process.stdin is not None:
             process.wait()
     if process.returncode:
-        raise EnduranceError(f"{leg.face}: rounds {leg.begin} to {leg.end}: exit status {process.returncode}")
+        raise SoakError(f"{leg.face}: rounds {leg.begin} to {leg.end}: exit status {process.returncode}")
 
 
 def _side_by_side(works: Sequence[Callable[[], None]]) -> None:
-    """Do things at the same time; what one of them raises is raised when all are over."""
+    """Run functions at the same time; when all are over, raise the error of one."""
     raised: list[BaseException] = []
 
     def guarded(work: Callable[[], None]) -> None:

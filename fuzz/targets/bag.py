@@ -15,7 +15,7 @@ from cellwright.clients.operators.bags import read_bag
 from cellwright.util.errors import UsageError
 from fuzz.verdict import FindingError, check_lines
 
-LONGEST = 20_000
+MAX_SIZE = 20_000
 WORDS = (
     "#ROSBAG V2.0\n",
     "op=",
@@ -33,7 +33,7 @@ _PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "targets.bag"
 
 
 def seeds() -> Iterator[bytes]:
-    """Small recordings, one for each kind of compression."""
+    """Yield small recordings, one for each kind of compression."""
     store = get_typestore(Stores.ROS1_NOETIC)
     state = store.types["sensor_msgs/msg/JointState"]
     header = store.types["std_msgs/msg/Header"]

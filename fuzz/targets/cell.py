@@ -1,4 +1,4 @@
-"""The whole way: what the loader lets through is built, compiled by the engine, and runs for fifty steps."""
+"""The whole path: accepted trials are built, compiled by the engine, and run for fifty steps."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from cellwright.util.errors import DescriptionError, SimulationError
 from fuzz import seeds as bundled
 from fuzz.targets import trial
 
-LONGEST = trial.LONGEST
+MAX_SIZE = trial.MAX_SIZE
 WORDS = trial.WORDS
 mutate = trial.mutate
 _PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "trial.yaml"
 
 
 def seeds() -> Iterator[bytes]:
-    """The smaller trials, which are built faster."""
-    yield from bundled.files(*bundled.TRIALS, largest=1800)
+    """Yield the smaller trials, which are built faster."""
+    yield from bundled.files(*bundled.TRIALS, max_size=1800)
     yield from bundled.files("docs/examples/own_models/own_models.yaml")
 
 
 def attempt(data: bytes) -> None:
-    """Load, build, start the competition, let fifty ticks pass with everything listened to."""
+    """Load, build, start the competition, and run fifty ticks with a listener on every topic."""
     _PATH.write_bytes(data)
     try:
         loaded = load_trial([_PATH])
@@ -40,7 +40,7 @@ def attempt(data: bytes) -> None:
 
 
 def run(cell: Cell) -> None:
-    """Fifty ticks of a competition, and its score."""
+    """Run fifty ticks of a competition, and read its score."""
     for name in cell.topics():
         cell.bus.subscribe(name, lambda _message: None, node="/listener")
     client = Client(InProcess(cell))

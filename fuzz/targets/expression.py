@@ -1,4 +1,4 @@
-"""Arithmetic in files: whatever is written there, a finite number or a refusal comes out, soon."""
+"""Arithmetic in files: any text gives a finite number or a refusal, soon."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from cellwright.util.errors import ExpressionError
 from fuzz.values import TEXTS
 from fuzz.verdict import FindingError
 
-LONGEST = 220
+MAX_SIZE = 220
 WORDS = (*(name for name in vars(math) if not name.startswith("_")), "**", "//", "1e308", "0x", "1j", "lambda:", "__")
 
 
 def seeds() -> Iterator[bytes]:
-    """Expressions of the kind that files have, and some that they should not have."""
+    """Yield expressions as files have them, and some that they should not have."""
     for text in ("-pi/1.5", "radians(30)", "2**3**2", "comb(1000,500)", "gcd(4,6)", "ldexp(1,9)", "1/2", *TEXTS):
         yield text.encode("utf-8", "replace")
 

@@ -1,4 +1,4 @@
-"""What a guest says to a served cell: it is answered or refused, and what it does not mean does nothing."""
+"""Frames of a client at a served cell: they are answered or refused, and invalid ones have no effect."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from cellwright.middleware.server.requests import Requests
 from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
 from fuzz.verdict import FindingError
 
-LONGEST = 6000
+MAX_SIZE = 6000
 WORDS = ("/clock", "/ariac/agv1", "/ariac/arm/command", "protocol", "encoding", "cdr", "ros1", "quiet", "\0\0\0\0")
 
 
 @cache
 def world() -> tuple[Cell, Requests]:
-    """A cell and what carries out its guests' frames."""
+    """Return a cell and the handler of its clients' frames."""
     cell = Cell(load_trial([find_trial("lesson")]).trial, competition=False)
     return cell, Requests(cell, lockstep=True)
 
 
 def seeds() -> Iterator[bytes]:
-    """Dialogues as guests have them."""
+    """Yield dialogues as clients have them."""
     greeting = hello("/me", "cdr")
     way = joint_trajectory(["elbow_joint"], [trajectory_point([1.0], time_from_start=10**9)])
     for frames in (
@@ -45,26 +45,26 @@ def seeds() -> Iterator[bytes]:
 
 
 def attempt(data: bytes) -> None:
-    """Hear the bytes from a guest, let a tick pass, and see it off."""
+    """Receive the bytes from a client, run a tick, and disconnect the client."""
     if _frames([data]) != _frames([data[:7], data[7:40], data[40:]]):
         raise FindingError("frames depend on how they come in pieces")
     cell, requests = world()
     with socket.create_server(("127.0.0.1", 0)) as listener:
         theirs = socket.create_connection(listener.getsockname())
         ours, _ = listener.accept()
-    guest = ClientConnection(ours, "127.0.0.1")
+    client = ClientConnection(ours, "127.0.0.1")
     try:
         for frame in Decoder(LONGEST_HELLO).feed(data):
-            requests.carry_out(guest, frame)
+            requests.carry_out(client, frame)
         for _ in range(2):
             cell.step()
     except FrameError as error:
         if not str(error):
             raise FindingError("cut off without a reason") from None
     finally:
-        requests.forget(guest)
-        said = bytes(guest._out)
-        guest.close()
+        requests.forget(client)
+        said = bytes(client._out)
+        client.close()
         theirs.close()
     for frame in Decoder().feed(said):
         if frame.kind is Kind.REFUSED and frame.text().startswith("the cell failed"):
@@ -74,7 +74,7 @@ def attempt(data: bytes) -> None:
 
 
 def _frames(pieces: list[bytes]) -> list[Frame]:
-    """The frames that come of bytes in pieces, up to where they make no sense."""
+    """Return the frames in pieces of bytes, up to the first invalid one."""
     decoder, found = Decoder(LONGEST_HELLO), list[Frame]()
     try:
         for piece in pieces:

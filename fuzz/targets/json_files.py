@@ -1,4 +1,4 @@
-"""What Cellwright writes as JSON and reads again: results of an evaluation, recorded motions, logs of runs."""
+"""JSON files that Cellwright writes and reads: results of an evaluation, recorded motions, logs of runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fuzz import seeds as bundled
 from fuzz.trees import mutated
 from fuzz.verdict import check_lines
 
-LONGEST = 12_000
+MAX_SIZE = 12_000
 WORDS = (
     "key",
     "trial",
@@ -39,7 +39,7 @@ _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
 
 
 def seeds() -> Iterator[bytes]:
-    """A result, and a recorded motion."""
+    """Yield a result, and a recorded motion."""
     result = Result("k", "lesson", "none", 1, False, "done", 1.0, 8.0, 12.0, 3.0, log=("a",), command="cellwright run")
     yield json.dumps(result.as_json()).encode() + b"\n"
     motion = {
@@ -52,11 +52,11 @@ def seeds() -> Iterator[bytes]:
         "sines": [{"joint": "a", "rate": 30, "samples": [[0, 0, 0], [1, 1, 1]]}],
     }
     yield json.dumps(motion).encode()
-    yield from bundled.files("tests/data/scorer_cases.json", largest=LONGEST)
+    yield from bundled.files("tests/data/scorer_cases.json", max_size=MAX_SIZE)
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another document."""
+    """Return another document."""
     try:
         return json.dumps(mutated(json.loads(data), chance, WORDS), default=str).encode() + b"\n"
     except (ValueError, TypeError, RecursionError):
@@ -64,7 +64,7 @@ def mutate(data: bytes, chance: random.Random) -> bytes | None:
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes as everything that is JSON; make a report of what are results."""
+    """Read the bytes as every JSON format; make a report of valid results."""
     path = _FOLDER / "motion.json"
     path.write_bytes(data)
     try:

@@ -1,4 +1,4 @@
-"""Mesh files, STL and OBJ: triangles that are there, or a refusal."""
+"""Mesh files, STL and OBJ: triangles, or a refusal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cellwright.config.models.meshes import is_flat, read_mesh
 from fuzz import seeds as bundled
 from fuzz.verdict import FindingError, check_lines
 
-LONGEST = 3000
+MAX_SIZE = 3000
 WORDS = (
     "solid",
     "facet normal",
@@ -34,7 +34,7 @@ _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
 
 
 def seeds() -> Iterator[bytes]:
-    """A body in every form."""
+    """Yield a body in every format."""
     yield from bundled.files("docs/examples/**/*.stl")
     yield b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 2/2 -1/3\nf 1 2 3 4\n"
     yield b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet"
@@ -42,7 +42,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes as either kind."""
+    """Read the bytes in either format."""
     for kind in ("stl", "obj"):
         path = _FOLDER / f"mesh.{kind}"
         path.write_bytes(data)

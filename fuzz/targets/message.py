@@ -1,4 +1,4 @@
-"""Messages and requests from outside: bytes are a message of the type that is heard, or refused in one line."""
+"""Messages and requests from outside: bytes are a message of the topic's type, or refused in one line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cellwright.robot.interface import IO_TELEOP
 from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 
-LONGEST = 4000
+MAX_SIZE = 4000
 WORDS = (
     "elbow_joint",
     "linear_arm_actuator_joint",
@@ -39,11 +39,11 @@ TYPES: list[type[Message]] = sorted(
     {service_type(row.type).request if row.kind is Kind.SERVICE else message_type(row.type) for row in _HEARD},
     key=lambda each: each.__msgtype__,
 )
-"""All that is heard by either contract."""
+"""Types of all messages that either interface receives."""
 
 
 def seeds() -> Iterator[bytes]:
-    """A message of several types in both forms, with its type's number and that of the form in front."""
+    """Yield messages of several types in both encodings, prefixed with the numbers of type and encoding."""
     point = trajectory_point([0.1] * 7, time_from_start=10**9)
     for message in (
         joint_trajectory(["elbow_joint"] * 7, [point] * 3),
@@ -57,7 +57,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes as a message, and write what was read."""
+    """Read the bytes as a message, and encode the result."""
     if len(data) < 2:
         return
     message_class = TYPES[data[0] % len(TYPES)]

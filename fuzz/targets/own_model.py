@@ -16,7 +16,7 @@ from fuzz import xml_trees
 from fuzz.targets.cell import run
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 6000
+MAX_SIZE = 6000
 TAGS = (
     *(
         "sdf",
@@ -121,7 +121,7 @@ _TRIAL.write_text(
 
 
 def seeds() -> Iterator[bytes]:
-    """A model in every format."""
+    """Yield a model in every format."""
     yield from bundled.files("docs/examples/own_models/flange.urdf", "docs/examples/own_models/valve/model.sdf")
     yield b'<mujoco><worldbody><body><freejoint/><geom type="box" size=".03 .03 .03"/></body></worldbody></mujoco>'
     yield (
@@ -133,12 +133,12 @@ def seeds() -> Iterator[bytes]:
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another model."""
+    """Return another model."""
     return xml_trees.mutate(data, chance, TAGS, NAMES)
 
 
 def attempt(data: bytes) -> None:
-    """A cell with the model as a part and as furniture."""
+    """Build a cell with the model as a part and as furniture."""
     _MODEL.write_bytes(data)
     try:
         run(Cell(load_trial([_TRIAL]).trial))

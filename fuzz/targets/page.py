@@ -1,8 +1,8 @@
-"""What browsers send to the page of a cell or a robot: it is done or dropped, and harms nobody else.
+"""Browser frames at the page of a cell or a robot: they are handled or dropped, and harm no other client.
 
-An input is a list in MessagePack: 0 for the page of a cell or 1 for that of a robot, then what is sent. A map is sent
-as a message, bytes as they are, a text as a text frame; any other input is sent as it is. In a map a number for a
-`uuid` stands for an element that is there, and one for `name` for a handle in the scene.
+An input is a list in MessagePack: 0 for the page of a cell or 1 for that of a robot, then the frames. A map is sent
+as a message, bytes as they are, a text as a text frame; any other input is sent unchanged. In a map a number for a
+`uuid` stands for an existing element, and one for `name` for a handle in the scene.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from cellwright.viewer.web.program import features
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
-LONGEST = 4000
+MAX_SIZE = 4000
 WORDS = (
     *("type", "uuid", "updates", "value", "name", "wxyz", "position", "frequency", "owner", "removed", "update_cb"),
     *("props", "visible", "disabled", "options", "sync_cb", "source_component_uuid", "transfer_uuid", "part_count"),
@@ -56,7 +56,7 @@ WORDS = (
     *("ViewerCameraMessage", "FileTransferStartUpload", "FileTransferPart", "ScenePointerMessage", "ShareUrlRequest"),
     *("Pause", "Go on", "Tick", "max", "Start", "AGV 1", "tray 2", "Open", "/scene", "/scene/operator/0/handle"),
 )
-_MOST_MESSAGES = 20
+_MAX_MESSAGES = 20
 _PATIENCE = 60.0  # [s]
 _CAMERA: dict[str, Any] = {
     "type": "ViewerCameraMessage",
@@ -73,7 +73,7 @@ _CAMERA: dict[str, Any] = {
 
 
 class World:
-    """Something that is served, and a page on it in this process, with somebody who looks on at it and does no harm."""
+    """A served cell or robot, and a page on it in this process, with a well-behaved viewer."""
 
     def __init__(self, served: scene.ViewedNode, tell: Tell, reset: Reset) -> None:
         self.served = served
@@ -87,15 +87,15 @@ class World:
         self._all = self._page.features
         self._thread = threading.Thread(target=self._page.run, daemon=True)
         self._thread.start()
-        with self.somebody() as good:
+        with self.browser() as good:
             self.wait(self._is_built, "page that is built")
             self._flip(good)
         self.elements = list(self._there().values())
         self._kinds = [type(each.value) for each in self.elements]
 
     @contextmanager
-    def somebody(self) -> Iterator[Connection]:
-        """A browser that is let in, and reads what it is sent."""
+    def browser(self) -> Iterator[Connection]:
+        """Yield a connected browser that reads its frames."""
         protocol = Subprotocol(f"viser-v{viser.__version__}")
         with connect(f"ws://127.0.0.1:{self._door.port}", subprotocols=[protocol], max_size=None) as line:
             reader = threading.Thread(target=_read, args=(line,), daemon=True)
@@ -104,45 +104,45 @@ class World:
             yield line
         reader.join(_PATIENCE)
 
-    def wait(self, condition: Callable[[], bool], what: str) -> None:
-        """Let time pass and serve until something is so."""
+    def wait(self, condition: Callable[[], bool], label: str) -> None:
+        """Run and serve until a condition holds."""
         end = time.monotonic() + _PATIENCE
         while not condition():
             if time.monotonic() > end:
-                raise FindingError(f"no {what}")
+                raise FindingError(f"no {label}")
             self.served.simulation.step()
             self._server.wait(0.002)
 
     def take(self, messages: list[Any]) -> None:
-        """Have somebody send messages, and see that nobody else is harmed."""
-        with contextlib.suppress(ConnectionClosed), self.somebody() as bad:
-            for message in messages[:_MOST_MESSAGES]:
+        """Send messages from one browser, and check that no other is harmed."""
+        with contextlib.suppress(ConnectionClosed), self.browser() as bad:
+            for message in messages[:_MAX_MESSAGES]:
                 bad.send(self._encoded(message))
-            self._flip(bad)  # what came before it has been taken then
-        with self.somebody() as good:
+            self._flip(bad)  # by its end, all messages before have been handled
+        with self.browser() as good:
             self._flip(good)
         self._check()
 
     def _is_built(self) -> bool:
-        """Whether the page has all its elements; those of a robot come when it has been heard of."""
+        """Return whether the page has all its elements; those of a robot come with its first message."""
         labels = {each.label for each in self._there().values()}
         parts = [each for each in self._all if isinstance(each, Operator)]
         return "Names" in labels and all(not each._is_robot or each._controls is not None for each in parts)
 
     def _there(self) -> dict[str, Any]:
-        """The elements that may be used, by their identifiers."""
+        """Return the input elements by identifier."""
         return dict(self.viser.gui._gui_input_handle_from_uuid)
 
     def _flip(self, line: Connection) -> None:
-        """Switch a box of the panel, which the page does at once."""
+        """Toggle a checkbox of the panel, which the page handles at once."""
         box = next(each for each in self._there().values() if each.label == "Names")
-        wanted = not box.value
-        line.send(_update(box, value=wanted))
+        goal = not box.value
+        line.send(_update(box, value=goal))
 
         def is_done() -> bool:
-            if box.value != wanted and line.state.name != "OPEN":
+            if box.value != goal and line.state.name != "OPEN":
                 raise ConnectionClosed(None, None)
-            return bool(box.value == wanted)
+            return bool(box.value == goal)
 
         self.wait(is_done, "answer to a browser that does no harm")
 
@@ -157,7 +157,7 @@ class World:
         return message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message)
 
     def _check(self) -> None:
-        """Nothing of the page, and nothing that is served, has come to harm."""
+        """Check that page and node are intact."""
         if not self._thread.is_alive() or self._page.features != self._all:
             raise FindingError("the page has lost a part of itself")
         for element, kind in zip(self.elements, self._kinds, strict=True):
@@ -175,19 +175,19 @@ class World:
 
 @cache
 def world(number: int) -> World:
-    """The cell of the lesson in development mode, or a robot."""
+    """Return the cell of the lesson in development mode, or a robot."""
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # as in the page's own program
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
     if number == 0:
         cell = Cell(load_trial([find_trial("lesson")]).trial, competition=False)
         panel = CellPanel(cell)
-        return World(cell, lambda _asked: panel.panel(), Reset(cell.reset))
+        return World(cell, lambda _request: panel.panel(), Reset(cell.reset))
     node = RobotNode(load_robot("tandem", lambda _line: None))
     return World(node, RobotPanel(node).tell, Reset(lambda: None))
 
 
 def seeds() -> Iterator[bytes]:
-    """What the page's own client says, and what has done harm."""
+    """Yield the frames of the page's own client, and inputs of former findings."""
     update = {"type": "GuiUpdateMessage", "uuid": 0, "updates": {"value": True}}
     part = {"type": "FileTransferStartUpload", "source_component_uuid": 3, "transfer_uuid": "a", "filename": "a"}
     for number in (0, 1):
@@ -211,7 +211,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Other messages."""
+    """Return other messages."""
     try:
         return msgspec.msgpack.encode(mutated(msgspec.msgpack.decode(data), chance, WORDS))
     except (ValueError, TypeError, OverflowError, RecursionError, msgspec.MsgspecError):
@@ -219,7 +219,7 @@ def mutate(data: bytes, chance: random.Random) -> bytes | None:
 
 
 def attempt(data: bytes) -> None:
-    """Send what the bytes say, and look at the page with the eyes of others."""
+    """Send the frames in the bytes, and check the page from another browser."""
     number, messages = 0, [data]
     with contextlib.suppress(ValueError, RecursionError, msgspec.MsgspecError):
         found = msgspec.msgpack.decode(data)
@@ -235,7 +235,7 @@ def attempt(data: bytes) -> None:
 
 @contextmanager
 def _noted(heard: io.StringIO) -> Iterator[None]:
-    """Note what a terminal would be told: texts, warnings, log records, and threads that fail."""
+    """Record the output of a terminal: texts, warnings, log records, and threads that fail."""
 
     def note(message: Warning | str, *_args: object, **_more: object) -> None:
         heard.write(f"warning: {message}\n")
@@ -245,7 +245,7 @@ def _noted(heard: io.StringIO) -> Iterator[None]:
     logging.getLogger().addHandler(handler)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        warnings.simplefilter("ignore", DeprecationWarning)  # those of viser's are no affair of browsers
+        warnings.simplefilter("ignore", DeprecationWarning)  # those of viser's have nothing to do with browsers
         warnings.showwarning = note
         try:
             with contextlib.redirect_stderr(heard):

@@ -1,4 +1,4 @@
-"""Recordings: looked into, gone through, and their checksums compared, or refused in one line."""
+"""Recordings: read, iterated and compared by checksum, or refused in one line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 from fuzz.verdict import FindingError, check_lines
 
-LONGEST = 30_000
+MAX_SIZE = 30_000
 WORDS = ("cdr", "zstd", "lz4", "cellwright", "header", "robot", "cell", "std_msgs/msg/String", "sources/", "../")
 _VALUES = (b"null", b"1e999", b"[]  ", b"{}", b"-1", b'"",', b"true", b"NaN", b'"\x1b[2J"', b'"\\u001b["')
 _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
@@ -55,7 +55,7 @@ _TEXTS = {
 
 
 def seeds() -> Iterator[bytes]:
-    """Small recordings, whose chunks have neither compression nor checksum, so that changes get into them."""
+    """Yield small recordings, whose chunks have neither compression nor checksum, so that changes get into them."""
     for kind in ("cell", "robot"):
         with McapFile(_PATH) as file:
             file.describe(names.METADATA, RecordingHeader(kind, "small", {"seed": 7, "files": ["t.yaml"]}).metadata())
@@ -74,7 +74,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """The same records with some of them changed, doubled, left out or elsewhere; lengths stay true, mostly."""
+    """Return the same records, some of them changed, doubled, left out or moved; lengths stay true, mostly."""
     records = _records(data)
     if not records:
         return None
@@ -189,7 +189,7 @@ def _changed(body: bytes, chance: random.Random) -> bytes:
     for _ in range(chance.randint(1, 3)):
         place = chance.randrange(len(changed) + 1)
         match chance.randrange(6):
-            case 4 | 5:  # texts keep their length, so that what comes behind them is found
+            case 4 | 5:  # texts keep their length, so that the records after them are found
                 word = chance.choice(_VALUES)
                 changed[place : place + len(word)] = word[: len(changed) - place]
             case 0 if place < len(changed):

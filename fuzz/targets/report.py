@@ -1,4 +1,4 @@
-"""The report of an agent's process, which the agent may have written."""
+"""Reports of an agent's process, which the agent may have forged."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from cellwright.running.remote.program import REFUSED, AgentExit, Parting
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
-LONGEST = 4_000
+MAX_SIZE = 4_000
 WORDS = ("parting", "error", REFUSED, *Parting)
 _FILE = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "report.json"
 
 
 def seeds() -> Iterator[bytes]:
-    """A report of each kind."""
+    """Yield a report of each kind."""
     for parting in (REFUSED, *Parting):
         yield json.dumps({"parting": parting, "error": "KeyError: 'x'\n"}).encode()
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another document."""
+    """Return another document."""
     try:
         return json.dumps(mutated(json.loads(data), chance, WORDS), default=str).encode()
     except (ValueError, TypeError, RecursionError):
@@ -33,7 +33,7 @@ def mutate(data: bytes, chance: random.Random) -> bytes | None:
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes: they say how the agent left its cell, why it could not be made, or nothing."""
+    """Read the bytes as a report: the agent's end, the failure of its construction, or nothing."""
     _FILE.write_bytes(data)
     said = read_report(_FILE)
     text = said.error if isinstance(said, AgentExit) else said

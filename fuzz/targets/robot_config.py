@@ -1,4 +1,4 @@
-"""Robot configurations, `vr_configs.yml`, changed as trees: a node is made of what is left, or it is refused."""
+"""Robot configurations, `vr_configs.yml`, changed as trees: a node is built from the rest, or they are refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fuzz import seeds as bundled
 from fuzz import yaml_trees
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 8000
+MAX_SIZE = 8000
 WORDS = (
     *(
         "urdf_path",
@@ -41,17 +41,17 @@ _PATH = _FOLDER / "vr_configs.yml"
 
 
 def seeds() -> Iterator[bytes]:
-    """The configurations that come along."""
+    """Yield the bundled configurations."""
     yield from bundled.files("src/cellwright/config/robot/catalogue/tandem/vr_configs.yml")
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another configuration."""
+    """Return another configuration."""
     return yaml_trees.mutate(data, chance, WORDS)
 
 
 def attempt(data: bytes) -> None:
-    """Load the configuration, tell of it, and step a node of it."""
+    """Load the configuration, describe it, and step a node of it."""
     _PATH.write_bytes(data)
     warnings: list[str] = []
     try:
@@ -72,5 +72,5 @@ def attempt(data: bytes) -> None:
 
 
 def config_urdf() -> Path:
-    """The robot that an unchanged configuration names."""
+    """Return the robot that an unchanged configuration names."""
     return _FOLDER / "urdf" / "tandem.urdf"

@@ -1,4 +1,4 @@
-"""URDF files, changed as trees and as text: forgiven, replaced or refused; what is left can be built and simulated."""
+"""URDF files, changed as trees and as text: forgiven, replaced or refused; the rest can be built and simulated."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fuzz import seeds as bundled
 from fuzz import xml_trees
 from fuzz.verdict import FindingError, check_lines, check_refusal
 
-LONGEST = 30_000
+MAX_SIZE = 30_000
 TAGS = (
     *("robot", "link", "joint", "material", "color", "inertial", "mass", "inertia", "origin", "visual", "collision"),
     *("geometry", "box", "cylinder", "capsule", "sphere", "mesh", "parent", "child", "axis", "limit", "mimic"),
@@ -59,7 +59,7 @@ _PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "robot.urdf"
 
 
 def seeds() -> Iterator[bytes]:
-    """Robots that come along, and a small one with every kind of joint."""
+    """Yield the bundled robots, and a small one with every kind of joint."""
     yield from bundled.files("docs/examples/**/*.urdf", "src/cellwright/description/robot/catalogue/**/tandem.urdf")
     joints = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical")
     yield (
@@ -78,12 +78,12 @@ def seeds() -> Iterator[bytes]:
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another robot."""
+    """Return another robot."""
     return xml_trees.mutate(data, chance, TAGS, NAMES)
 
 
 def attempt(data: bytes) -> None:
-    """Read the robot, propose a configuration for it, build it, and let it be simulated for a while."""
+    """Read the robot, propose a configuration for it, build it, and simulate it for a while."""
     _PATH.write_bytes(data)
     warnings: list[str] = []
     try:

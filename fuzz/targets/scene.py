@@ -15,7 +15,7 @@ from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose
 from fuzz.verdict import FindingError
 
-LONGEST = 3000
+MAX_SIZE = 3000
 WORDS = ("sequence", "digest", "about", "\0\0\0\0", "\2\0\0\0", "\1\0\0\0", "{}")
 _POSES = np.array([[0, 0, 0, 1, 0, 0, 0]] * 3, np.float32)
 _BEFORE = Frame(0, _POSES, np.ones(3, bool))
@@ -23,7 +23,7 @@ _SHAPE = Shape(1, Form.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), La
 
 
 def seeds() -> Iterator[bytes]:
-    """A scene, a whole frame, and changes."""
+    """Yield a scene, a whole frame, and changes."""
     moved = Frame(1, _POSES + np.float32(0.5), np.array([True, True, False]))
     for data in (
         encode_scene(Scene("small", ("world", "ball", "part"), (_SHAPE,), ())),
@@ -36,7 +36,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes as the payload of an answer, and what is behind its JSON as a scene and as a frame."""
+    """Read the bytes as the payload of an answer, and the data after its JSON as a scene and as a frame."""
     try:
         said, rest = WireFrame(Kind.DATA, payload=data).data()
     except FrameError as error:

@@ -1,4 +1,4 @@
-"""Files of targets for a robot: CSV and lines of JSON."""
+"""Target files for a robot: CSV and lines of JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cellwright.clients.operators.playback import read_targets
 from cellwright.util.errors import DescriptionError, UsageError
 from fuzz.verdict import FindingError, check_lines, check_refusal
 
-LONGEST = 2000
+MAX_SIZE = 2000
 WORDS = (
     "time",
     "positions",
@@ -27,14 +27,14 @@ _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
 
 
 def seeds() -> Iterator[bytes]:
-    """A file of either kind."""
+    """Yield a file in either format."""
     yield b"time,a,b,gripper_right\n0,0.1,,0\n0.5,0.2,0.3,1\n"
     yield b'time,"a ""b"", c"\r\n0,1\r\n'
     yield b'{"time": 0.0, "positions": {"a": 0.1, "gripper_right": 1}}\n{"time": 1, "positions": {}}\n'
 
 
 def attempt(data: bytes) -> None:
-    """Read the bytes as either kind."""
+    """Read the bytes in either format."""
     for kind in ("csv", "jsonl"):
         path = _FOLDER / f"targets.{kind}"
         path.write_bytes(data)

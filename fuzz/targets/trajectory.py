@@ -1,4 +1,4 @@
-"""Trajectories that are commanded, one after the other: each is followed in finite numbers, or refused whole."""
+"""Commanded trajectories, one after the other: each is followed in finite numbers, or refused whole."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cellwright.middleware.messages.standard import JointTrajectory
 from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 
-LONGEST = 6000
+MAX_SIZE = 6000
 WORDS = (
     *ARM_JOINTS,
     "\0\0\0\0\0\0\xf0\x7f",
@@ -27,7 +27,7 @@ _SECOND = 10**9
 
 
 def seeds() -> Iterator[bytes]:
-    """Straight ways, smooth ones, one that begins later and one without points; and two in a row."""
+    """Yield straight paths, smooth ones, one that begins later, one without points, and two in a row."""
     straight = [trajectory_point([0.1 * n] * 7, time_from_start=n * _SECOND) for n in (1, 2, 3)]
     smooth = [trajectory_point([0.2] * 7, [0.1] * 7, [0.0] * 7, time_from_start=_SECOND)]
     found = [
@@ -39,7 +39,7 @@ def seeds() -> Iterator[bytes]:
 
 
 def attempt(data: bytes) -> None:
-    """Command what the bytes say, half a second apart."""
+    """Command the trajectories in the bytes, half a second apart."""
     controller = JointTrajectoryController(ARM_JOINTS)
     now = 0
     while len(data) > 2 and now < 5 * _SECOND:

@@ -1,4 +1,4 @@
-"""A trial changed as a tree: entries dropped, doubled, renamed, put elsewhere, of other types and sizes."""
+"""Trials changed as trees: entries dropped, doubled, renamed, moved, of other types and sizes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fuzz import seeds as bundled
 from fuzz import yaml_trees
 from fuzz.targets import trial_text
 
-LONGEST = 30_000
+MAX_SIZE = 30_000
 WORDS = (
     *TOP_LEVEL,
     *("cellwright", "seed", "timestep", "arm", "servo", "gains", "constraints", "goal_time", "initial_joint_states"),
@@ -39,10 +39,10 @@ attempt = trial_text.attempt
 
 
 def seeds() -> Iterator[bytes]:
-    """The trials."""
+    """Yield the trials."""
     yield from bundled.files(*bundled.TRIALS)
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another trial."""
+    """Return another trial."""
     return yaml_trees.mutate(data, chance, WORDS)

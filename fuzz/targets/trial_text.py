@@ -13,7 +13,7 @@ from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 6000
+MAX_SIZE = 6000
 WORDS = (
     *TOP_LEVEL,
     *(
@@ -39,7 +39,7 @@ _FIRST.write_text("arm: {type: ur10}\n")
 
 
 def seeds() -> Iterator[bytes]:
-    """The trials, and texts that YAML is known to trip over."""
+    """Yield the trials, and texts that break YAML readers."""
     yield from bundled.files(*bundled.TRIALS)
     yield "time_limit: 500\n".encode("utf-16")
     yield b"\xef\xbb\xbforders: {}\r\noptions:\r\n  insert_agvs: no\r\n"
@@ -55,7 +55,7 @@ def attempt(data: bytes) -> None:
 
 
 def load(paths: list[Path]) -> None:
-    """Load a trial; what it comes to can be told as JSON, and warnings read as refusals do."""
+    """Load a trial; its description is valid JSON, and warnings have the form of refusals."""
     names = [str(path) for path in paths]
     try:
         loaded = load_trial(paths)

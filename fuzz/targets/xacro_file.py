@@ -1,4 +1,4 @@
-"""Xacro files: whatever their macros and expressions do, a robot or a refusal comes out, and nothing else happens."""
+"""Xacro files: any macros and expressions give a robot or a refusal, without side effects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fuzz import xml_trees
 from fuzz.targets.robot_file import NAMES, TAGS
 from fuzz.verdict import check_lines, check_refusal
 
-LONGEST = 3000
+MAX_SIZE = 3000
 _XACRO = "{http://www.ros.org/wiki/xacro}"
 _TAGS = (
     *TAGS,
@@ -53,7 +53,7 @@ xacro_file.MAX_EXPANSION_TIME = 3.0
 
 
 def seeds() -> Iterator[bytes]:
-    """Robots with what xacro has."""
+    """Yield robots with every feature of xacro."""
     for inside in (
         '<xacro:property name="p" value="${2*pi}"/><link name="l${p}"/>',
         '<xacro:macro name="m" params="a *c"><link/></xacro:macro><xacro:m a="x"><link name="y"/></xacro:m>',
@@ -65,12 +65,12 @@ def seeds() -> Iterator[bytes]:
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:
-    """Another robot."""
+    """Return another robot."""
     return xml_trees.mutate(data, chance, _TAGS, _NAMES)
 
 
 def attempt(data: bytes) -> None:
-    """Expand and read the file, in a folder that has to stay as it was."""
+    """Expand and read the file, in a folder that must stay unchanged."""
     _PATH.write_bytes(data)
     warnings: list[str] = []
     try:

@@ -1,11 +1,11 @@
-"""Benchmarks that find what they are told to find."""
+"""Benchmarks with given results."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from benchmarks.benchmarks import Benchmark, Figure, Measure, Tell
+from benchmarks.benchmarks import Benchmark, Figure, Measure, OnProgress
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,16 @@ class FakeBenchmark(Benchmark):
     def measure(self) -> Measure:
         return self._measure
 
-    def _measure(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
-        return self._found(tell, "quickly" if quick else "well")
+    def _measure(self, on_progress: OnProgress, *, quick: bool) -> Iterable[Figure]:
+        return self._found(on_progress, "quickly" if quick else "well")
 
-    def _found(self, tell: Tell, how: str) -> Iterator[Figure]:
-        tell(f"measuring {how}")
+    def _found(self, on_progress: OnProgress, how: str) -> Iterator[Figure]:
+        on_progress(f"measuring {how}")
         yield from self.figures
         if self.error is not None:
             raise self.error
 
 
-HELD = Figure("one thing / another", 1.049, most=1.15, note="a [note] with a | in it")
-BROKEN = Figure("cold start", 1.5, "s", most=1.0)
+HELD = Figure("one thing / another", 1.049, maximum=1.15, note="a [note] with a | in it")
+BROKEN = Figure("cold start", 1.5, "s", maximum=1.0)
 FREE = Figure("steps", 123456.7, "/s")

@@ -20,5 +20,5 @@ def test_an_unknown_benchmark() -> None:
     ("value", "held"), [(1.0, False), (2.0, True), (2.5, True), (3.0, True), (3.1, False), (float("nan"), False)]
 )
 def test_bounds(value: float, held: bool) -> None:
-    assert Figure("a", value, most=3.0, least=2.0).is_held is held
+    assert Figure("a", value, maximum=3.0, minimum=2.0).is_held is held
     assert Figure("a", value).is_held

@@ -1,4 +1,4 @@
-"""What one more of something costs, with few steps."""
+"""Marginal costs, with few steps."""
 
 import pytest
 
@@ -8,9 +8,9 @@ from cellwright.engine.snapshot import take_snapshot
 
 @pytest.mark.slow
 def test_figures() -> None:
-    told: list[str] = []
-    figures = {figure.what: figure for figure in costs.measure(told.append, quick=True)}
-    assert [line.split()[0] for line in told] == ["listeners", "a", "a", "a"]
+    progress: list[str] = []
+    figures = {figure.label: figure for figure in costs.measure(progress.append, quick=True)}
+    assert [line.split()[0] for line in progress] == ["listeners", "a", "a", "a"]
     assert all(figure.value > 0.0 for figure in figures.values())
     assert "20 messages in 20 steps" in figures["a listener on /clock / none"].note
     assert "a listener on /ariac/orders / none" not in figures
@@ -39,7 +39,7 @@ def test_only_topics_that_speak_are_timed() -> None:
     assert {"/tf_static", "/ariac/orders"}.isdisjoint(names)
 
 
-def test_the_lesson_has_begun_and_nobody_listens() -> None:
+def test_the_lesson_has_begun_without_listeners() -> None:
     cell = costs.lesson_cell()
     cell.step()
     assert cell.competition.state in ("ready", "go")

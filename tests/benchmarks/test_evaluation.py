@@ -1,4 +1,4 @@
-"""Many runs by one worker and by two."""
+"""Evaluation by one worker and by two."""
 
 import pytest
 
@@ -11,10 +11,10 @@ from tests.quick_children import QUICK_WORKERS
 @QUICK_WORKERS
 @pytest.mark.slow
 def test_figures() -> None:
-    told: list[str] = []
-    one, two, ratio = evaluation.measure(told.append, quick=True)
-    assert told == ["runs 1 to 2 of 2, by one and by two"]
-    assert one.what == "2 runs of 0.2 s, 1 at a time"
+    progress: list[str] = []
+    one, two, ratio = evaluation.measure(progress.append, quick=True)
+    assert progress == ["runs 1 to 2 of 2, by one and by two"]
+    assert one.label == "2 runs of 0.2 s, 1 at a time"
     assert ratio.value == pytest.approx(two.value / one.value)
 
 
@@ -31,7 +31,7 @@ def test_one_processor_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Fails:
-    """An agent that gives up at once."""
+    """An agent that fails at once."""
 
     work = 0.0
 

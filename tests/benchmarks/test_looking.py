@@ -1,4 +1,4 @@
-"""What it costs to look on: how it is reckoned, and one run as they are measured."""
+"""Cost of viewing: its calculation, and one run as it is measured."""
 
 import math
 import sys
@@ -18,16 +18,16 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it needs /proc"
 
 @pytest.fixture
 def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]:
-    """Runs that take what is written here: 1 s bare, less in each repetition."""
+    """Runs with the durations below: 1 s bare, less in each repetition."""
     done: list[tuple[str, float, str | None]] = []
 
-    def run(options: Sequence[str], until: float, browser: str | None) -> looking.Ran:
-        what = options[0] if options[0] in COSTS else ""
-        done.append((what, until, browser if what else None))
-        more = COSTS.get(what, 0.0)
+    def run(options: Sequence[str], until: float, browser: str | None) -> looking.FinishedRun:
+        label = options[0] if options[0] in COSTS else ""
+        done.append((label, until, browser if label else None))
+        more = COSTS.get(label, 0.0)
         work = 0.0 if until == looking._SHORT else 1.0 + more
-        size, seen = 2_000_000 if "--record" in options else 0, 9.0 if browser and what else 0.0
-        return looking.Ran(START + work + 0.5 / len(done), work, "same", size, seen)
+        size, seen = 2_000_000 if "--record" in options else 0, 9.0 if browser and label else 0.0
+        return looking.FinishedRun(START + work + 0.5 / len(done), work, "same", size, seen)
 
     monkeypatch.setattr(looking, "_run", run)
     monkeypatch.setattr(looking, "_BROWSERS", ("sh",))
@@ -35,15 +35,15 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]
 
 
 def test_the_start_does_not_count(runs: list[tuple[str, float, str | None]]) -> None:
-    told: list[str] = []
-    figures = {figure.what: figure for figure in looking.measure(told.append, quick=False)}
+    progress: list[str] = []
+    figures = {figure.label: figure for figure in looking.measure(progress.append, quick=False)}
     assert figures["a page that nobody has open / bare"].value == pytest.approx(1.1, abs=0.2)
     assert figures["a recording / bare"].value == pytest.approx(1.4, abs=0.2)
     assert "2.0 MB for 60 s" in figures["a recording / bare"].note
     assert figures["a video / bare"].value == pytest.approx(2.2, abs=0.2)
     assert figures["a picture of a video, in wall time"].value == pytest.approx(1200 / 201)
     assert figures["different end states of all these runs"].value == 1
-    assert [what for what, figure in figures.items() if figure.most == looking.VIEW_COST] == [
+    assert [label for label, figure in figures.items() if figure.maximum == looking.VIEW_COST] == [
         "a page that nobody has open / bare",
         "a page in a browser / bare",
     ]
@@ -54,7 +54,7 @@ def test_without_a_browser_that_figure_is_missing(
     runs: list[tuple[str, float, str | None]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(looking, "_BROWSERS", ("no-such-browser",))
-    figures = {figure.what: figure for figure in looking.measure(lambda _: None, quick=True)}
+    figures = {figure.label: figure for figure in looking.measure(lambda _: None, quick=True)}
     assert math.isnan(figures["a page in a browser / bare"].value)
     assert figures["a page in a browser / bare"].is_held
     assert all(browser is None for _option, _until, browser in runs)
@@ -65,7 +65,7 @@ def test_a_browser_that_never_came_is_no_figure(
 ) -> None:
     ran = looking._run
     monkeypatch.setattr(looking, "_run", lambda options, until, _browser: ran(options, until, None))
-    figures = {figure.what: figure for figure in looking.measure(lambda _: None, quick=True)}
+    figures = {figure.label: figure for figure in looking.measure(lambda _: None, quick=True)}
     assert math.isnan(figures["a page in a browser / bare"].value)
     assert "did not come" in figures["a page in a browser / bare"].note
     assert runs

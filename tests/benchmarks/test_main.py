@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: table, JSON, page, and what is refused."""
+"""`python -m benchmarks`: table, JSON, page, and refusals."""
 
 import json
 from pathlib import Path
@@ -83,7 +83,7 @@ def test_the_page_is_written(bench: CommandLine, tmp_path: Path) -> None:
     assert "| one thing / another | 1.05 x | ≤ 1.15 | held |" in page
 
 
-def test_a_page_that_cannot_be_written_is_told_after_the_figures(
+def test_a_page_that_cannot_be_written_is_reported_after_the_figures(
     bench: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_arguments: object) -> None:

@@ -1,16 +1,16 @@
-"""The page, whole."""
+"""The whole page."""
 
 import datetime
 
-from benchmarks.benchmarks import Taken
+from benchmarks.benchmarks import BenchmarkResult
 from benchmarks.report import HEAD, cell, page
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 DAY = datetime.date(2026, 11, 21)
 TAKEN = [
-    Taken(FakeBenchmark("first", "A first thing", 1.0), (HELD, FREE, BROKEN)),
-    Taken(FakeBenchmark("second", "A second thing", 1.0), skipped="no such engine"),
-    Taken(FakeBenchmark("third", "A third thing", 1.0), (FREE,), failed="it\nbroke"),
+    BenchmarkResult(FakeBenchmark("first", "A first thing", 1.0), (HELD, FREE, BROKEN)),
+    BenchmarkResult(FakeBenchmark("second", "A second thing", 1.0), skipped="no such engine"),
+    BenchmarkResult(FakeBenchmark("third", "A third thing", 1.0), (FREE,), failed="it\nbroke"),
 ]
 
 EXPECTED = """
@@ -68,7 +68,7 @@ def test_the_page() -> None:
 def test_rough_figures_say_that_they_are() -> None:
     rough = page(TAKEN, {}, DAY, quick=True)
     assert "**These figures are rough:**" in rough
-    assert "| cold start | 1.50 s | ≤ 1 | | |" in rough  # what is rough is not judged
+    assert "| cold start | 1.50 s | ≤ 1 | | |" in rough  # rough figures are not judged
 
 
 def test_what_stands_in_a_cell_cannot_end_it() -> None:

@@ -20,7 +20,7 @@ def test_what_cannot_be_served_says_why() -> None:
         Served("serve", "nowhere", "--port", "0")
 
 
-def test_a_process_ends_however_often_it_is_told() -> None:
+def test_a_process_ends_however_often_it_is_ended() -> None:
     # it sleeps only so that it lives on
     process = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], text=True)
     end(process)

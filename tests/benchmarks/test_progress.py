@@ -1,4 +1,4 @@
-"""What is seen while a benchmark is taken."""
+"""Progress of a benchmark."""
 
 import io
 
@@ -10,9 +10,9 @@ from benchmarks.report import telling
 
 def test_plain_lines_where_nothing_can_move() -> None:
     file = io.StringIO()
-    with telling(Console(file=file, width=20), "A [thing]") as tell:
-        tell("with a line that is longer than the console")
-        tell("well")
+    with telling(Console(file=file, width=20), "A [thing]") as on_progress:
+        on_progress("with a line that is longer than the console")
+        on_progress("well")
     assert file.getvalue().splitlines() == ["A [thing]: with a line that is longer than the console", "A [thing]: well"]
 
 
@@ -20,7 +20,7 @@ def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.Monk
     monkeypatch.setenv("TERM", "xterm")
     file = io.StringIO()
     console = Console(file=file, force_terminal=True, force_interactive=True, width=80)
-    with telling(console, "A thing") as tell:
-        tell("half of it")
+    with telling(console, "A thing") as on_progress:
+        on_progress("half of it")
     assert "half of it" in file.getvalue()
     assert file.getvalue().endswith("\x1b[2K")

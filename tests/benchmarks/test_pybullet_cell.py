@@ -3,7 +3,7 @@ from contextlib import ExitStack
 import pytest
 
 from benchmarks import pybullet_cell
-from benchmarks.pybullet_cell import agreement, least_times, measure, pair
+from benchmarks.pybullet_cell import agreement, measure, min_times, pair
 
 
 def test_both_simulate_the_same() -> None:
@@ -41,7 +41,7 @@ def test_the_times_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
         def run(self, steps: int) -> None:
             ran.append(steps)
 
-    (best,) = least_times([Side.__new__(Side)], 10, 2)
+    (best,) = min_times([Side.__new__(Side)], 10, 2)
     assert best == pytest.approx(2.0 / 20 * 1e6)
     assert ran == [30, 20, 20]
 
@@ -49,13 +49,13 @@ def test_the_times_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_its_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet")
-    for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "LEAST": {60: 1.0}}.items():
+    for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "MIN_RATIOS": {60: 1.0}}.items():
         monkeypatch.setattr(pybullet_cell, name, value)
-    told: list[str] = []
-    figures = list(measure(told.append, quick=True))
-    assert told == ["1 parts, 60 Hz", "3 parts, 60 Hz"]
-    assert len({figure.what for figure in figures}) == len(figures) == 12
+    progress: list[str] = []
+    figures = list(measure(progress.append, quick=True))
+    assert progress == ["1 parts, 60 Hz", "3 parts, 60 Hz"]
+    assert len({figure.label for figure in figures}) == len(figures) == 12
     assert all(figure.value >= 0 for figure in figures)
-    assert sum(figure.least is not None for figure in figures) == 2
-    assert sum(figure.most is not None for figure in figures) == 5
-    assert all(figure.note for figure in figures if figure.least is not None)  # what is missed is to be understood
+    assert sum(figure.minimum is not None for figure in figures) == 2
+    assert sum(figure.maximum is not None for figure in figures) == 5
+    assert all(figure.note for figure in figures if figure.minimum is not None)  # a missed bound needs an explanation

@@ -24,7 +24,7 @@ def test_without_pybullet_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_it_says_nothing_of_its_own(capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pybullet")
-    capfd.readouterr()  # what the import says, if this was the first
+    capfd.readouterr()  # output of the import, if this was the first
     PyBulletTwin(busy_cell(1, 240, 1), sleeping=False).close()
     print("heard")
     assert capfd.readouterr() == ("heard\n", "")

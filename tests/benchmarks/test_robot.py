@@ -17,7 +17,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_beside_pybullet() -> None:
     pytest.importorskip("pybullet")
     figures = list(robot.measure(lambda _: None, quick=True))
-    assert [figure.what for figure in figures[:3]] == [
+    assert [figure.label for figure in figures[:3]] == [
         "240 Hz, at rest: the node",
         "240 Hz, at rest: PyBullet",
         "240 Hz, at rest: the node / PyBullet",

@@ -1,4 +1,4 @@
-"""What ROS 1 costs, with few messages."""
+"""Cost of ROS 1, with few messages."""
 
 import pytest
 
@@ -11,7 +11,7 @@ from tests.quick_children import QUICK_SERVING
 @QUICK_SERVING
 @pytest.mark.ros1
 def test_figures() -> None:
-    figures = {figure.what: figure for figure in ros1.measure(lambda _: None, quick=True)}
+    figures = {figure.label: figure for figure in ros1.measure(lambda _: None, quick=True)}
     assert figures["joint states at 1 kHz: lost"].value == 0
     assert figures["joint states at 1 kHz: rate"].value == pytest.approx(1000.0, rel=0.01)
     assert figures["a service, connected: bare rospy"].value > 0.0
@@ -29,8 +29,8 @@ def test_without_ros_it_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_bridged_way_is_held_to_the_bare_one() -> None:
     bare, bridged = ros1.round_trip("a topic", [0.001, 0.001, 0.003], [0.0016, 0.0018, 0.002])
-    assert bare.most is None
-    assert (bare.value, bridged.value, bridged.most) == pytest.approx((1.0, 1.8, 1.7))
+    assert bare.maximum is None
+    assert (bare.value, bridged.value, bridged.maximum) == pytest.approx((1.0, 1.8, 1.7))
     assert not bridged.is_held
 
 

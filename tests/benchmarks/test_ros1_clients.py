@@ -1,4 +1,4 @@
-"""Clients that measure; here without ROS 1, to see what becomes of those that fail."""
+"""Measuring clients, here without ROS 1, to see the results of failures."""
 
 import sys
 from pathlib import Path

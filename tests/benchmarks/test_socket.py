@@ -1,4 +1,4 @@
-"""What a socket costs, with few messages."""
+"""Cost of a socket, with few messages."""
 
 import pytest
 
@@ -13,13 +13,13 @@ from tests.quick_children import QUICK_SERVING
 @pytest.mark.slow
 def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "lockstep", lambda _until: iter(()))  # it is a run of the command, tested with that
-    told: list[str] = []
-    figures = {figure.what: figure for figure in socket.measure(told.append, quick=True)}
-    assert len(told) == 4
-    for what in ("a service call", "a command, until it is answered", "a goal, until its status comes"):
-        assert figures[what].value > 0.0
-    lost = [figure for what, figure in figures.items() if what.endswith("lost")]
-    assert [(figure.value, figure.most) for figure in lost] == [(0, 0.0)]
+    progress: list[str] = []
+    figures = {figure.label: figure for figure in socket.measure(progress.append, quick=True)}
+    assert len(progress) == 4
+    for label in ("a service call", "a command, until it is answered", "a goal, until its status comes"):
+        assert figures[label].value > 0.0
+    lost = [figure for label, figure in figures.items() if label.endswith("lost")]
+    assert [(figure.value, figure.maximum) for figure in lost] == [(0, 0.0)]
     assert 0.0 < figures["real time, with a listener"].value < 1.5
 
 
@@ -33,10 +33,10 @@ def test_a_goal_as_the_arm_takes_it() -> None:
     way = joint_trajectory(ARM_JOINTS, [trajectory_point((0.0,) * 7, time_from_start=10**9)])
     goal = socket.goal_message(way, "a goal")
     cell = lesson_cell()
-    told: list[object] = []
-    cell.bus.subscribe(f"{socket.FOLLOW}/result", told.append)
+    progress: list[object] = []
+    cell.bus.subscribe(f"{socket.FOLLOW}/result", progress.append)
     cell.bus.publish(f"{socket.FOLLOW}/goal", goal)
-    assert told == []  # not rejected
+    assert progress == []  # not rejected
     assert cell.arm is not None
     assert cell.arm.controller.goal is not None
     assert cell.arm.controller.goal.goal_id == "a goal"
@@ -44,6 +44,6 @@ def test_a_goal_as_the_arm_takes_it() -> None:
 
 def test_the_median_and_the_slowest() -> None:
     figure = socket.times("waiting", 3, lambda index: None)
-    assert (figure.what, figure.unit) == ("waiting", "ms")
+    assert (figure.label, figure.unit) == ("waiting", "ms")
     assert 0.0 <= figure.value < 1000.0
     assert figure.note.startswith("median; 99 % below ")

@@ -1,4 +1,4 @@
-"""The cost of a step."""
+"""Cost of a step."""
 
 from benchmarks.step import measure, trial_with
 from cellwright.cell.cell import Cell
@@ -12,8 +12,8 @@ def test_the_parts_are_there_and_come_to_rest() -> None:
 
 
 def test_figures() -> None:
-    told: list[str] = []
-    figures = list(measure(told.append, quick=True))
-    assert told == ["0 parts", "60 parts"]
+    progress: list[str] = []
+    figures = list(measure(progress.append, quick=True))
+    assert progress == ["0 parts", "60 parts"]
     assert all(figure.value > 0.0 for figure in figures)
-    assert [figure.what for figure in figures if figure.most is not None] == ["60 parts at rest / arm only"]
+    assert [figure.label for figure in figures if figure.maximum is not None] == ["60 parts at rest / arm only"]

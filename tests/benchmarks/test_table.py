@@ -1,18 +1,18 @@
-"""Figures as they are printed."""
+"""Printed figures."""
 
 import io
 import math
 
 from rich.console import Console
 
-from benchmarks.benchmarks import Figure, Taken
+from benchmarks.benchmarks import BenchmarkResult, Figure
 from benchmarks.report import show
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 THING = FakeBenchmark("a", "A thing", 1.0)
 
 
-def printed(taken: Taken, *, judged: bool = True, colour: bool = False) -> str:
+def printed(taken: BenchmarkResult, *, judged: bool = True, colour: bool = False) -> str:
     file = io.StringIO()
     console = Console(file=file, width=80, force_terminal=colour, color_system="standard" if colour else None)
     show(console, taken, judged=judged)
@@ -20,7 +20,9 @@ def printed(taken: Taken, *, judged: bool = True, colour: bool = False) -> str:
 
 
 def test_a_row_for_each_figure_and_its_note_below() -> None:
-    lines = [line.split() for line in printed(Taken(THING, (HELD, BROKEN, FREE))).splitlines() if line.strip()]
+    lines = [
+        line.split() for line in printed(BenchmarkResult(THING, (HELD, BROKEN, FREE))).splitlines() if line.strip()
+    ]
     assert lines[0] == ["A", "thing"]
     assert lines[3:] == [
         ["one", "thing", "/", "another", "1.05", "x", "≤", "1.15", "held"],
@@ -31,18 +33,18 @@ def test_a_row_for_each_figure_and_its_note_below() -> None:
 
 
 def test_what_is_not_held_is_seen_from_afar() -> None:
-    text = printed(Taken(THING, (HELD, BROKEN)), colour=True)
+    text = printed(BenchmarkResult(THING, (HELD, BROKEN)), colour=True)
     assert text.count("\x1b[1;31m") == 1
 
 
 def test_what_is_not_judged_says_nothing_of_it() -> None:
-    text = printed(Taken(THING, (HELD, BROKEN)), judged=False)
+    text = printed(BenchmarkResult(THING, (HELD, BROKEN)), judged=False)
     assert "≤ 1.15" in text
     assert "held" not in text.lower()
 
 
 def test_a_figure_that_could_not_be_taken_says_why() -> None:
-    text = printed(Taken(THING, (Figure("memory", math.nan, "MiB", note="this system does not tell"),)))
+    text = printed(BenchmarkResult(THING, (Figure("memory", math.nan, "MiB", note="this system does not tell"),)))
     assert [line.split() for line in text.splitlines()][-2:] == [
         ["memory", "-"],
         ["this", "system", "does", "not", "tell"],
@@ -50,16 +52,16 @@ def test_a_figure_that_could_not_be_taken_says_why() -> None:
 
 
 def test_long_figures_are_folded_and_nothing_is_cut() -> None:
-    what = "the time that something with a long name takes beside something else with a name as long"
-    text = printed(Taken(THING, (Figure(what, 1.0, "x", most=2.0),)))
+    label = "the time that something with a long name takes beside something else with a name as long"
+    text = printed(BenchmarkResult(THING, (Figure(label, 1.0, "x", maximum=2.0),)))
     assert max(map(len, text.splitlines())) <= 80
     assert "…" not in text
     words = [word for line in text.splitlines()[4:] for word in line.split()]
-    assert set(what.split()) <= set(words)
+    assert set(label.split()) <= set(words)
 
 
 def test_what_was_skipped_or_failed_says_why() -> None:
-    assert "skipped: no [engine]" in printed(Taken(THING, skipped="no [engine]"))
-    text = printed(Taken(THING, (FREE,), failed="it broke"))
+    assert "skipped: no [engine]" in printed(BenchmarkResult(THING, skipped="no [engine]"))
+    text = printed(BenchmarkResult(THING, (FREE,), failed="it broke"))
     assert "steps" in text
     assert "failed: it broke" in text

@@ -1,4 +1,4 @@
-"""Benchmarks that find something, are skipped, or fail on the way."""
+"""Benchmarks with figures, skipped ones, and failures half-way."""
 
 import json
 import subprocess
@@ -10,12 +10,12 @@ from cellwright.util.errors import RunEndedError, UsageError
 from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 
-def test_what_is_found_and_what_is_told() -> None:
-    told: list[str] = []
-    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, FREE)), told.append)
+def test_figures_and_progress() -> None:
+    progress: list[str] = []
+    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, FREE)), progress.append)
     assert (taken.figures, taken.skipped, taken.failed, taken.is_held) == ((HELD, FREE), "", "", True)
-    take(FakeBenchmark("a", "A thing", 1.0), told.append, quick=True)
-    assert told == ["measuring well", "measuring quickly"]
+    take(FakeBenchmark("a", "A thing", 1.0), progress.append, quick=True)
+    assert progress == ["measuring well", "measuring quickly"]
 
 
 def test_a_bound_that_is_not_held() -> None:
@@ -52,7 +52,7 @@ def test_a_defect_is_not_hidden() -> None:
 
 
 def test_as_json() -> None:
-    nothing = Figure("nothing", float("nan"), most=1.0)
+    nothing = Figure("nothing", float("nan"), maximum=1.0)
     taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, nothing)), print)
     document = json.loads(json.dumps(taken.as_dict(), allow_nan=False))
     assert {key: document[key] for key in ("name", "title", "skipped", "failed", "held")} == {

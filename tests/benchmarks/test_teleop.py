@@ -17,7 +17,7 @@ def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(teleop, "find", missing)
     monkeypatch.setattr(teleop, "REST", 0.15)
-    figures = {figure.what: figure for figure in teleop.measure(lambda _: None, quick=True)}
+    figures = {figure.label: figure for figure in teleop.measure(lambda _: None, quick=True)}
     ros = figures.pop("until motion is told: over ROS 1")
     assert math.isnan(ros.value)
     assert ros.note == "skipped: there is no ROS 1"
@@ -32,7 +32,7 @@ def test_waiting_alone() -> None:
     assert sum(moved) > sum(applied)
 
 
-def test_in_one_process_each_command_is_applied_and_motion_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_one_process_each_command_is_applied_and_motion_published(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(teleop, "REST", 0.15)
     applied, moved = teleop.in_one_process(2)
     assert len(applied) == len(moved) == 2
@@ -48,6 +48,6 @@ def test_commands_go_to_and_fro() -> None:
 
 def test_a_figure_of_times() -> None:
     found = teleop.figure("a way", [0.001, 0.002, 0.003], "computed")
-    assert (found.what, found.unit) == ("a way", "ms")
+    assert (found.label, found.unit) == ("a way", "ms")
     assert found.value == pytest.approx(2.0)
     assert found.note == "computed; median, 99 % below 3.0 ms"

@@ -1,4 +1,4 @@
-"""The trial of the bench, and what is measured with it."""
+"""The benchmark's trial, and its measurement."""
 
 from collections import Counter
 from importlib.resources import files
@@ -42,10 +42,10 @@ def test_its_parts_lie_still() -> None:
 
 @pytest.mark.slow
 def test_the_three_runs_are_one_trajectory() -> None:
-    told: list[str] = []
-    figures = {figure.what: figure for figure in measure(told.append, quick=True)}
-    assert len(told) == 3
+    progress: list[str] = []
+    figures = {figure.label: figure for figure in measure(progress.append, quick=True)}
+    assert len(progress) == 3
     assert figures["different end states of the three"].value == 1
-    bounds = Counter(figure.most for figure in figures.values())
+    bounds = Counter(figure.maximum for figure in figures.values())
     assert (bounds[1.15], bounds[1.3]) == (1, 1)
     assert all(figure.value > 0.0 for figure in figures.values())

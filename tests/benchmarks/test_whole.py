@@ -1,4 +1,4 @@
-"""The command, whole: a real benchmark, quickly."""
+"""The whole command: a real benchmark, quickly."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Figures as they are written down."""
+"""Figures as text."""
 
 import math
 
@@ -38,7 +38,7 @@ def test_value_bound_and_verdict() -> None:
     assert report.value_text(Figure("a", 1.23456, "s")) == "1.23 s"
     assert report.value_text(Figure("a", math.nan, "s")) == "-"
     assert report.bound_text(Figure("a", 1.0)) == report.verdict_text(Figure("a", 1.0)) == ""
-    assert report.bound_text(Figure("a", 1.0, most=1.15)) == "≤ 1.15"
-    assert report.bound_text(Figure("a", 1.0, least=5.0, most=9.0)) == "≥ 5, ≤ 9"
-    assert report.verdict_text(Figure("a", 1.0, least=5.0)) == "NOT HELD"
-    assert report.verdict_text(Figure("a", 6.0, least=5.0)) == "held"
+    assert report.bound_text(Figure("a", 1.0, maximum=1.15)) == "≤ 1.15"
+    assert report.bound_text(Figure("a", 1.0, minimum=5.0, maximum=9.0)) == "≥ 5, ≤ 9"
+    assert report.verdict_text(Figure("a", 1.0, minimum=5.0)) == "NOT HELD"
+    assert report.verdict_text(Figure("a", 6.0, minimum=5.0)) == "held"

@@ -1,1 +1,1 @@
-"""Programs that work a cell or drive a robot, and what they hold in their hands."""
+"""Programs that work a cell or drive a robot, and their client library."""

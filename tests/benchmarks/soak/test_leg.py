@@ -1,4 +1,4 @@
-"""The short version of ten hours: what is cut and restored goes on as what is not, and nothing piles up."""
+"""Short form of the ten hours: a restored run continues as an uncut one, and nothing accumulates."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def run(leg: Leg) -> Reports:
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Reports, str]]:
-    """Legs of one round that are saved, the cell's with all topics heard: the reports of each, and its file."""
+    """Legs of one round that are saved, the cell's with listeners on all topics: the reports of each, and its file."""
 
     @cache
     def begin(face: str) -> tuple[Reports, str]:
@@ -61,9 +61,9 @@ def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Reports, str]]
 
 @pytest.mark.slow
 def test_objects_are_counted() -> None:
-    (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
+    (kib, places), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
     assert -100 < kib < 200
-    assert all(re.fullmatch(r"[+-]\d+\.\d KiB (\S+\.py|<.+>):\d+", line) for line in most), most
+    assert all(re.fullmatch(r"[+-]\d+\.\d KiB (\S+\.py|<.+>):\d+", line) for line in places), places
     assert not tracemalloc.is_tracing()  # it would slow down all that this process does from here on
 
 

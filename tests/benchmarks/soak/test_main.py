@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.soak import __main__ as module
 from benchmarks.soak.__main__ import main
-from benchmarks.soak.soak import EnduranceError, Soaked
+from benchmarks.soak.soak import Soaked, SoakError
 
 
 @pytest.mark.parametrize(
@@ -26,14 +26,14 @@ def test_bad_input(arguments: list[str], words: str, capsys: pytest.CaptureFixtu
 
 
 @pytest.fixture
-def soaks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Soaked | EnduranceError]:
-    """What comes of the long runs, by face."""
-    found: dict[str, Soaked | EnduranceError] = {}
+def soaks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Soaked | SoakError]:
+    """Results of the long runs, by face."""
+    found: dict[str, Soaked | SoakError] = {}
 
     def soak(face: str, _rounds: int, _pieces: int, folder: Path, **_more: object) -> Soaked:
         assert folder.is_dir()
         result = found.get(face, Soaked(face, 1, whole={1: "aa"}, pieces={1: "aa"}))
-        if isinstance(result, EnduranceError):
+        if isinstance(result, SoakError):
             raise result
         return result
 
@@ -41,7 +41,7 @@ def soaks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Soaked | EnduranceError]
     return found
 
 
-def test_both_faces_are_told_of(soaks: dict[str, object], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_both_faces_are_reported(soaks: dict[str, object], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     from benchmarks.soak.memory import Sample
 
     for face in ("cell", "robot"):
@@ -60,6 +60,6 @@ def test_a_difference_is_a_failure(soaks: dict[str, object]) -> None:
 
 
 def test_a_process_that_died(soaks: dict[str, object], capsys: pytest.CaptureFixture[str]) -> None:
-    soaks["cell"] = EnduranceError("cell: rounds 0 to 1: exit status -9")
+    soaks["cell"] = SoakError("cell: rounds 0 to 1: exit status -9")
     assert main(["--hours", "0.01"]) == 1
     assert capsys.readouterr().err == "error: cell: rounds 0 to 1: exit status -9\n"

@@ -22,7 +22,7 @@ def soaked(*, slope: float = 0.0, pieces: dict[int, str] | None = None, memory: 
 
 def test_a_run_that_is_well() -> None:
     run = soaked()
-    run.grown, run.grown_most = -1.5, ("+1.0 KiB bus.py:3",)
+    run.grown, run.max_growth = -1.5, ("+1.0 KiB bus.py:3",)
     text = "\n".join(lines(run))
     assert is_well(run)
     assert text.startswith("cell: 1 simulated hours in one process, 12 s")
@@ -42,7 +42,7 @@ def test_a_run_that_is_not(run: Soaked, words: str) -> None:
     assert words in "\n".join(lines(run))
 
 
-def test_memory_that_nobody_tells() -> None:
+def test_memory_that_is_not_measured() -> None:
     run = soaked(memory=math.nan)
     assert is_well(run)
     assert "not told by this system" in "\n".join(lines(run))
@@ -55,6 +55,6 @@ def test_the_picture_has_a_frame_for_each_run() -> None:
     assert len(curves) == 2
     heights = [
         [float(y) for y in re.findall(r"[ML] \S+ (\S+)", curve.attrib["d"])] for curve in curves
-    ]  # a steady line is flat, and 3 MiB of some 10 are seen as such
+    ]  # a steady line is flat, and 3 MiB of some 10 are visible as such
     assert max(heights[0]) - min(heights[0]) < 0.2
     assert 30 < max(heights[1]) - min(heights[1]) < 60

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.soak.soak import EnduranceError, Soaked, borders, soak
+from benchmarks.soak.soak import Soaked, SoakError, borders, soak
 
 
 @pytest.mark.slow
@@ -23,19 +23,19 @@ def test_borders(rounds: int, pieces: int) -> None:
 
 @pytest.mark.slow
 def test_processes_are_run_and_compared(tmp_path: Path) -> None:
-    told: list[str] = []
-    found = soak("cell", 2, 2, tmp_path, traced=0, say=told.append)
+    progress: list[str] = []
+    found = soak("cell", 2, 2, tmp_path, traced=0, on_progress=progress.append)
     assert found.first_difference is None
     assert list(found.whole) == list(found.pieces) == [1, 2]
     assert [each.hours for each in found.samples] == pytest.approx([0.01, 0.02])
     assert found.counts["messages heard"] > 500
-    assert len(told) == 2
-    assert told[1].startswith("cell: 0.02 of 0.02 h")
+    assert len(progress) == 2
+    assert progress[1].startswith("cell: 0.02 of 0.02 h")
 
 
 def test_a_process_that_ends_early(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(EnduranceError, match=r"cell: rounds 0 to .*: exit status 1"):
+    with pytest.raises(SoakError, match=r"cell: rounds 0 to .*: exit status 1"):
         soak("cell", 2, 2, tmp_path)
 
 

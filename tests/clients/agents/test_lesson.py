@@ -20,7 +20,7 @@ from tests.cells import Ear
 
 @dataclass
 class Record:
-    """What was seen of a run."""
+    """Observations of a run."""
 
     cell: Cell
     result: RunResult

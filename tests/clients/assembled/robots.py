@@ -1,4 +1,4 @@
-"""A robot for tests of `AssembledRobot`: a URDF and its configuration, as small as can be with every part there is."""
+"""A robot for tests of `AssembledRobot`: the smallest URDF and configuration with every kind of part."""
 
 from pathlib import Path
 from typing import Any
@@ -31,14 +31,14 @@ KEYS = ("name", "type", "parent", "xyz", "axis", "lower", "upper")
 
 
 def write_urdf(folder: Path) -> Path:
-    """The URDF of the small robot."""
+    """Write the URDF of the small robot; return its path."""
     file = folder / "small.urdf"
     file.write_text(URDF.format(joints="".join(JOINT.format(**dict(zip(KEYS, row, strict=True))) for row in JOINTS)))
     return file
 
 
 def configs() -> dict[str, Any]:
-    """Its configuration, as `yaml.safe_load` has it."""
+    """Return its configuration, as `yaml.safe_load` returns it."""
     return {
         "urdf_path": "small.urdf",
         "base_pose": {"position": [0, 0, 0.2], "orientation": [0, 0, 0.7071068, 0.7071068]},

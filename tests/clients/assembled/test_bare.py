@@ -1,4 +1,4 @@
-"""The class is there for an interpreter that has nothing installed, as ROS's Python has nothing of Cellwright's."""
+"""The class in an interpreter without packages, as in ROS's Python without Cellwright's dependencies."""
 
 import subprocess
 import sys

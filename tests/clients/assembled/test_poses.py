@@ -1,4 +1,4 @@
-"""Poses as programs give them: any sequences of three and four numbers."""
+"""Poses from programs: any sequences of three and four numbers."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The process in which a robot moves: it is there for its program, and goes with it."""
+"""Process of a robot: it serves its program, and ends with it."""
 
 import json
 import os
@@ -86,7 +86,7 @@ def test_when_it_is_gone_that_is_said(urdf: Path) -> None:
 
 
 class Interrupted:
-    """A connection on which a Ctrl-C comes while somebody waits for an answer."""
+    """A connection on which a Ctrl-C interrupts a wait for an answer."""
 
     def __init__(self, connection: Any) -> None:
         self.sendall = connection.sendall

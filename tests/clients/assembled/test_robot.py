@@ -1,4 +1,4 @@
-"""The class that controller nodes are made of: its names are those of the io_teleop stack, its robot moves."""
+"""The base class of controller nodes: the names of the io_teleop stack, and a moving robot."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -29,14 +29,14 @@ def shared(urdf: Path) -> Iterator[AssembledRobot]:
 
 @pytest.fixture
 def robot(shared: AssembledRobot) -> AssembledRobot:
-    """The robot as it is put up."""
+    """The robot in its initial state."""
     shared.base.reset_base([[0, 0, 0.2], [0, 0, 0.7071068, 0.7071068]])
     shared.reset_j([0, 1, 3, 4, 5, 6], [0, 0.5, 0, 0, 0, 0])
     return shared
 
 
 def wait_for_joints(robot: AssembledRobot, condition: Callable[[], object]) -> None:
-    """Wait until the joints are somewhere."""
+    """Wait until the joints meet a condition."""
     wait_until(condition, "end of the motion", seen=lambda: robot.joint_states().positions)
 
 
@@ -61,7 +61,7 @@ def test_parts_are_those_of_the_configuration(robot: AssembledRobot) -> None:
     assert robot.dorsal.dorsal_lift_joint_index == 0
 
 
-def test_joints_go_where_they_are_told(robot: AssembledRobot) -> None:
+def test_joints_move_to_their_targets(robot: AssembledRobot) -> None:
     robot.move_j([1, 0], [-0.5, 0.2], [1.0], [5.0])
     wait_for_joints(
         robot, lambda: abs(robot.arms[0].joint_pos[0] + 0.5) < 1e-3 and abs(robot.dorsal.height - 0.2) < 1e-3
@@ -200,7 +200,7 @@ def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
     transport = SocketTransport(robot.address)
     assert "/io_teleop/joint_cmd" in {topic["name"] for topic in transport.welcome["topics"]}
     transport.close()
-    assert robot.is_running  # a guest that leaves is not its owner
+    assert robot.is_running  # a client that leaves is not its owner
 
 
 @pytest.mark.slow
@@ -243,7 +243,7 @@ def test_how_far_a_gripper_is_closed_whose_thumb_follows_the_other_way(urdf: Pat
         gripper.reset(status)
         assert gripper.joint_pos == pytest.approx([0.04 * status, -0.04 * status], abs=1e-6)
         assert gripper.status == pytest.approx(status, abs=1e-4)
-    robot.move_j((index for index in (0, 1)), map(float, "12"))  # what can be walked through but has no length
+    robot.move_j((index for index in (0, 1)), map(float, "12"))  # iterators without a length
     robot.close()
 
 

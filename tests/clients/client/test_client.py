@@ -105,7 +105,7 @@ def test_not_arriving_in_time() -> None:
     assert client.time == 1.5
 
 
-def test_waypoints_are_a_second_apart_unless_told_otherwise() -> None:
+def test_waypoints_are_a_second_apart_by_default() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
     assert cell.arm is not None

@@ -131,7 +131,7 @@ def test_who_has_left_leaves_nothing_behind() -> None:
 
 
 def test_a_conversation_cannot_stop_time() -> None:
-    """What a callback causes comes with the next tick."""
+    """Replies to a callback come with the next tick."""
     cell = Cell(ARM_ONLY)
     transport = InProcess(cell)
     got: list[int] = []
@@ -170,7 +170,7 @@ def test_commands_are_carried_out_where_time_stands() -> None:
     before: list[str] = []
     cell.simulation.inbox.put(lambda: before.append(cell.agvs[1].state))
     assert transport.call("/ariac/agv1", AGVControlRequest("")).success
-    assert before == ["ready_to_deliver"]  # what others had asked for came first
+    assert before == ["ready_to_deliver"]  # earlier requests of others came first
     assert cell.agvs[1].state == "preparing_to_deliver"
     assert transport.now() == 0
     with pytest.raises(UnknownNameError):

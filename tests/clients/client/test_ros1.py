@@ -1,4 +1,4 @@
-"""A client over ROS 1, by way of the relay: what it says and hears, and how it ends."""
+"""A client over ROS 1, through the relay: its messages, and its end."""
 
 from __future__ import annotations
 
@@ -62,16 +62,16 @@ TOPICS = [
 
 
 def forked_relay(command: list[str], *, env: dict[str, str], stderr: IO[bytes], **_: object) -> WarmProcess:
-    """A relay without the start of an interpreter, in place of `subprocess.Popen`."""
+    """Start a relay without the start of an interpreter, in place of `subprocess.Popen`."""
     return warm_ros().popen(command, folder=Path.cwd(), environment=env, stdin=True, stderr=stderr)
 
 
 @contextmanager
 def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros1Transport]:
-    """A client of what is served at a master.
+    """Yield a client of the server at a master.
 
     Args:
-        master: where it looks.
+        master: the master.
         cold: start an interpreter for its relay; otherwise the relay is forked from one that has loaded rospy.
         more: arguments of the transport.
     """
@@ -87,7 +87,7 @@ def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros
 
 @contextmanager
 def ticking(cell: FakeCell) -> Iterator[None]:
-    """Let time pass in the cell, by the wall's clock, a tick every few milliseconds."""
+    """Let time pass in the cell, by wall time, a tick every few milliseconds."""
     is_over = threading.Event()
 
     def tick() -> None:
@@ -107,7 +107,7 @@ def ticking(cell: FakeCell) -> Iterator[None]:
 
 @pytest.fixture
 def live(master: Ground, make_cell: MakeCell) -> Iterator[tuple[FakeCell, Ros1Transport]]:
-    """A cell whose time passes by itself, and a client."""
+    """A cell whose time passes independently, and a client."""
     cell = make_cell(TOPICS, [service(START)])
     start_bridge(master, cell)
     with ticking(cell), over_ros(master, node="/team") as transport:
@@ -129,7 +129,7 @@ def test_it_hears_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
     begin = transport.now()
     assert begin > 0
     leave = transport.subscribe("/words", lambda message: heard_words.append(message.data))
-    wait_until(lambda: cell.listeners("/words") == 1, "subscription")  # it is on its way when subscribing is over
+    wait_until(lambda: cell.listeners("/words") == 1, "subscription")  # it may arrive after `subscribe` returns
     for word in ("one", "two"):
         cell.say("/words", to_ros1(String(word)))
     transport.advance(None, lambda: len(heard_words) == 2)
@@ -240,7 +240,7 @@ def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Tra
 
 
 def cell_ticks(frame: Frame) -> int:
-    """How many messages must have come before this wish that time pass."""
+    """Return the number of messages that must have come before this request to advance."""
     return 2 * (int.from_bytes(frame.payload[:8], "little") // TICK) - 1
 
 

@@ -31,7 +31,7 @@ def test_sleeping_lets_simulation_time_pass() -> None:
 
 
 @pytest.mark.parametrize("duration", [-0.001, math.nan, math.inf, -math.inf])
-def test_nobody_sleeps_backwards_or_for_ever(duration: float) -> None:
+def test_a_negative_or_infinite_sleep_is_refused(duration: float) -> None:
     session = session_of()
     with pytest.raises(UsageError, match="cannot sleep for"):
         session.sleep(duration)
@@ -127,7 +127,7 @@ def test_a_beat_that_was_missed_is_made_up_for() -> None:
     assert session.time == 0.2
 
 
-def test_after_a_long_pause_the_rhythm_begins_anew() -> None:
+def test_after_a_long_pause_the_rate_begins_again() -> None:
     session = session_of()
     rate = session.rate(10.0)
     session.sleep(0.55)
@@ -152,7 +152,7 @@ def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, sp
     for duration in spent:
         session.sleep(duration)
         rate.sleep()
-    # no beat is lost and none is too many; a tick of 2 ms is what can be missed
+    # no beat is lost and none is added; a tick of 2 ms is what can be missed
     assert session.time - begin == pytest.approx(len(spent) / min(frequency, 100.0), abs=0.0021)
 
 
@@ -193,7 +193,7 @@ def test_closing_leaves_every_topic() -> None:
 
 def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
     session = session_of()
-    told: list[object] = []
+    times: list[object] = []
 
     def work() -> None:
         for act in (lambda: session.sleep(0.1), lambda: session.wait_until(lambda: True), lambda: session.time):
@@ -201,12 +201,12 @@ def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
                 act()
         session.adopt()
         session.sleep(0.1)
-        told.append(session.time)
+        times.append(session.time)
 
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()
-    assert told == [0.1]
+    assert times == [0.1]
     with pytest.raises(UsageError, match="for the thread that made it"):
         session.sleep(0.1)
     session.adopt()

@@ -1,4 +1,4 @@
-"""A client whose cell is served; here by a thread of this process, which nobody else uses the cell from."""
+"""A client whose cell is served; here by a thread of this process, the cell's only user."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ def connected(home: Home, *, node: str = "/client", encoding: str = "cdr") -> It
         transport.close()
 
 
-def story(transport: Transport) -> list[object]:
-    """What a program sees that does a bit of everything."""
+def observations(transport: Transport) -> list[object]:
+    """Return the observations of a program that does a bit of everything."""
     seen: list[object] = []
     client = Client(transport)
     client.subscribe("/ariac/gripper/state", lambda message: seen.append((transport.now(), message.attached)))
@@ -115,16 +115,16 @@ def story(transport: Transport) -> list[object]:
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
 def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding: str) -> None:
     cell = Cell(WHOLE)
-    expected = story(InProcess(cell, node="/client"))
+    expected = observations(InProcess(cell, node="/client"))
     assert len(expected) > 100
     with served(Cell(WHOLE)) as home, connected(home, encoding=encoding) as transport:
-        assert story(transport) == expected
+        assert observations(transport) == expected
         assert home.end().state_hash == cell.state_hash()
 
 
 @pytest.mark.parametrize("others", [0, 1])
 def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None:
-    """As a robot's way home does; another guest may wait for time meanwhile."""
+    """As in a robot's motion home; another client may wait for time meanwhile."""
     expected = RobotNode(robots.robot(), sim_time=True)
     away = joint_state(["right_1"], [0.5], time=0)
 
@@ -153,11 +153,11 @@ def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None
 
 def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.MonkeyPatch) -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
-        asked: list[int] = []
+        requests: list[int] = []
         ask = transport._connection.ask
 
         def count(frame: Frame) -> Frame:
-            asked.append(frame.kind)
+            requests.append(frame.kind)
             return ask(frame)
 
         monkeypatch.setattr(transport._connection, "ask", count)
@@ -165,10 +165,10 @@ def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.
         transport.subscribe("/clock", lambda message: times.append(message.clock.nanosec), passive=True)
         transport.advance(200_000_000)
         assert times == list(range(2_000_000, 202_000_000, 2_000_000))
-        assert asked.count(Kind.ADVANCE) == 1
+        assert requests.count(Kind.ADVANCE) == 1
         transport.subscribe("/ariac/competition_state", times.append)
         transport.advance(400_000_000)
-        assert asked.count(Kind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
+        assert requests.count(Kind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
         assert len(times) == 202
 
 
@@ -208,7 +208,7 @@ def test_time_passes_by_itself_where_it_is_not_in_lockstep() -> None:
         assert transport.now() - before >= 100_000_000
 
 
-def test_where_no_clock_is_told_time_is_that_of_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_clock_time_is_wall_time(monkeypatch: pytest.MonkeyPatch) -> None:
     wall = Wall()
     monkeypatch.setattr(socket_module, "time", wall)
     with robots.served(RobotNode(robots.robot())) as address:
@@ -236,7 +236,7 @@ class Wall:
         return time.perf_counter_ns() + self.ahead
 
 
-def test_the_end_of_the_run_reaches_whoever_waits() -> None:
+def test_the_end_of_the_run_reaches_a_waiting_client() -> None:
     cell = Cell(KITTING)
     with served(cell, options=RunOptions(until=0.1)) as home, connected(home) as transport:
         client = Client(transport)
@@ -263,7 +263,7 @@ def test_who_has_left_hears_nothing_more() -> None:
             transport.advance(8_000_000)
 
 
-def test_who_leaves_after_closing_is_told_nothing() -> None:
+def test_leaving_after_closing_sends_nothing() -> None:
     with served(Cell(KITTING)) as home, connected(home) as transport:
         leave = transport.subscribe("/clock", print)
         transport.close()
@@ -287,7 +287,7 @@ def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
 
         def wait() -> None:
             try:
-                transport._connection.listen(None)  # for what never comes: in lockstep nobody asks for time
+                transport._connection.listen(None)  # for a frame that never comes: in lockstep no client requests time
                 transport._connection.listen(None)
             except RunEndedError as error:
                 ended.append(error)
@@ -299,7 +299,7 @@ def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
         assert [str(error) for error in ended] == ["the connection was closed"]
 
 
-def test_several_guests_in_lockstep_share_time() -> None:
+def test_several_clients_in_lockstep_share_time() -> None:
     with served(Cell(KITTING)) as home, connected(home, node="/one") as one, connected(home, node="/two") as two:
         one.advance(10_000_000)
         two.advance(6_000_000)
@@ -325,7 +325,7 @@ def test_where_no_cell_is_there_is_one_line() -> None:
     "said",
     [b"HTTP/1.1 400 Bad Request\r\n\r\n", b"", Frame(Kind.REFUSED, name="UsageError", payload=b"not you").encode()],
 )
-def test_what_is_no_cell_is_told_from_one(said: bytes) -> None:
+def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         address = listener.getsockname()[:2]
 

@@ -19,7 +19,7 @@ _ARM = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0
 
 
 def robot() -> RobotConfig:
-    """Each arm has six joints within +-2 rad at 3 rad/s, and a gripper of one finger that goes from 0 to 0.04 m."""
+    """Return a robot of two arms: six joints each within +-2 rad at 3 rad/s, and a gripper finger from 0 to 0.04 m."""
     links = [Link("base", Inertial(5.0))]
     joints: list[Joint] = []
     for side, y in (("right", -0.3), ("left", 0.3)):
@@ -53,7 +53,7 @@ def robot() -> RobotConfig:
 
 @contextmanager
 def served(node: RobotNode, *, lockstep: bool = False) -> Iterator[tuple[str, int]]:
-    """The address at which a node is reached, in real time or in lockstep."""
+    """Yield the address of a served node, in real time or in lockstep."""
     server = Server(node, port=0, lockstep=lockstep)
     loop = Loop(node.simulation, server, patience=TIMEOUT)
     thread = threading.Thread(target=loop.run)

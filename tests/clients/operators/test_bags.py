@@ -1,4 +1,4 @@
-"""Targets out of recordings of ROS, which are made here by the library that reads them."""
+"""Targets from ROS recordings, which are made here by the library that reads them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots in a terminal, looked at dot by dot."""
+"""Plots in a terminal, dot by dot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TIME = np.linspace(0.0, 2.0, 50)
 
 
 def frame(text: str) -> list[str]:
-    """The lines of the frame, without what stands before it."""
+    """Return the lines of the frame, without the axis labels before it."""
     return [line.split("┤" if "┤" in line else "│", 1)[1] for line in text.splitlines() if "┤" in line or "│" in line]
 
 

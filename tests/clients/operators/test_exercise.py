@@ -44,14 +44,14 @@ def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> N
     assert there.positions["right_2"] == pytest.approx(0.6, abs=1e-3)
 
 
-def test_only_the_joint_that_is_named_is_told_anything(there: OperatedRobot) -> None:
+def test_only_the_named_joint_gets_commands(there: OperatedRobot) -> None:
     before = there.positions
     exercise(there, "left_6", SINE)
     there.session.sleep(0.5)
     assert there.positions == pytest.approx(before, abs=0.01)
 
 
-def test_steps_are_told_of(there: OperatedRobot) -> None:
+def test_steps_are_reported(there: OperatedRobot) -> None:
     seen: list[float] = []
     found = exercise(there, "right_6", Wave(Shape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
     assert found.step is not None
@@ -65,7 +65,7 @@ def test_steps_are_told_of(there: OperatedRobot) -> None:
 def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The way back cannot be said any more, and the other half of the end is done all the same."""
+    """The way back cannot be sent any more, and the other half of the clean-up happens all the same."""
     said: list[float] = []
 
     def send(_robot: OperatedRobot, order: MoveJoints) -> None:
@@ -82,7 +82,7 @@ def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     assert bus.topic("/io_teleop/joint_states").subscribers == before
 
 
-def test_a_node_that_holds_back_is_told_of(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_that_holds_back_is_reported(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         OperatedRobot, "applied", property(lambda robot: {"right_1": min(robot.positions["right_1"], 0.1)})
     )

@@ -1,4 +1,4 @@
-"""Keys made into orders, at a robot that is only told of."""
+"""Keys as orders, to a fake robot."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ KEYS += ["enter", "escape", "backspace", "tab", "ctrl-c"]
 
 
 @dataclass
-class Told:
-    """A robot of four joints, as one hears of it."""
+class FakeRobot:
+    """A robot of four joints, as its operator sees it."""
 
     joints: tuple[str, ...] = ("head_yaw", "arm_r_1", "arm_r_2", "slide")
     positions: dict[str, float] = field(
@@ -43,17 +43,17 @@ LIMITS = JointLimits({"head_yaw": Limits(-0.04, 1.5), "slide": Limits(0.0, 0.4)}
 
 
 @pytest.fixture
-def robot() -> Told:
-    return Told()
+def robot() -> FakeRobot:
+    return FakeRobot()
 
 
 @pytest.fixture
-def jog(robot: Told) -> Jog:
+def jog(robot: FakeRobot) -> Jog:
     return Jog(cast("OperatedRobot", robot), LIMITS)
 
 
 def near(value: float) -> float:
-    """A number that equals all close to it."""
+    """Return a number that equals all close to it."""
     return cast("float", pytest.approx(value))
 
 
@@ -62,7 +62,7 @@ def pressed(jog: Jog, *keys: str) -> list[object]:
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: Told) -> None:
+def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: FakeRobot) -> None:
     names, robot.joints = robot.joints, ()
     order = jog.press(key)
     assert not isinstance(order, MoveJoints)
@@ -76,14 +76,14 @@ def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: T
     assert jog.joint == names[0]
 
 
-def test_the_first_step_begins_where_the_robot_stands_and_the_next_where_that_led(jog: Jog, robot: Told) -> None:
+def test_the_first_step_begins_where_the_robot_stands_and_the_next_where_that_led(jog: Jog, robot: FakeRobot) -> None:
     assert pressed(jog, "down", "right") == [None, MoveJoints({"arm_r_1": 1.02})]
     robot.positions["arm_r_1"] = 1.01  # on its way
     assert jog.press("right") == MoveJoints({"arm_r_1": near(1.04)})
     assert jog.press("left") == MoveJoints({"arm_r_1": near(1.02)})
 
 
-def test_after_something_else_has_moved_the_robot_it_begins_there(jog: Jog, robot: Told) -> None:
+def test_after_something_else_has_moved_the_robot_it_begins_there(jog: Jog, robot: FakeRobot) -> None:
     pressed(jog, "down", "right", "right")
     robot.positions["arm_r_1"] = -0.7
     jog.forget()
@@ -117,7 +117,7 @@ def test_steps_have_a_smallest_and_a_largest(jog: Jog) -> None:
     assert jog.size == len(JOINT_STEPS) - 1
 
 
-def test_a_joint_of_which_nothing_is_told_is_not_moved(jog: Jog, robot: Told) -> None:
+def test_a_joint_of_unknown_position_is_not_moved(jog: Jog, robot: FakeRobot) -> None:
     del robot.positions["head_yaw"]
     assert jog.press("right") is None
     assert jog.note == "the node does not say where head_yaw is"
@@ -137,7 +137,7 @@ def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> 
     assert jog.press("q") is Now.QUIT
 
 
-def test_a_tip_moves_along_the_axes_of_the_base_and_the_other_stays(jog: Jog, robot: Told) -> None:
+def test_a_tip_moves_along_the_axes_of_the_base_and_the_other_stays(jog: Jog, robot: FakeRobot) -> None:
     order = jog.press("z")
     assert order == MoveTips((Pose((0.5, -0.2, near(0.305))), robot.tips[1]))
     robot.tips = (Pose((0.51, -0.2, 0.302)), Pose((0.9, 0.9, 0.9)))  # noise, on the way
@@ -154,7 +154,7 @@ def test_or_along_its_own(jog: Jog) -> None:
 
 
 @pytest.mark.parametrize(("key", "axis"), [("r", 0), ("p", 1), ("w", 2)])
-def test_a_tip_turns_about_an_axis_and_back(key: str, axis: int, jog: Jog, robot: Told) -> None:
+def test_a_tip_turns_about_an_axis_and_back(key: str, axis: int, jog: Jog, robot: FakeRobot) -> None:
     there = jog.press(key)
     assert isinstance(there, MoveTips)
     assert there.tips[0].rpy[axis] == pytest.approx(JOINT_STEPS[1])
@@ -173,7 +173,7 @@ def test_a_tip_that_does_not_follow_is_not_sent_farther(jog: Jog) -> None:
     assert last.tips[0].position[0] <= 0.6 + 1e-9
 
 
-def test_joints_and_tips_do_not_go_on_from_each_others_targets(jog: Jog, robot: Told) -> None:
+def test_joints_and_tips_do_not_go_on_from_each_others_targets(jog: Jog, robot: FakeRobot) -> None:
     pressed(jog, "down", "right", "right")
     jog.press("x")
     robot.positions["arm_r_1"] = 0.5
@@ -191,7 +191,7 @@ def test_grippers_open_close_and_step_within_their_way(jog: Jog) -> None:
     assert pressed(jog, "t", ".", ".")[-1] == MoveGrippers((0.0, near(0.1)))
 
 
-def test_what_the_node_does_not_tell_of_cannot_be_moved(jog: Jog, robot: Told) -> None:
+def test_what_the_node_does_not_tell_of_cannot_be_moved(jog: Jog, robot: FakeRobot) -> None:
     robot.tips, robot.grippers = (), ()
     assert pressed(jog, "t", "x") == [None, None]
     assert "state_ee_poses" in jog.note
@@ -203,7 +203,7 @@ def test_services_have_keys(jog: Jog) -> None:
     assert pressed(jog, *"Hedu") == [Ask.HOME, Ask.ENABLE, Ask.DISABLE, Ask.CLEAR_STOP]
 
 
-def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: Told) -> None:
+def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: FakeRobot) -> None:
     jog.press("right")
     robot.reason = "its emergency stop is on"
     assert pressed(jog, "right", "x", "c") == [None, None, None]
@@ -213,7 +213,7 @@ def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: Told)
     assert jog.press("right") == MoveJoints({"head_yaw": near(0.52)})
 
 
-def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: Told) -> None:
+def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: FakeRobot) -> None:
     robot.reason = "it is not enabled"
     pressed(jog, "/", "a")
     assert jog.press(" ") is Now.STOP
@@ -223,7 +223,7 @@ def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: Told
 
 @given(keys=st.lists(st.sampled_from(KEYS), max_size=60))
 def test_no_keys_send_a_joint_past_its_limits_or_far_away(keys: list[str]) -> None:
-    robot = Told()
+    robot = FakeRobot()
     jog = Jog(cast("OperatedRobot", robot), LIMITS)
     for key in keys:
         order = jog.press(key)

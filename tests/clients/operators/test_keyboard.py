@@ -1,4 +1,4 @@
-"""Recorded keys at a whole node: in this process, and over its socket for services that take their time."""
+"""Recorded keys at a whole node: in this process, and over its socket for slow services."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rich.console import Console
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
-from cellwright.clients.operators.keyboard import MOST_STEPS, Jog, Keyboard
+from cellwright.clients.operators.keyboard import MAX_STEPS, Jog, Keyboard
 from cellwright.clients.operators.robot import JointLimits, OperatedRobot, ServiceCaller
 from cellwright.clients.operators.terminal import panel
 from cellwright.robot.node import RobotNode
@@ -82,12 +82,12 @@ def test_the_emergency_stop_overtakes_what_was_typed_before_it(operator: Keyboar
 
 def test_keys_that_piled_up_are_not_all_carried_out(operator: Keyboard) -> None:
     typed(operator, 100 * RIGHT, pause=0.5)
-    assert operator.robot.sent == MOST_STEPS
-    assert operator.robot.positions["right_1"] == pytest.approx(MOST_STEPS * 0.02, abs=0.002)
+    assert operator.robot.sent == MAX_STEPS
+    assert operator.robot.positions["right_1"] == pytest.approx(MAX_STEPS * 0.02, abs=0.002)
     assert "faster than the robot could be told" in operator.message
 
 
-def test_what_the_node_refuses_is_told_and_the_next_step_begins_anew(
+def test_a_refusal_is_shown_and_the_next_step_begins_at_the_measured_position(
     operator: Keyboard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_targets: object) -> None:
@@ -101,7 +101,7 @@ def test_what_the_node_refuses_is_told_and_the_next_step_begins_anew(
     assert operator.robot.positions["right_1"] == pytest.approx(0.02, abs=0.002)
 
 
-def test_it_runs_until_somebody_quits(operator: Keyboard) -> None:
+def test_it_runs_until_the_operator_quits(operator: Keyboard) -> None:
     pieces, drawn = ["", RIGHT, "", "", "", "", "q", "never read"], 0
 
     def draw() -> None:

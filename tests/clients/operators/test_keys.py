@@ -1,4 +1,4 @@
-"""Keys out of what a terminal sends."""
+"""Keys from the input of a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits, as far as they are known."""
+"""Limits, where they are known."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_way_out_of_them_is_refused_with_the_figures() -> None:
         LIMITS.check("right_1", -3.0, 0.0, "a sine")
 
 
-def test_what_nobody_knows_limits_nothing() -> None:
+def test_unknown_limits_limit_nothing() -> None:
     unknown = JointLimits()
     assert not unknown.is_known
     assert LIMITS.is_known

@@ -1,4 +1,4 @@
-"""Operators over ROS 1: at the node of a robot of ours, and at one of somebody else's that knows only joints."""
+"""Operators over ROS 1: at the node of a robot of ours, and at another vendor's that knows only joints."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.ros1
 
 
 def strange_node() -> None:
-    """A node as simple as they come: joints creep to their targets; no clock, no status, nothing else."""
+    """Run the simplest node: joints creep to their targets; no clock, no status, nothing else."""
     import rospy
     from sensor_msgs.msg import JointState
 
@@ -51,7 +51,7 @@ def strange_node() -> None:
 
 
 def signal(master: Ground, *arguments: str) -> dict[str, Any]:
-    """What a test signal found."""
+    """Return the result of a test signal."""
     quick = ("--frequency", "1", "--duration", "1", "--amplitude", "0.2", "--json", "--ros1")
     process = master.cellwright("operate", "signal", *arguments, *quick)
     assert process.finish() == 0, process.err

@@ -1,4 +1,4 @@
-"""Targets of a file, played to a whole node in this process, and what it records of itself."""
+"""Targets of a file, played to a whole node in this process, and its recordings of itself."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def targets(*moments: tuple[float, Mapping[str, float]], topic: str = JOINT_COMM
 
 
 def heard(there: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple[float, dict[str, float]]]:
-    """What is said on a topic from now on, with its time."""
+    """Return a list that collects the messages on a topic from now on, with their times."""
     found: list[tuple[float, dict[str, float]]] = []
 
     def note(message: object) -> None:
@@ -78,7 +78,7 @@ def test_who_is_there_already_goes_on_soon(there: OperatedRobot) -> None:
     assert there.session.time - begun < 0.6
 
 
-def test_who_does_not_get_there_is_told_of(there: OperatedRobot) -> None:
+def test_a_joint_that_does_not_get_there_is_reported(there: OperatedRobot) -> None:
     with pytest.raises(UsageError, match=r"right_1 did not come to the first target: it is at 2, and 2\.5 was asked"):
         approach(there, {"right_1": 2.5}, 0.5)  # its limit is 2
 
@@ -102,11 +102,11 @@ def test_of_what_is_due_at_once_only_the_newest_is_said(there: OperatedRobot) ->
     assert [values for _, values in said] == [{"right_1": pytest.approx(0.049)}, {"left_1": 0.1}, {"right_1": 0.2}]
 
 
-def test_grippers_are_told_on_their_own_topic(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[Any] = []
-    monkeypatch.setattr(there, "send", told.append)
+def test_grippers_are_commanded_on_their_own_topic(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[Any] = []
+    monkeypatch.setattr(there, "send", sent.append)
     play(there, targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND))
-    assert told == [MoveGrippers((0.0, 1.0))]
+    assert sent == [MoveGrippers((0.0, 1.0))]
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_where_nothing_can_be_written_it_says_so(there: OperatedRobot, tmp_path:
         Recorder(there, tmp_path / "none" / "motion.csv")
 
 
-def test_a_recording_is_closed_though_there_is_nobody_left_to_tell(there: OperatedRobot, tmp_path: Path) -> None:
+def test_a_recording_is_closed_though_the_node_is_gone(there: OperatedRobot, tmp_path: Path) -> None:
     recorder = Recorder(there, tmp_path / "motion.csv")
     there.session.sleep(0.1)
 

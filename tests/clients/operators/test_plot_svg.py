@@ -1,4 +1,4 @@
-"""The picture of a test signal: a sound file, with the curves where they belong."""
+"""Plot of a test signal: a valid file, with the curves in their places."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 def done(joint: str = "elbow", *, height: float = 0.2, samples: int = 300) -> Exercise:
     time = np.linspace(0.0, 3.0, samples)
-    told = np.where(time >= 1.0, height, 0.0)
-    trace = Trace(joint, time, told, time, np.where(time >= 1.1, height, 0.0))
+    target = np.where(time >= 1.0, height, 0.0)
+    trace = Trace(joint, time, target, time, np.where(time >= 1.1, height, 0.0))
     return Exercise(Wave(Shape.STEP, 0.2, 0.5, 1), 0.0, trace, tracking(trace, period=2.0, edges=[1.0]))
 
 
 def curves(svg: str) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
-    """The points of each curve; samples in the legend are not cut off at a frame."""
+    """Return the points of each curve; samples in the legend are not cut off at a frame."""
     paths = [path for path in ET.fromstring(svg).iter(f"{SVG}path") if "clip-path" in path.attrib]
     drawn = [path.attrib["d"] for path in paths if "fill: none; stroke: #" in path.attrib["style"]]
     lines = [line for line in drawn if line.count("L") > 1]  # one stroke is a line of the grid
@@ -36,10 +36,10 @@ def test_each_joint_has_target_position_and_error() -> None:
     svg = tracking_svg([done(), done("wrist <3> & $co$")])
     found = curves(svg)
     assert len(found) == 6
-    told, seen, error = found[:3]
-    assert np.ptp(told[:, 1]) == pytest.approx(np.ptp(seen[:, 1]))
-    assert seen[seen[:, 1].argmin(), 0] > told[told[:, 1].argmin(), 0]  # the position comes later
-    assert error[:, 1].min() > told[:, 1].max()  # and the error stands below
+    target, seen, error = found[:3]
+    assert np.ptp(target[:, 1]) == pytest.approx(np.ptp(seen[:, 1]))
+    assert seen[seen[:, 1].argmin(), 0] > target[target[:, 1].argmin(), 0]  # the position comes later
+    assert error[:, 1].min() > target[:, 1].max()  # and the error stands below
     assert any("wrist <3> & $co$: step" in (text.text or "") for text in ET.fromstring(svg).iter(f"{SVG}text"))
 
 

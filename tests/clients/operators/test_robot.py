@@ -1,4 +1,4 @@
-"""A robot's node as its operator sees it, over the topics of a whole node and of a stranger's."""
+"""A robot's node as its operator sees it, over the topics of a whole node and of another vendor's."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from tests.clients.operators.nodes import robot
 
 
 class Stranger:
-    """A way to a node of somebody else's: it says what a test says, and time passes as it is asked to."""
+    """A transport to another vendor's node: a test sets its messages, and time passes on request."""
 
     def __init__(self, states: list[Any]) -> None:
         self.states = states

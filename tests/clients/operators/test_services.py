@@ -1,4 +1,4 @@
-"""Services called beside the operator's work: each call has an answer, whatever becomes of it."""
+"""Services called beside the operator's work: each call has an answer, even on failure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.waiting import wait_until
 
 
 class Way:
-    """A transport whose calls end as a test says."""
+    """A transport whose calls end as a test sets."""
 
     def __init__(self, act: Callable[[], Any]) -> None:
         self.act = act
@@ -29,7 +29,7 @@ class Way:
 
 
 def answer(services: ServiceCaller) -> str:
-    """What comes of the call that is under way."""
+    """Return the result of the pending call."""
     return wait_until(services.answer, "answer")
 
 

@@ -1,4 +1,4 @@
-"""Files of targets: what is read, and what is refused with its line."""
+"""Target files: accepted ones, and refusals with their line."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_grippers_beside_joints_become_a_message_of_their_own(tmp_path: Path) ->
         ("time,gripper_left\n0,1\n", ":2: gripper_left: grippers are told in their order"),
     ],
 )
-def test_a_bad_csv_file_is_told_with_its_line(text: str, said: str, tmp_path: Path) -> None:
+def test_a_bad_csv_file_is_refused_with_its_line(text: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, text))
     assert said in str(caught.value)
@@ -97,13 +97,13 @@ def test_a_bad_csv_file_is_told_with_its_line(text: str, said: str, tmp_path: Pa
         (20000 * "[", "nested too deeply"),
     ],
 )
-def test_a_bad_line_of_json_is_told_with_its_number(line: str, said: str, tmp_path: Path) -> None:
+def test_a_bad_line_of_json_is_refused_with_its_number(line: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, f'{{"time": 0, "positions": {{"head": 0}}}}\n{line}\n', "motion.jsonl"))
     assert f"motion.jsonl:2: {said}" in str(caught.value) or said in str(caught.value)
 
 
-def test_several_problems_are_told_at_once_but_not_all_of_a_thousand(tmp_path: Path) -> None:
+def test_several_problems_are_reported_at_once_but_not_all_of_a_thousand(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         read_targets(written(tmp_path, "time,head\n" + 1000 * "0,x\n"))
     assert len(caught.value.problems) == 10

@@ -1,4 +1,4 @@
-"""Figures of how a joint followed, held against motions whose figures are known."""
+"""Tracking figures, against motions of known figures."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ TIME = np.arange(0.0, 4.5, 0.01)
 
 
 def sine(amplitude: float = 0.3, lag: float = 0.0, gain: float = 1.0) -> Trace:
-    told = amplitude * np.sin(2 * np.pi * 0.5 * TIME)
+    target = amplitude * np.sin(2 * np.pi * 0.5 * TIME)
     seen = gain * amplitude * np.sin(2 * np.pi * 0.5 * (TIME - lag))
-    return Trace("elbow", TIME, told, TIME, seen)
+    return Trace("elbow", TIME, target, TIME, seen)
 
 
 def step(answer: Array) -> Trace:
-    """A step of 0.2 at 1 s, and an answer to it as a part of the step, against the time since."""
+    """Return a step of 0.2 at 1 s, and an answer to it as a share of the step, against the time since."""
     return Trace("elbow", TIME, np.where(TIME >= 1.0, 0.2, 0.0), TIME, 0.2 * answer)
 
 
@@ -87,16 +87,16 @@ def test_who_stops_on_the_way_does_not_settle() -> None:
     assert found.step.rest == found.judged == pytest.approx(0.1)
 
 
-def test_of_several_steps_the_worst_is_told() -> None:
-    told = np.where((TIME >= 1.0) & (TIME < 2.0), 0.2, 0.0)
+def test_of_several_steps_the_worst_is_reported() -> None:
+    target = np.where((TIME >= 1.0) & (TIME < 2.0), 0.2, 0.0)
     quick = np.where(TIME >= 1.0, 0.2 * (1.0 - np.exp(-(TIME - 1.0) / 0.02)), 0.0)
     slow = np.where(TIME >= 2.0, 0.2 * np.exp(-(TIME - 2.0) / 0.1), quick)
-    found = tracking(Trace("elbow", TIME, told, TIME, slow), period=2.0, edges=[1.0, 2.0]).step
+    found = tracking(Trace("elbow", TIME, target, TIME, slow), period=2.0, edges=[1.0, 2.0]).step
     assert found is not None
     assert found.rise == pytest.approx(0.1 * math.log(9), abs=0.01)
 
 
-def test_a_step_that_nobody_saw_is_left_out() -> None:
+def test_a_step_without_samples_is_left_out() -> None:
     trace = step(first_order(0.05))
     assert tracking(trace, period=2.0, edges=[9.0]).step is None
     assert tracking(trace, period=2.0, edges=[0.5]).step is not None

@@ -1,4 +1,4 @@
-"""Test signals: where they go, and where they do not."""
+"""Test signals: their values, and their limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an agent is, and where one is found."""
+"""The agent interface, and discovery of agents by name."""
 
 import inspect
 from collections.abc import Callable
@@ -11,33 +11,32 @@ from cellwright.util.errors import CellwrightError, UnknownNameError
 
 @runtime_checkable
 class Agent(Protocol):
-    """A program that works a cell: made without arguments, run once."""
+    """A program that works a cell; it is constructed without arguments and run once."""
 
     def run(self, client: Client) -> None:
-        """Work the cell. Returning means having done what it came for."""
+        """Work the cell; return when done."""
 
 
 BUNDLED = {
     "kitter": "cellwright.clients.agents.kitter.agent:KitterAgent",
     "lesson": "cellwright.clients.agents.lesson:LessonAgent",
 }
-"""Agents that come with Cellwright, by name."""
+"""Agents bundled with Cellwright, by name."""
 
 
 class AgentError(CellwrightError):
-    """An agent that cannot be found or made."""
+    """No such agent, or its construction failed."""
 
 
 def find_agent(name: str) -> Callable[[], Agent]:
-    """What makes an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
+    """Return a factory for an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
 
-    Names are those of agents that come along, and then those that other packages bring
-    (`cellwright.util.plugins`).
+    Bundled agents are looked up by name first, then those of other packages (`cellwright.util.plugins`).
 
     Raises:
-        PluginError: another package brings an agent of this name along, and it cannot be imported.
-        AgentError: there is no such file, module or class, or it fails when it is imported. Making the agent raises
-            it too, when that fails.
+        PluginError: another package has an agent of this name that cannot be imported.
+        AgentError: there is no such file, module or class, or its import fails. The factory raises it too, when it
+            cannot construct the agent.
     """
     if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
         return maker_of(f"agent {name}", plugins.load("agents", name))
@@ -49,11 +48,11 @@ def find_agent(name: str) -> Callable[[], Agent]:
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:
-    """What makes an agent of a class that its author calls `target`; errors as of `find_agent`."""
+    """Return a factory for a class that its author calls `target`; errors as of `find_agent`."""
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
     run = found.run
     if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run) or inspect.isasyncgenfunction(run):
-        # called, it would do nothing and say nothing
+        # called, it would silently do nothing
         raise AgentError(f"{target}: its run(client) must be a plain method, without async or yield")
     return plugins.maker(target, found, AgentError)

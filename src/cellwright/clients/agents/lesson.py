@@ -1,9 +1,9 @@
-"""The lesson's way to work its cell: scripted joint waypoints, no planning, and a look at one sensor.
+"""Agent of the lesson: scripted joint waypoints, no planning, and one sensor.
 
-Waypoints, pauses and decisions are those of ROS Developers Live Class 20, "Simulate an industrial environment"; what
-the printed text had lost (where the arm is sent in between) is restored from its comments and its prose. It does not
-look at the orders: it fetches two piston rods from bin 7 and puts both at one place of AGV 1's tray, then waits by the
-belt for two gears, and sends the kit.
+Waypoints, pauses and decisions are those of ROS Developers Live Class 20, "Simulate an industrial environment". The
+printed text had lost where the arm is sent in between; its comments and its prose restored that. The agent ignores
+the orders: it puts two piston rods from bin 7 at one place of AGV 1's tray. Then it waits by the belt for two gears,
+and sends the kit.
 """
 
 import logging
@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 READY, PICK, LIFT, TO_AGV, PLACE, RETRACT, TO_BIN, BY_BELT, _ABOVE_BELT, ON_BELT, OFF_BELT = range(11)
 
 # elbow, rail, shoulder lift, shoulder pan, wrist 1, wrist 2, wrist 3 [rad; m]; an eighth number, as joint states have
-# it, belongs to no joint of the controller and is passed over by it
+# it, belongs to no joint of the controller, which ignores it
 WAYPOINTS: tuple[tuple[float, ...], ...] = (
     (2.5, 0.0, -1.2, 3.20, 3.5, -1.51, 0.0, 0.0),  # ready
     (2.09, 0.25, -0.47, 3.2, 3.1, -1.51, 0.0, 0.0),  # at the first piston rod of bin 7
@@ -41,12 +41,11 @@ class LessonAgent:
     """The script as a program.
 
     Args:
-        from_bin: whether to fetch parts from the bin, all of them in the first turn.
-        from_belt: whether to fetch parts from the belt, one a turn when the beam is broken at that moment.
-        parts: how many to fetch from either.
-        patience: seconds after which it sends the kit as it is, when it has not seen the beam broken for so long. The
-            script itself has no end there: it looks once a second, gears come every six, so that once it looks at the
-            wrong moment it always does.
+        from_bin: fetch parts from the bin, all of them in the first turn.
+        from_belt: fetch parts from the belt, one a turn when the beam is broken at that moment.
+        parts: number of parts from either.
+        patience: time [s] without a broken beam after which it sends the kit as it is. The script itself has no end
+            there: it looks once a second, and gears come every six, so it would look at the wrong moment forever.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class LessonAgent:
         self.last_seen = 0.0
 
     def run(self, client: Client) -> None:
-        """Start the competition, then look once a second whether there is something to do, until the kit is sent."""
+        """Start the competition, then look for work once a second until the kit is sent."""
         client.on_sensor("break_beam", self._take_beam)
         client.start_competition()
         self._send(client, READY)
@@ -80,7 +79,7 @@ class LessonAgent:
         self.beam_broken = message.object_detected
 
     def _work(self, client: Client) -> bool:
-        """One turn of the script's loop; whether the work is done."""
+        """Run one turn of the script's loop; return True when the work is done."""
         if self.from_bin:
             for number in range(self.parts):
                 self._fetch_from_bin(client, number)
@@ -136,7 +135,7 @@ class LessonAgent:
         self.count += 1
 
     def _holds(self, client: Client) -> bool:
-        """Whether the cup holds something; if it does not, the arm goes back to wait for the next part."""
+        """Return whether the cup holds something; if not, the arm goes back to wait for the next part."""
         if client.gripper_attached:
             return True
         _intend(client, "the cup is empty: going back")
@@ -145,18 +144,18 @@ class LessonAgent:
         return False
 
     def _send(self, client: Client, *waypoints: int | Sequence[float]) -> None:
-        """Send the arm along waypoints, given by number or by value, a second each."""
+        """Send the arm along waypoints, given by number or by value, one second each."""
         client.send_arm([WAYPOINTS[each] if isinstance(each, int) else each for each in waypoints])
 
 
 def changed(waypoint: int, joint: int, value: float) -> tuple[float, ...]:
-    """A waypoint with one joint put elsewhere [rad; m for the rail]."""
+    """Return a waypoint with one joint at another position [rad; m for the rail]."""
     positions = list(WAYPOINTS[waypoint])
     positions[joint] = value
     return tuple(positions)
 
 
 def _intend(client: Client, text: str, *arguments: Any) -> None:
-    """Say what is done next, in the log and to those who look on."""
+    """Announce the next action, in the log and in the viewer."""
     log.info(text, *arguments)
     client.intend(text % arguments)

@@ -1,8 +1,8 @@
-"""`AssembledRobot`: a robot in a process of its own, held in the hand of a program as the io_teleop stack has it.
+"""`AssembledRobot`: a robot in a process of its own, with the Python interface of the io_teleop stack.
 
-Nothing here needs more than Python's standard library (3.8 or later), for the program may be a node of ROS under the
-system's Python, where nothing of Cellwright's is installed. The physics is the controller node's, under Cellwright's
-own Python; the two talk over the link of `cellwright.middleware.wire`.
+Nothing here needs more than Python's standard library (3.8 or later). The program may be a ROS node under the system's
+Python, which has no packages of Cellwright's. The controller node runs the physics under Cellwright's own Python; the
+two exchange frames of `cellwright.middleware.wire`.
 """
 
 from cellwright.clients.assembled.joints import JointStates

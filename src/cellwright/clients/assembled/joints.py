@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 class JointStates(NamedTuple):
-    """All joints that are not fixed, in the order of their indices: what a `sensor_msgs/JointState` holds.
+    """State of all joints that are not fixed, in the order of their indices: the fields of a `sensor_msgs/JointState`.
 
     Names are as in the URDF, positions in rad or m, velocities in rad/s or m/s, efforts in N m or N.
     """
@@ -33,7 +33,7 @@ class JointStates(NamedTuple):
 
 @dataclass(frozen=True)
 class JointInfo:
-    """A joint as the index table shows it; `link` is what it moves and has the same index.
+    """A joint as the index table shows it; `link` is its child link, and has the same index.
 
     Limits are infinite where the URDF sets none [rad; m; N m; N; rad/s; m/s].
     """
@@ -51,7 +51,7 @@ class JointInfo:
 
 
 class Lookup(dict, Generic[T]):  # type: ignore[type-arg]
-    """A dictionary that says what it has when it is asked for something else; `kind` is what a key is called."""
+    """A dictionary whose error for a missing key lists its keys; `kind` is the name of a key in that error."""
 
     def __init__(self, kind: str, entries: Mapping[Any, T]) -> None:
         super().__init__(entries)
@@ -62,7 +62,7 @@ class Lookup(dict, Generic[T]):  # type: ignore[type-arg]
 
 
 class Joints:
-    """The joints of a robot, as its process describes it, driven and read there."""
+    """The joints of a robot, described, driven and read through its process."""
 
     def __init__(self, process: RobotProcess, described: Mapping[str, Any]) -> None:
         self._process = process
@@ -71,7 +71,7 @@ class Joints:
         self._places = {joint.index: place for place, joint in enumerate(self._movable)}
 
     def move(self, indices: Indices, positions: Numbers) -> None:
-        """Have joints go to positions [rad; m]."""
+        """Move joints to positions [rad; m]."""
         self._command(services.MOVE_SERVICE, indices, positions)
 
     def place(self, indices: Indices, positions: Numbers) -> None:
@@ -79,23 +79,23 @@ class Joints:
         self._command(services.PLACE_SERVICE, indices, positions)
 
     def states(self) -> JointStates:
-        """All joints that are not fixed, as they are now."""
+        """Return the state of all joints that are not fixed."""
         state = self._process.ask(services.STATE_SERVICE)
         names = [joint.name for joint in self._movable]
         return JointStates(names, state["positions"], state["velocities"], state["efforts"])
 
     def positions(self, indices: Iterable[int]) -> list[float]:
-        """Positions of some joints now [rad; m]."""
+        """Return the present positions of some joints [rad; m]."""
         state = self._process.ask(services.STATE_SERVICE)["positions"]
         return [state[self._places[index]] for index in indices]
 
     def link_poses(self, indices: Sequence[int], frame: int | None = None) -> list[Pose]:
-        """Poses of link frames now, in the world or in the frame of a link; -1 is the root link."""
+        """Return the present poses of link frames, in the world or in the frame of a link; -1 is the root link."""
         poses: list[Pose] = self._process.ask(services.STATE_SERVICE, links=list(indices), frame=frame)["links"]
         return poses
 
     def range_of(self, index: int) -> tuple[float, float]:
-        """Limits of a joint [rad; m]."""
+        """Return the limits of a joint [rad; m]."""
         joint = self.table[index]
         return joint.lower, joint.upper
 
@@ -121,7 +121,7 @@ class Joints:
 
 
 def _listed(value: Any) -> list[Any]:
-    """One number or several, as programs give them, arrays of numpy among them."""
+    """Return one number or several as a list; arrays of numpy too."""
     try:
         return list(value)
     except TypeError:
@@ -129,7 +129,7 @@ def _listed(value: Any) -> list[Any]:
 
 
 def _joint(row: Mapping[str, Any]) -> JointInfo:
-    """A joint of the description, where None stands for what is not limited."""
+    """Return a joint of the description, where None stands for no limit."""
     unlimited = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
     found: dict[str, Any] = {key: unlimited.get(key) if value is None else value for key, value in row.items()}
     return JointInfo(**found)
@@ -139,7 +139,7 @@ _TABLE_HEAD = ("index", "joint", "type", "link", "parent link", "from", "to")
 
 
 def index_table(joints: Iterable[JointInfo]) -> str:
-    """One line for each joint, fixed ones included; limits [rad; m] are empty where there are none."""
+    """Return the index table: a line per joint, fixed ones included; missing limits [rad; m] are empty."""
     rows = [_TABLE_HEAD, *map(_table_row, joints)]
     widths = [max(map(len, column)) for column in zip(*rows)]
     return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)

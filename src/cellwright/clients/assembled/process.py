@@ -16,22 +16,23 @@ from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, Kind, 
 from cellwright.util.errors import CellwrightError, UsageError, showable
 
 DESCRIBE_SERVICE = "/cellwright/robot/describe"
-"""The robot: joints, arms, grippers, head, lift, and where its root link is."""
+"""Description of the robot: joints, arms, grippers, head, lift, and the pose of its root link."""
 STATE_SERVICE = "/cellwright/robot/state"
-"""Positions, velocities and efforts of all movable joints, positions and targets of the driven ones, where the body is
-that carries the robot, and the poses of the links asked for by index."""
+"""Positions, velocities and efforts of all movable joints, positions and targets of the driven ones. Also the pose of
+the body that carries the robot, and the poses of requested links by index.
+"""
 MOVE_SERVICE = "/cellwright/robot/move"
-"""Have joints, by index, go to positions."""
+"""Move joints, by index, to positions."""
 PLACE_SERVICE = "/cellwright/robot/place"
 """Put joints, by index, at positions at once."""
 MOVE_TIP_SERVICE = "/cellwright/robot/move_tip"
-"""Bring the tip of an arm, by its number, to a pose in the world."""
+"""Move the tip of an arm, by its number, to a pose in the world."""
 PLACE_BASE_SERVICE = "/cellwright/robot/place_base"
 """Put the root link at a pose at once."""
 
 
 OWNER = "/assembled_robot"
-"""The node as which the program is known to the process of its robot, which ends when that node is gone."""
+"""Node name of the program in its robot's process, which ends when that node is gone."""
 
 _START = "import sys; sys.path.insert(0, {!r}); from cellwright.running.remote.robot import main; sys.exit(main())"
 _SOURCE_FOLDER = str(Path(__file__).resolve().parents[3])
@@ -44,12 +45,12 @@ _NUMBERS = (1 << 32) - 1
 class RobotProcess:
     """A robot's controller node in a process of its own.
 
-    It ends with this one, however that ends: it listens for this connection, and goes when it is gone. A Ctrl-C on the
-    terminal is not for it. `ask` may be called from any thread. The interpreter `python` is that which Cellwright is
-    installed for; `cellwright.running.remote.robot` takes the order.
+    The process ends when this program ends for any reason, for then the connection closes. It ignores a Ctrl-C on the
+    terminal. `ask` may be called from any thread. `python` is the interpreter of Cellwright's installation;
+    `cellwright.running.remote.robot` reads the order.
 
     Raises:
-        UsageError: it cannot be started, or not with this robot; the text says why.
+        UsageError: the process cannot be started, or not with this robot; the text says why.
     """
 
     def __init__(self, python: str, order: Mapping[str, Any]) -> None:
@@ -77,11 +78,15 @@ class RobotProcess:
 
     @property
     def is_running(self) -> bool:
-        """Whether the robot can be spoken to."""
+        """True while the robot can be reached."""
         return self._connection is not None and self._process.poll() is None
 
     def ask(self, service: str, **values: Any) -> dict[str, Any]:
-        """Call a service with JSON values; a CellwrightError says why it is refused, or that the process has ended."""
+        """Call a service with JSON values.
+
+        Raises:
+            CellwrightError: the service refuses, or the process has ended; the text says why.
+        """
         with self._lock:
             self._number = self._number % _NUMBERS + 1
             payload = json.dumps(values).encode()
@@ -91,7 +96,7 @@ class RobotProcess:
         return answer.json()
 
     def close(self) -> None:
-        """End the process; nothing is left of it."""
+        """End the process, and wait until it is gone."""
         atexit.unregister(self.close)
         connection, self._connection = self._connection, None
         if connection is not None:
@@ -104,7 +109,7 @@ class RobotProcess:
                 with contextlib.suppress(OSError):
                     pipe.close()
         if connection is None:
-            process.kill()  # it knows of no connection that it could miss
+            process.kill()  # it has no connection whose end would stop it
         try:
             process.wait(_TIME_TO_END)
         except subprocess.TimeoutExpired:
@@ -112,7 +117,7 @@ class RobotProcess:
             process.wait()
 
     def _begin(self, order: Mapping[str, Any]) -> tuple[str, int]:
-        """Say what to run; where it is to be reached."""
+        """Send the order; return the address that the process answers with."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         with contextlib.suppress(OSError):  # it has ended, and has said why
@@ -138,19 +143,19 @@ class RobotProcess:
         return connection
 
     def _exchange(self, frame: Frame) -> Frame:
-        """Say something and wait for what is answered."""
+        """Send a frame and wait for its answer."""
         connection = self._connection
         if connection is None:
             raise CellwrightError("the robot's process has ended")
         try:
             connection.sendall(frame.encode())
             while True:
-                # what a Ctrl-C kept somebody from waiting for is still to come, and is no answer to this
+                # an answer to a request that a Ctrl-C interrupted may still arrive; skip it
                 while self._frames:
                     answer = self._frames.pop(0)
                     if answer.kind is Kind.ENDED:
                         raise CellwrightError(f"the robot's process has ended: {showable(answer.text())}")
-                    if answer.number in (frame.number, 0):  # 0: who is cut off is told so
+                    if answer.number in (frame.number, 0):  # 0: a notice that the connection is cut
                         return answer
                 data = connection.recv(_PIECE)
                 if not data:

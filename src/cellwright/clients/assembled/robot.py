@@ -13,7 +13,11 @@ from cellwright.util.errors import UsageError
 
 
 def pose_lists(pose: Pose) -> list[list[float]]:
-    """A pose as plain lists, whatever sequences it is made of; a UsageError if it is none."""
+    """Return a pose as plain lists, from sequences of any type.
+
+    Raises:
+        UsageError: it is not a pose.
+    """
     try:
         position, orientation = ([float(value) for value in part] for part in pose)
     except (TypeError, ValueError):
@@ -36,11 +40,11 @@ class RobotBase:
 
     @property
     def pose(self) -> Pose:
-        """Where it is in the world; the original forgot the pose that the configuration loads the robot at."""
+        """Pose in the world, from the configuration at first; the original ignored the pose of its configuration."""
         return self._joints.link_poses([ROOT])[0]
 
     def reset_base(self, pose: Pose) -> None:
-        """Put it at a pose in the world at once; the robot comes along."""
+        """Put the root link at a pose in the world at once, with the whole robot."""
         self._process.ask(services.PLACE_BASE_SERVICE, pose=pose_lists(pose))
 
 
@@ -51,7 +55,7 @@ class RobotArm:
         arm_joint_index: indices of its joints.
         ee_index: index of the link at its tip.
         home_j_pos: its home posture [rad; m].
-        home_ee_pose: where the tip is in the world when the robot is put up.
+        home_ee_pose: pose of the tip in the world after loading.
     """
 
     def __init__(self, process: RobotProcess, joints: Joints, number: int, described: Mapping[str, Any]) -> None:
@@ -70,18 +74,19 @@ class RobotArm:
 
     @property
     def abs_ee_pose(self) -> Pose:
-        """Where its tip is in the world."""
+        """Pose of its tip in the world."""
         return self._joints.link_poses([self.ee_index])[0]
 
     @property
     def rel_ee_pose(self) -> Pose:
-        """Where its tip is in the frame of the root link."""
+        """Pose of its tip in the frame of the root link."""
         return self._joints.link_poses([self.ee_index], frame=ROOT)[0]
 
     def move_ee(self, pose: Pose) -> None:
-        """Bring the link that `controller_indices.cmd_ee` names, the tip as a rule, to a pose in the world.
+        """Move the link that `controller_indices.cmd_ee` names, usually the tip, to a pose in the world.
 
-        As near as it can be reached, within the limits of joints and speeds; the base is taken to stay where it is.
+        The link comes as near to the pose as the limits of joints and speeds allow; the base is assumed to stay in
+        place.
         """
         self._process.ask(services.MOVE_TIP_SERVICE, arm=self._number, pose=pose_lists(pose))
 
@@ -89,8 +94,8 @@ class RobotArm:
 class RobotGripper:
     """A gripper or hand: 0 is open, each of its joints at one of its limits, and 1 closed, at the other one.
 
-    The configuration says which is which; open is the lower limit where it does not. Joints that mimic others go with
-    these, wherever that is, and have no part in how far it is closed.
+    The configuration says which limit is which; by default the lower one is open. Joints that mimic others move with
+    these, and do not count for the closed share.
 
     Attributes:
         finger_index: indices of its joints.
@@ -102,7 +107,7 @@ class RobotGripper:
         self.finger_index: list[int] = list(described["joints"])
         self._follows: list[bool] = list(described["follows"])  # which of them mimic others
         self.joint_range = [list(joints.range_of(index)) for index in self.finger_index]
-        self._ways: list[list[float]] = [list(way) for way in described["ways"]]  # where each is open, and closed
+        self._ends: list[list[float]] = [list(ends) for ends in described["ways"]]  # of each joint: open, closed
 
     @property
     def joint_pos(self) -> list[float]:
@@ -111,31 +116,32 @@ class RobotGripper:
 
     @property
     def status(self) -> float:
-        """How far it is closed, from 0 to 1."""
-        fingers = [each for each, follows in zip(zip(self.joint_pos, self._ways), self._follows) if not follows]
-        way = sum((place - begin) * (1.0 if end > begin else -1.0) for place, (begin, end) in fingers)
+        """Closed share, from 0 to 1."""
+        fingers = [each for each, follows in zip(zip(self.joint_pos, self._ends), self._follows) if not follows]
+        moved = sum((place - begin) * (1.0 if end > begin else -1.0) for place, (begin, end) in fingers)
         whole = sum(abs(end - begin) for _, (begin, end) in fingers)
-        return min(max(way / whole, 0.0), 1.0) if whole > 0.0 else 0.0
+        return min(max(moved / whole, 0.0), 1.0) if whole > 0.0 else 0.0
 
     def joint_pos_from_status(self, status: float) -> list[float]:
-        """Positions of its joints [rad; m] when it is closed so far; what is beyond 0 or 1 counts as 0 or 1."""
+        """Return the positions of its joints [rad; m] at a closed share; values beyond 0 and 1 are clamped."""
         part = min(max(float(status), 0.0), 1.0)
-        return [begin + part * (end - begin) for begin, end in self._ways]
+        return [begin + part * (end - begin) for begin, end in self._ends]
 
     def move(self, status: float) -> None:
-        """Close it so far: 0 is open, 1 closed."""
+        """Move to a closed share: 0 is open, 1 closed."""
         self._joints.move(self.finger_index, self.joint_pos_from_status(status))
 
     def reset(self, status: float = 0.0) -> None:
-        """Have it closed so far at once: 0 is open, 1 closed."""
+        """Put the gripper at a closed share at once: 0 is open, 1 closed."""
         self._joints.place(self.finger_index, self.joint_pos_from_status(status))
 
 
 class RobotHead:
     """A head.
 
-    `head_joint_index` are the indices of its joints, of roll, pitch and yaw those that it has, and `home_j_pos` their
-    home posture [rad].
+    Attributes:
+        head_joint_index: indices of its joints: those of roll, pitch and yaw that it has.
+        home_j_pos: their home posture [rad].
     """
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
@@ -146,14 +152,14 @@ class RobotHead:
 
     @property
     def rotation(self) -> list[float]:
-        """Roll, pitch and yaw [rad]; 0 for what it cannot do."""
+        """Roll, pitch and yaw [rad]; 0 for an axis that it has not."""
         found = [0.0, 0.0, 0.0]
         for axis, position in zip(self._axes, self._joints.positions(self.head_joint_index)):
             found[axis] = position
         return found
 
     def move(self, rotation: Sequence[float]) -> None:
-        """Turn it to roll, pitch and yaw [rad]; what it cannot do is left out.
+        """Turn to roll, pitch and yaw [rad]; axes that it has not are ignored.
 
         Raises:
             UsageError: not three numbers.
@@ -163,12 +169,17 @@ class RobotHead:
         self._joints.move(self.head_joint_index, [rotation[axis] for axis in self._axes])
 
     def reset(self) -> None:
-        """Have it go home."""
+        """Move home."""
         self._joints.move(self.head_joint_index, self.home_j_pos)
 
 
 class RobotDorsal:
-    """The lift of the torso: `dorsal_lift_joint_index` is the index of its joint, `home_j_pos` its home [m; rad]."""
+    """The lift of the torso.
+
+    Attributes:
+        dorsal_lift_joint_index: index of its joint.
+        home_j_pos: its home position [m; rad].
+    """
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
         self._joints = joints
@@ -177,30 +188,30 @@ class RobotDorsal:
 
     @property
     def height(self) -> float:
-        """Where it is [m; rad]."""
+        """Present height [m; rad]."""
         return self._joints.positions([self.dorsal_lift_joint_index])[0]
 
     def move(self, height: float) -> None:
-        """Have it go to a height [m; rad]."""
+        """Move to a height [m; rad]."""
         self._joints.move(self.dorsal_lift_joint_index, height)
 
     def reset(self) -> None:
-        """Have it go home."""
+        """Move home."""
         self.move(self.home_j_pos)
 
 
 class AssembledRobot:
-    """A robot, put up as its configuration says, moving in real time in a process of its own.
+    """A robot, loaded from its configuration, that moves in real time in a process of its own.
 
     A subclass adds topics, and calls this class from the callbacks of its subscribers: every method may be called from
     any thread. Joints and links go by index (`cellwright robot FILE` prints the table). A configured robot has `arms`,
-    right and left; `grippers`, `head` and `dorsal` are there only where they are configured: ask with `hasattr`.
+    right and left. It has `grippers`, `head` and `dorsal` only where they are configured: check with `hasattr`.
 
     Args:
         robot_urdf_path: the URDF.
-        configs: the robot configuration (`vr_configs.yml`) as `yaml.safe_load` has it.
+        configs: the robot configuration (`vr_configs.yml`) as `yaml.safe_load` returns it.
         debug: print the index table, and open a window in which sliders move the joints.
-        with_ee_constraint: kept as an attribute; `arms[].move_ee` is there in any case.
+        with_ee_constraint: kept as an attribute; `arms[].move_ee` exists in any case.
         physics_clent_id: of the original's engine (and spelt as there); kept as an attribute.
 
     Attributes:
@@ -210,18 +221,19 @@ class AssembledRobot:
         link_name2id_dict: index of each link but the root, which is -1.
         base: the root link.
         arms: as configured.
-        address: host and port at which programs reach the robot's own node, with all topics of `cellwright teleop`.
+        address: host and port of the robot's own node, with all topics of `cellwright teleop`.
 
     Raises:
-        UsageError: the robot is not as it should be; the text says what is wrong.
+        UsageError: the robot cannot be loaded; the text says what is wrong.
     """
 
     python = sys.executable
-    """The interpreter that Cellwright is installed for; under another one a subclass has to name it."""
+    """The interpreter of Cellwright's installation; under another one a subclass must set it."""
 
     without_gui: bool | None = None
-    """Set it to False, in the class or before `__init__`, to have MuJoCo's window opened; None: as the configuration's
-    entry of this name says, and without a window where there is none."""
+    """False, in the class or before `__init__`, opens MuJoCo's window. None takes the configuration's entry of this
+    name, and opens no window where there is none.
+    """
 
     def __init__(
         self,
@@ -269,9 +281,9 @@ class AssembledRobot:
             self.dorsal = RobotDorsal(joints, described["dorsal"])
 
     def move_j(self, idx: Indices, pos: Numbers, max_vel: Sequence[float] = (), force: Sequence[float] = ()) -> None:  # noqa: ARG002
-        """Have joints go to as many positions [rad; m], cut off at their limits.
+        """Move joints to positions [rad; m], one for each index, clamped to their limits.
 
-        `max_vel` and `force` count for nothing, as in the original: both are limited as the URDF says.
+        `max_vel` and `force` have no effect, as in the original: both are limited as the URDF says.
 
         Raises:
             UsageError: there is no such joint, or a number is not finite; then none of them moves.
@@ -279,7 +291,7 @@ class AssembledRobot:
         self._joints.move(idx, pos)
 
     def reset_j(self, idx: Indices, pos: Numbers) -> None:
-        """Put joints at positions [rad; m], cut off at their limits, at once and at rest.
+        """Put joints at positions [rad; m], clamped to their limits, at once and at rest.
 
         Raises:
             UsageError: as for `move_j`.
@@ -287,7 +299,7 @@ class AssembledRobot:
         self._joints.place(idx, pos)
 
     def reset_home(self) -> None:
-        """Have arms, waist, head and lift go home, and open the grippers at once."""
+        """Move arms, waist, head and lift home, and open the grippers at once."""
         for arm in self.arms:
             self.move_j(arm.arm_joint_index, arm.home_j_pos)
         for index, position in self._waist:
@@ -299,18 +311,18 @@ class AssembledRobot:
             gripper.reset(0)
 
     def joint_states(self) -> JointStates:
-        """All joints that are not fixed, in the order of their indices, as they are now."""
+        """Return the state of all joints that are not fixed, in the order of their indices."""
         return self._joints.states()
 
     def link_pose(self, idx: int = ROOT) -> list[list[float]]:
-        """Where a link is in the world, [[x, y, z], [qx, qy, qz, qw]]; the root link when left out."""
+        """Return the pose of a link in the world, [[x, y, z], [qx, qy, qz, qw]]; of the root link by default."""
         return [list(each) for each in self._joints.link_poses([idx])[0]]
 
     @property
     def is_running(self) -> bool:
-        """Whether the robot can be spoken to; False after `close`, or when its process has ended."""
+        """True while the robot can be reached; False after `close`, or when its process has ended."""
         return self._process.is_running
 
     def close(self) -> None:
-        """End the robot's process. It ends by itself when this program does."""
+        """End the robot's process; the end of this program does so too."""
         self._process.close()

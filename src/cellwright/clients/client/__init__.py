@@ -1,4 +1,4 @@
-"""What a robot program holds in its hand."""
+"""Client of a cell or robot: the interface of programs, over every transport."""
 
 from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_message
 from cellwright.clients.client.session import Latest, NodeClient, Rate, Session

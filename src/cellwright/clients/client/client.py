@@ -17,14 +17,15 @@ from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 
 ARM_JOINTS = tuple(sorted(layout.ARM_JOINTS))
-"""The arm's joints in the order in which joint states name them (alphabetical)."""
+"""The arm's joints in the order of joint states (alphabetical)."""
 
 ARRIVED = 0.01
-"""Tolerance [rad; m for the rail] within which an arm that stands has arrived. The original's soft servos give way to
-the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup; finals teams waited for 9 mrad."""
+"""Tolerance [rad; m for the rail] within which an arm at rest has arrived. The original's soft servos give way to
+the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup. Finals teams waited for 9 mrad.
+"""
 
 AWAKE = 0.05
-"""So long [s] before the end of `doze` the client listens again: joint states come every 0.02 s."""
+"""Time [s] before the end of `doze` at which the client listens again: joint states come every 0.02 s."""
 
 _STOPPED = 0.02
 _PREFIX = "/ariac/"
@@ -36,10 +37,10 @@ log = logging.getLogger(__name__)
 
 
 class Client(NodeClient):
-    """What a program of the kit-building cell holds in its hand.
+    """Client of the kit-building cell.
 
-    It listens from the start to the competition's state, orders, score, joint states and the gripper; sensors are
-    listened to when they are asked for.
+    It subscribes from the start to the competition's state, orders, score, joint states and the gripper. The
+    first call that reads a sensor subscribes to it.
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -49,23 +50,23 @@ class Client(NodeClient):
         self._state = self.latest("/ariac/competition_state")
         self._score = self.latest("/ariac/current_score")
         self.joint_states = self.latest("/ariac/joint_states")
-        """Joint states as last heard (sensor_msgs/JointState)."""
+        """Newest joint states (sensor_msgs/JointState)."""
         self._gripper = self.latest("/ariac/gripper/state")
         self._sensors: dict[str, Latest] = {}
         self.subscribe("/ariac/orders", self.orders.append, passive=True)
 
     @property
     def competition_state(self) -> str:
-        """`init`, `ready`, `go`, `end_game` or `done`, as last heard; empty before the first message."""
+        """Newest state: `init`, `ready`, `go`, `end_game` or `done`; empty before the first message."""
         return "" if self._state.message is None else str(self._state.message.data)
 
     @property
     def score(self) -> float:
-        """The score as last heard; 0 before the first message."""
+        """Newest score; 0 before the first message."""
         return 0.0 if self._score.message is None else float(self._score.message.data)
 
     def start_competition(self) -> bool:
-        """Start the competition; False when it had been started before."""
+        """Start the competition; False if it had been started before."""
         return self._trigger("/ariac/start_competition")
 
     def end_competition(self) -> bool:
@@ -73,47 +74,49 @@ class Client(NodeClient):
         return self._trigger("/ariac/end_competition")
 
     def wait_for_order(self, timeout: float | None = None) -> osrf_gear.Order | None:
-        """The next order to be announced (osrf_gear/Order); None if none comes in time [s]."""
+        """Wait for the next order to be announced (osrf_gear/Order); None if none comes within `timeout` [s]."""
         known = len(self.orders)
         return self.orders[known] if self.wait_until(lambda: len(self.orders) > known, timeout) else None
 
     def material_locations(self, material: str) -> tuple[str, ...]:
-        """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
+        """Return the places of a type's parts, such as `bin7` or `belt`; none for an unknown type."""
         request = osrf_gear.GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
 
     def part_types(self) -> Mapping[str, Mapping[str, Any]]:
-        """The part types of the trial's own, by name; empty where there are none.
+        """Return the part types of the trial's own, by name; empty where there are none.
 
-        Each has its `mass` [kg] and `tops`: how it looks from above, first as it was modelled, then with each of the
-        five other sides up. A top is told in a frame with the part's origin and z up; `turn` is the quaternion
-        (w, x, y, z) of that frame in the part's. A top has the `centre_of_mass`, the box (`lower`, `upper`), the
-        `radius` of the floor plan about the middle of that box, and `spots` that the cup can stand on, the best first:
-        their `position`, and the `radius` of the flat disc. Lengths are in m.
+        Each has its `mass` [kg] and `tops`: its shape seen from above, first as modelled, then with each of the five
+        other sides up. The frame of a top has the part's origin and z up; `turn` is the quaternion (w, x, y, z) of that
+        frame in the part's. A top has these values, lengths in m:
+
+        - `centre_of_mass`;
+        - the box (`lower`, `upper`), and the `radius` of the floor plan about the middle of that box;
+        - `spots` that the cup can stand on, the best first: their `position`, and the `radius` of the flat disc.
 
         Raises:
-            CellwrightError: the cell does not answer that: it is one of an earlier version.
+            CellwrightError: the cell has no such service: it is one of an earlier version.
         """
         answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
         return {str(name): dict(values) for name, values in answer.items()}
 
     def intend(self, text: str) -> None:
-        """Say in a line what you are about, for people who look on: the panel of the page, recordings.
+        """Announce the next action in a line, for the viewer's panel and recordings.
 
-        It changes nothing in the cell, and a cell that does not listen to it is no error.
+        It changes nothing in the cell; a cell that ignores it raises no error.
         """
         with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
             self.publish(_INTENTION, String(text))
 
     @property
     def joint_positions(self) -> Mapping[str, float]:
-        """Joint positions as last heard [rad; m for the rail]; empty before the first message."""
+        """Newest joint positions [rad; m for the rail]; empty before the first message."""
         message = self.joint_states.message
         return {} if message is None else dict(zip(message.name, map(float, message.position), strict=True))
 
     @property
     def joint_velocities(self) -> Mapping[str, float]:
-        """Joint velocities as last heard [rad/s; m/s for the rail]; empty before the first message."""
+        """Newest joint velocities [rad/s; m/s for the rail]; empty before the first message."""
         message = self.joint_states.message
         return {} if message is None else dict(zip(message.name, map(float, message.velocity), strict=True))
 
@@ -128,14 +131,14 @@ class Client(NodeClient):
         """Send the arm along joint waypoints, without waiting.
 
         Args:
-            waypoints: positions [rad; m for the rail] in the order of `joints`; none at all brings the arm to rest.
-            times: when each is to be reached [s] from now; 1, 2, 3, … when left out.
-            velocities: velocities at the waypoints [rad/s; m/s]; without them the way between is straight.
-            joints: which joints the numbers belong to.
+            waypoints: positions [rad; m for the rail] in the order of `joints`; an empty list brings the arm to rest.
+            times: time of each waypoint [s] from now; 1, 2, 3, … by default.
+            velocities: velocities at the waypoints [rad/s; m/s]; without them the path between is straight.
+            joints: names of the joints of each waypoint.
 
         Raises:
-            UsageError: numbers that do not belong together.
-            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
+            UsageError: the numbers of positions, times, velocities and joints do not match.
+            RejectedCommandError: the arm refuses them, and continues its motion.
         """
         times = [float(number + 1) for number in range(len(waypoints))] if times is None else times
         if len(times) != len(waypoints) or (velocities is not None and len(velocities) != len(waypoints)):
@@ -153,14 +156,23 @@ class Client(NodeClient):
         timeout: float = 5.0,
         tolerance: float = ARRIVED,
     ) -> bool:
-        """Send the arm along joint waypoints and wait until it stands at the last one.
+        """Send the arm along joint waypoints and wait until it rests at the last one.
 
-        Arguments as for `send_arm`; `timeout` [s] counts from when it should have arrived. Whether it came to stand
-        within `tolerance` [rad; m for the rail] of the last waypoint.
+        Arguments as for `send_arm`.
+
+        Args:
+            waypoints: at least one.
+            times: as for `send_arm`.
+            joints: as for `send_arm`.
+            timeout: wait after the time of the last waypoint [s].
+            tolerance: largest distance to the last waypoint [rad; m for the rail].
+
+        Returns:
+            True if the arm came to rest within `tolerance` of the last waypoint.
 
         Raises:
-            UsageError: no waypoint, or numbers that do not belong together.
-            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
+            UsageError: no waypoint, or the numbers of positions, times and joints do not match.
+            RejectedCommandError: the arm refuses them, and continues its motion.
         """
         if not len(waypoints):
             raise UsageError("without a waypoint there is nowhere to go")
@@ -177,18 +189,18 @@ class Client(NodeClient):
         )
 
     def doze(self, duration: float) -> None:
-        """Let `duration` seconds pass in which nobody looks at joint states and gripper.
+        """Let `duration` seconds pass without joint states and gripper.
 
-        As `sleep`, but neither is listened to until shortly before the end, which costs the cell less: the gripper
-        tells its state in every step. At the end both are as new as after `sleep`; callbacks that come meanwhile find
-        them as they were.
+        As `sleep`, but unsubscribed from both until shortly before the end, which costs the cell less: the gripper
+        publishes its state in every step. At the end both are as new as after `sleep`; callbacks in between see their
+        old values.
 
         Raises:
             UsageError: called from a callback or another thread, or with a negative or non-finite duration.
             RunEndedError: the run is over.
         """
-        self._refuse_nesting()  # before anything is left
-        # over ROS a connection would have to be made anew each time
+        self._refuse_nesting()  # before any subscription ends
+        # over ROS each subscription would need a new connection
         if not AWAKE < duration < math.inf or not self.transport.knows_all_topics:
             self.sleep(duration)
             return
@@ -204,17 +216,17 @@ class Client(NodeClient):
         counts = [each.count for each in dozing]
         self._advance(end, None)
         for each, count in zip(dozing, counts, strict=True):
-            if each.count == count and each.message is not None:  # a cell that runs ahead of its guests
+            if each.count == count and each.message is not None:  # a cell that runs ahead of its clients
                 each.wait_for_next(1.0)
 
     @property
     def gripper_enabled(self) -> bool:
-        """Whether the vacuum is on, as last heard."""
+        """True if the vacuum was on in the newest message."""
         return self._gripper.message is not None and bool(self._gripper.message.enabled)
 
     @property
     def gripper_attached(self) -> bool:
-        """Whether something hangs on the cup, as last heard."""
+        """True if something was on the cup in the newest message."""
         return self._gripper.message is not None and bool(self._gripper.message.attached)
 
     def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
@@ -228,7 +240,7 @@ class Client(NodeClient):
         return bool(self.call(f"/ariac/agv{number}", request).success)
 
     def sensor(self, name: str) -> Latest:
-        """The newest reading of a sensor that the trial's file names; listened to from the first call on.
+        """Return the newest reading of a sensor of the trial; the first call subscribes.
 
         Raises:
             UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
@@ -238,7 +250,7 @@ class Client(NodeClient):
         return self._sensors[name]
 
     def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Have `callback(message)` called for each reading of a sensor; the returned function ends that.
+        """Call `callback(message)` for each reading of a sensor; the returned function ends that.
 
         Raises:
             UnknownNameError: as for `sensor`.
@@ -246,7 +258,7 @@ class Client(NodeClient):
         return self.subscribe(self._sensor_topic(name), callback)
 
     def _sensor_topic(self, name: str) -> str:
-        """The topic of a sensor, which is there."""
+        """Return the topic of a sensor, which must exist."""
         topic, topics = f"{_PREFIX}{name}", self.transport.topics()
         if topic not in topics:
             below = [each.removeprefix(_PREFIX) for each in topics if each.startswith(_PREFIX)]
@@ -267,7 +279,7 @@ def trajectory_message(
     times: Sequence[float],
     velocities: Sequence[Sequence[float]] | None = None,
 ) -> JointTrajectory:
-    """A trajectory_msgs/JointTrajectory that begins when it arrives; arguments as for `Client.send_arm`."""
+    """Return a trajectory_msgs/JointTrajectory that begins on arrival; arguments as for `Client.send_arm`."""
     points = [
         trajectory_point(
             positions,

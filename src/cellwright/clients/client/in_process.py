@@ -12,24 +12,24 @@ Callback = Callable[[Any], None]
 
 
 class Transport(Protocol):
-    """A way to a cell: in the same process, over a socket, over ROS.
+    """A connection to a cell: in the same process, over a socket, over ROS.
 
-    Time is simulation time in nanoseconds. Nothing is delivered but within `advance`.
+    Time is simulation time in nanoseconds. Messages are delivered only within `advance`.
     """
 
     def now(self) -> int:
         """Simulation time [ns]."""
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
-        """Let time go on to `until` [ns] (None: without end), or until `finished()` after a tick.
+        """Let time pass to `until` [ns] (None: without end), or until `finished()` after a tick.
 
-        Callbacks of subscriptions are called from here, in the order in which messages came.
+        Calls the callbacks of subscriptions, in the order in which messages came.
         """
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
-        """Have `callback(message)` called for each message on a topic; the returned function ends it.
+        """Call `callback(message)` for each message on a topic; the returned function ends that.
 
-        A passive callback takes note of the message and does nothing else, so that time need not stand for it.
+        A passive callback only stores the message, so that time need not stop for it.
         """
 
     def publish(self, topic: str, message: Any) -> None:
@@ -39,22 +39,22 @@ class Transport(Protocol):
         """Call a service and wait for its response."""
 
     def topics(self) -> dict[str, str]:
-        """Types of the topics that the cell publishes, by name."""
+        """Return the types of the topics that the cell publishes, by name."""
 
     @property
     def knows_all_topics(self) -> bool:
-        """Whether these are all that there will be; in ROS others may come."""
+        """True if `topics` lists all that there will be; in ROS others may appear."""
 
     def close(self) -> None:
-        """Let go of the cell."""
+        """Disconnect from the cell."""
 
 
 CLOSED = "the client is closed"
-"""Why nothing can be asked for any more by a program that has kept its client past the end."""
+"""Reason for the refusals to a program that uses its client after the end."""
 
 
 def deliver_all(mail: deque[tuple[Callback, Any]]) -> None:
-    """Call callbacks with what came. What they cause comes with the next step: a conversation cannot stop time."""
+    """Call the callbacks of queued messages. Replies to them come with the next step: no exchange can stop time."""
     for _ in range(len(mail)):
         if not mail:  # the callback before has closed the client
             return
@@ -63,16 +63,16 @@ def deliver_all(mail: deque[tuple[Callback, Any]]) -> None:
 
 
 class InProcess:
-    """A client's way to a cell in this process, one that has been reset: `advance` steps the simulation.
+    """Transport to a cell in this process, one that has been reset: `advance` steps the simulation.
 
-    The cell sees the client as the node `node`; when the run is over by `stop`, `advance` raises.
+    The cell sees the client as the node `node`; when `stop` has ended the run, `advance` raises.
     """
 
     def __init__(self, cell: Served, *, node: str = "/client", stop: StopCondition | None = None) -> None:
         self.cell = cell
         self.node = node
         self.step: Callable[[], object] = cell.simulation.step
-        """What lets a tick pass: the simulation's own step, or a paced one."""
+        """Advances time by a tick: the simulation's own step, or a paced one."""
         self.stop = stop or StopCondition()
         self._is_closed = False
         self._mail: deque[tuple[Callback, Any]] = deque()
@@ -85,7 +85,7 @@ class InProcess:
         return self.cell.simulation.now
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
-        """Step to `until` [ns], or until `finished()`; deliver what comes after each step.
+        """Step to `until` [ns], or until `finished()`; deliver messages after each step.
 
         Raises:
             RunEndedError: the deadline has come or the client was closed, and no more time passes.
@@ -104,17 +104,17 @@ class InProcess:
                 return
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
-        """Have a topic's messages delivered while time passes."""
+        """Deliver a topic's messages while time passes; the returned function ends that."""
         self._refuse_if_closed()
-        mail, wanted = self._mail, True
+        mail, is_active = self._mail, True
 
         def take(message: Any) -> None:
-            if wanted:
+            if is_active:
                 callback(message)
 
         def leave() -> None:
-            nonlocal wanted
-            wanted = False  # also what lies in the mail already is not delivered any more
+            nonlocal is_active
+            is_active = False  # messages in the queue are not delivered any more either
             subscription.cancel()
             self._leave.pop(leave, None)
 
@@ -129,7 +129,7 @@ class InProcess:
         self.cell.bus.publish(topic, message, node=self.node)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some.
+        """Call a service; the cell handles it between two steps. Time passes if its answer takes some.
 
         Raises:
             RunEndedError: the deadline has come before the answer.
@@ -142,15 +142,15 @@ class InProcess:
         while response.response is None:
             if self.cell.simulation.now >= self.stop.deadline:
                 raise RunEndedError(self.stop.reason)
-            self.step()  # what is heard meanwhile is delivered when the program lets time pass by itself
+            self.step()  # messages meanwhile are delivered when the program itself lets time pass
         return response.response
 
     def topics(self) -> dict[str, str]:
-        """Types of the topics that the cell publishes, by name."""
+        """Return the types of the topics that the cell publishes, by name."""
         return {info.name: info.type for info in self.cell.bus.topics() if info.direction is Direction.OUT}
 
     def close(self) -> None:
-        """Leave every topic, and ask for nothing any more."""
+        """Cancel all subscriptions, and refuse further calls."""
         self._is_closed = True
         for leave in list(self._leave):
             leave()

@@ -1,8 +1,8 @@
 """ROS 1 transport: a relay process under the system's Python for programs that have no rospy.
 
-The relay is a node like any other, and speaks to this client as a served cell would. Over a cell in lockstep the result
-is that of a run in one process. What differs from other ways: that a message was refused is not told to who published
-it, as ever in ROS; the cell says it, and goes on.
+The relay is an ordinary node, and speaks to this client as a served cell would. Over a cell in lockstep the result is
+that of a run in one process. Unlike other transports, and as always in ROS, it does not report refused messages to
+their publisher; the cell logs them, and continues.
 """
 
 import json
@@ -21,19 +21,19 @@ from cellwright.util.process import ChildProcess
 PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "relay.py"
 DECLARE = "relay:type"
 
-_MORE = 15.0  # [s], for its own start
+_START_TIME = 15.0  # [s], for its own start
 _LEAVING = 2.0
 
 
 class Ros1Transport(SocketTransport):
-    """A client's way to a cell in ROS 1.
+    """Transport to a cell in ROS 1.
 
     Args:
         python: an interpreter that has rospy.
         node: absolute name of the client's node.
-        environment: of the relay, which names the master; this process's own when left out.
-        patience: how long [s] to wait for a simulator to appear.
-        sign: the topic that is published where there is one, and as long as there is.
+        environment: of the relay, which names the master; this process's own by default.
+        patience: longest wait [s] for a simulator to appear.
+        sign: a topic that is published exactly while a simulator is there.
 
     Raises:
         UsageError: there is no master or no simulator, or the relay cannot be started.
@@ -58,7 +58,7 @@ class Ros1Transport(SocketTransport):
             raise UsageError(f"{python} cannot be started: {error.strerror or error}") from None
         self._declared: set[str] = set()
         try:
-            super().__init__(("127.0.0.1", self._port(patience + _MORE)), node=node, encoding="ros1")
+            super().__init__(("127.0.0.1", self._port(patience + _START_TIME)), node=node, encoding="ros1")
         except BaseException:
             self._relay.end(_LEAVING)
             raise
@@ -66,7 +66,7 @@ class Ros1Transport(SocketTransport):
     knows_all_topics = False
 
     def publish(self, topic: str, message: Any) -> None:
-        """Send a message. It is not told here if the cell refuses it."""
+        """Send a message; a refusal by the cell is not reported."""
         name = type_of(message) if hasattr(message, "__msgtype__") else ""
         if name and name not in self._declared:
             said = {"type": name, "md5": md5(name), "definition": definition(name)}
@@ -77,12 +77,12 @@ class Ros1Transport(SocketTransport):
         super().publish(topic, message)
 
     def close(self) -> None:
-        """Let go of the cell; the relay ends."""
+        """Disconnect from the cell; the relay ends."""
         super().close()
         self._relay.end(_LEAVING)
 
     def _port(self, patience: float) -> int:
-        """The port that the relay says when it is ready."""
+        """Return the port that the relay prints when it is ready."""
         word, _, port = self._relay.ready_line(patience).partition(" ")
         if word == "ready" and port.isdigit():
             return int(port)

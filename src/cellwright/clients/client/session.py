@@ -20,7 +20,7 @@ _LAST_PORT = 65535
 
 
 def parse_address(address: str | tuple[str, int]) -> tuple[str, int]:
-    """Host and port from `HOST:PORT`; a pair is one already.
+    """Return host and port of `HOST:PORT`; a pair is returned as it is.
 
     Raises:
         UsageError: it is no address.
@@ -38,8 +38,8 @@ def parse_address(address: str | tuple[str, int]) -> tuple[str, int]:
 class NodeClient:
     """Time, topics and services of a cell or of a robot's node.
 
-    Callbacks are delivered only inside `sleep` and `wait_until`; calling either from a callback is an error. It belongs
-    to the thread that made it: what another thread asks of it is refused, for two would take each other's answers.
+    Callbacks run only inside `sleep` and `wait_until`; calling either from a callback is an error. The client belongs
+    to the thread that made it, and refuses calls from others: two threads would take each other's answers.
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -48,7 +48,7 @@ class NodeClient:
         self._thread = get_ident()
 
     def adopt(self) -> None:
-        """Make it the calling thread's own, when the thread that had it has done with it."""
+        """Make the calling thread the owner, once the previous owner has finished with the client."""
         self._thread = get_ident()
 
     def _refuse_strangers(self) -> None:
@@ -57,7 +57,7 @@ class NodeClient:
 
     @classmethod
     def in_process(cls, cell: Served, *, node: str = "/client") -> Self:
-        """A hold on a `Cell` or a `RobotNode` in this process: its time passes only in `sleep` and `wait_until`.
+        """Connect to a `Cell` or a `RobotNode` in this process: its time passes only in `sleep` and `wait_until`.
 
         The cell sees the client as the node `node`.
         """
@@ -65,13 +65,14 @@ class NodeClient:
 
     @classmethod
     def connect(cls, address: str | tuple[str, int], *, node: str = "/client") -> Self:
-        """A hold on a cell or a robot that another process serves (`cellwright serve`, `cellwright teleop`).
+        """Connect to a cell or a robot that another process serves (`cellwright serve`, `cellwright teleop`).
 
-        The address is `"127.0.0.1:11399"` as the other process says it, or a pair of host and port. The cell sees the
-        client as the node `node`.
+        Args:
+            address: `"127.0.0.1:11399"` as the other process prints it, or a pair of host and port.
+            node: name under which the cell sees the client.
 
         Raises:
-            UsageError: it is no address, or nobody answers there.
+            UsageError: it is no address, or no server answers there.
         """
         from cellwright.clients.client.socket_transport import SocketTransport
 
@@ -96,9 +97,9 @@ class NodeClient:
         self._advance(self.transport.now() + round(duration * 1e9), None)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
-        """Let time pass until `condition()` is true, looked at after each tick; what it was in the end.
+        """Let time pass until `condition()` is true, checked after each tick; return its last value.
 
-        It waits `timeout` seconds of simulation time at most; None or infinity for no limit.
+        Waits at most `timeout` seconds of simulation time; None or infinity for no limit.
 
         Raises:
             UsageError: called from a callback or another thread, or with a timeout that is not a number.
@@ -117,7 +118,7 @@ class NodeClient:
         return condition()
 
     def rate(self, frequency: float) -> Rate:
-        """A rhythm of `frequency` [Hz]: `rate.sleep()` waits for the next beat."""
+        """Return a rate of `frequency` [Hz]: `rate.sleep()` waits for the next beat."""
         return Rate(self, frequency)
 
     def _advance(self, until: int | None, finished: Callable[[], bool] | None) -> None:
@@ -133,10 +134,10 @@ class NodeClient:
             raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
-        """Have `callback(message)` called for each message on a topic; the returned function ends that.
+        """Call `callback(message)` for each message on a topic; the returned function ends that.
 
-        A `passive` callback keeps the message, or something of it, and does nothing else: it does not even ask what
-        time it is. In lockstep time then need not stand for it, which is faster, and changes nothing.
+        A `passive` callback only stores the message or a part of it, and does not read the time either. In lockstep
+        time need not stop for it, which is faster, and changes nothing.
         """
         self._refuse_strangers()
         return self.transport.subscribe(topic, callback, passive=passive)
@@ -145,8 +146,8 @@ class NodeClient:
         """Send a message to the cell; it takes effect before the next step.
 
         Raises:
-            UnknownNameError: the cell listens to no such topic.
-            RejectedCommandError: it is not this type of message, or the cell refuses what it asks for.
+            UnknownNameError: the cell subscribes to no such topic.
+            RejectedCommandError: the message is of another type, or the cell refuses its command.
         """
         self._refuse_strangers()
         self.transport.publish(topic, message)
@@ -156,23 +157,23 @@ class NodeClient:
 
         Raises:
             UnknownNameError: there is no such service.
-            RejectedCommandError: the request is not what the service takes, or was refused.
+            RejectedCommandError: the request has another type, or was refused.
             ServiceFailedError: the service gave no answer.
         """
         self._refuse_strangers()
         return self.transport.call(service, request)
 
     def latest(self, topic: str) -> Latest:
-        """Keep the newest message of a topic at hand."""
+        """Subscribe to a topic, and keep its newest message."""
         return Latest(self, topic)
 
     def close(self) -> None:
-        """Let go of the cell; from any thread, and again is no error. No more time passes for it then."""
+        """Disconnect from the cell, from any thread; no more time passes then. A second call has no effect."""
         self.transport.close()
 
 
 class Rate:
-    """A rhythm, kept as ROS keeps it: a beat that was missed is made up for, unless two have gone by."""
+    """A rate as in ROS: a missed beat is made up for, unless two have gone by."""
 
     def __init__(self, session: NodeClient, frequency: float) -> None:
         if not 0.0 < frequency < float("inf"):
@@ -182,7 +183,7 @@ class Rate:
         self._last = session.time
 
     def sleep(self) -> None:
-        """Wait for the next beat; at once if it has gone by."""
+        """Wait for the next beat; return at once if it has gone by."""
         now = self._session.time
         self._session.sleep(max(0.0, self._last + self._period - now))
         self._last += self._period
@@ -191,7 +192,7 @@ class Rate:
 
 
 class Latest:
-    """The newest message of a topic: `message` is None until the first has come, and `count` tells how many came."""
+    """The newest message of a topic: `message` is None before the first; `count` is the number of messages."""
 
     def __init__(self, session: NodeClient, topic: str) -> None:
         self._session = session
@@ -217,12 +218,12 @@ class Latest:
         self.count += 1
 
     def wait(self, timeout: float | None = None) -> Any:
-        """The newest message; waits for the first one, None if it has not come in time [s]."""
+        """Return the newest message; wait for the first one, None if it does not come within `timeout` [s]."""
         self._session.wait_until(lambda: self.message is not None, timeout)
         return self.message
 
     def wait_for_next(self, timeout: float | None = None) -> Any:
-        """The next message to come; None if none has come in time [s]."""
+        """Wait for the next message; None if none comes within `timeout` [s]."""
         seen = self.count
         return self.message if self._session.wait_until(lambda: self.count > seen, timeout) else None
 

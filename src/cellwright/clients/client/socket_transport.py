@@ -1,7 +1,7 @@
 """Socket transport: the connection to a served cell or robot, and the client's time over it.
 
 Over a cell in lockstep time passes only while this client waits, and its program gets the same result as in the cell's
-own process. Otherwise time passes by itself, and is known from `/clock`; where nobody publishes that, as before a robot
+own process. Otherwise time passes independently, and is read from `/clock`. Where there is no `/clock`, as at a robot
 in real time, it is this machine's own.
 """
 
@@ -37,13 +37,13 @@ _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process w
 
 
 class Connection:
-    """Asks and listens, as the node `node`. What is not an answer is handed to `on_frame` as it comes.
+    """Connection to a server as the node `node`: sends requests, and hands every other frame to `on_frame`.
 
-    Messages are in the form `encoding`, `cdr` or `ros1`. The other end has `timeout` [s] to take the connection and to
-    greet; `key` is the key of the server there, for its own page.
+    Messages have the encoding `encoding`, `cdr` or `ros1`. The server has `timeout` [s] to accept the connection and to
+    greet; `key` is the server's key for its own page.
 
     Raises:
-        UsageError: nobody answers there, or it is no cell.
+        UsageError: no server answers there, or it is no cell.
     """
 
     def __init__(
@@ -68,18 +68,18 @@ class Connection:
         self._on_frame = on_frame
         self._awaited = 0
         self._answers: list[Frame] = []
-        self._promised: dict[int, list[Frame]] = {}
+        self._expected: dict[int, list[Frame]] = {}
         self._end: str | None = None
         try:
             self._send(hello(node, encoding, key).encode())
             self.welcome = self._await_answer(0, timeout).json()
-            """What the cell says of itself, its topics and its services."""
+            """The server's description of itself, its topics and its services."""
         except (RunEndedError, FrameError) as error:
             self.close()
             raise UsageError(f"nobody answers at {where}: {error}") from None
 
     def number(self) -> int:
-        """A number for a question or a subscription that is not in use."""
+        """Return a free number for a request or a subscription."""
         return next(self._numbers)
 
     def ask(self, frame: Frame) -> Frame:
@@ -87,20 +87,20 @@ class Connection:
 
         Raises:
             CellwrightError: it was refused; of the class that says why.
-            RunEndedError: there is no more answer to be had, or no more time.
+            RunEndedError: no answer or no time can come any more.
         """
-        self.say(frame)
+        self.send(frame)
         return accepted(self._await_answer(frame.number))
 
-    def promised(self, number: int) -> list[Frame]:
-        """A list for another answer to a question that has been answered already; empty until it has come."""
+    def expect_reply(self, number: int) -> list[Frame]:
+        """Return a list for a second answer to a request that has been answered already; empty until it has come."""
         came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
         if not came:
-            self._promised[number] = came
+            self._expected[number] = came
         return came
 
-    def say(self, frame: Frame) -> None:
-        """Send a frame that has no answer, or whose answer is nobody's concern; errors as of `ask`."""
+    def send(self, frame: Frame) -> None:
+        """Send a frame that has no answer, or whose answer is ignored; errors as of `ask`."""
         if self._end is not None:
             raise RunEndedError(self._end)
         try:
@@ -110,7 +110,7 @@ class Connection:
         self._send(data)
 
     def listen(self, timeout: float | None) -> bool:
-        """Take in what has come; wait so long for it at most [s] (None: for ever). Whether something came.
+        """Read what has come, and wait for it at most `timeout` [s] (None: no limit); True if something came.
 
         Raises:
             RunEndedError: nothing can come any more.
@@ -121,7 +121,7 @@ class Connection:
             while not select.select([self._socket], (), (), _SELECT_TIMEOUT if timeout is None else timeout)[0]:
                 if timeout is not None:
                     return False
-        except (OSError, ValueError):  # another thread has hung up meanwhile
+        except (OSError, ValueError):  # another thread has closed the connection meanwhile
             if self._end is None:
                 raise
             raise RunEndedError(self._end) from None
@@ -129,10 +129,10 @@ class Connection:
         return True
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._end = self._end or "the connection was closed"
         with suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)  # a thread that listens is not left waiting
+            self._socket.shutdown(socket.SHUT_RDWR)  # unblocks a thread that listens
         self._socket.close()
 
     def _await_answer(self, number: int, timeout: float | None = None) -> Frame:
@@ -149,12 +149,12 @@ class Connection:
                 self._socket.sendall(data)
             else:
                 self._send_much(data)
-        except (OSError, ValueError):  # the second where another thread has hung up meanwhile
+        except (OSError, ValueError):  # the second if another thread has closed the connection
             self._is_over("the server is gone")
             raise RunEndedError(self._end) from None
 
     def _send_much(self, data: bytes) -> None:
-        """Send what the system may not take at once; what comes meanwhile is read, so that neither end waits."""
+        """Send more than the system may take at once, and read meanwhile, so that neither end waits."""
         rest = memoryview(data)
         self._socket.setblocking(False)
         try:
@@ -191,19 +191,19 @@ class Connection:
                 self._is_over(showable(frame.text()))
             case Kind.REFUSED if frame.number == 0:
                 self._is_over(showable(frame.text()))
-            case _ if frame.number in self._promised:
-                self._promised.pop(frame.number).append(frame)
+            case _ if frame.number in self._expected:
+                self._expected.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
                 self._answers.append(frame)
-            case _:  # the answer to what somebody stopped waiting for
+            case _:  # the answer to a request that the caller abandoned
                 pass
 
     def _is_over(self, reason: str) -> None:
         self._end = self._end or reason
 
 
-class _ToldUnknownNameError(UnknownNameError):
-    """An unknown name that the other end told of in a sentence."""
+class _RemoteUnknownNameError(UnknownNameError):
+    """An unknown name, with the server's own sentence."""
 
     def __init__(self, sentence: str) -> None:
         self._sentence = sentence
@@ -214,12 +214,12 @@ class _ToldUnknownNameError(UnknownNameError):
 
 
 def accepted(answer: Frame) -> Frame:
-    """An answer; a refusal is raised as the error that it stands for, of a class that this process knows."""
+    """Return an answer, or raise a refusal as its error, of a class that this process knows."""
     if answer.kind is not Kind.REFUSED:
         return answer
     found = getattr(errors, answer.name, CellwrightError)
     if found is UnknownNameError:
-        found = _ToldUnknownNameError
+        found = _RemoteUnknownNameError
     elif not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
     raise found(showable(answer.text()))
@@ -231,12 +231,12 @@ _POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock tic
 
 
 class SocketTransport:
-    """A client's way to a cell served at an address (host and port), which sees it as the node `node`.
+    """Transport to a cell served at an address (host and port), which sees it as the node `node`.
 
-    Messages travel in the form that `encoding` names, `cdr` or `ros1`.
+    Messages have the encoding that `encoding` names, `cdr` or `ros1`.
 
     Raises:
-        UsageError: nobody answers there.
+        UsageError: no server answers there.
     """
 
     def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
@@ -248,7 +248,7 @@ class SocketTransport:
         self._mail: deque[tuple[Callback, bytes]] = deque()
         self._connection = Connection(address, node=node, encoding=encoding, on_frame=self._take)
         self.welcome = welcome = self._connection.welcome
-        """What the cell says of itself."""
+        """The cell's description of itself."""
         self._types = {each["name"]: str(each["type"]) for each in welcome["topics"]}
         self._services = {each["name"]: str(each["type"]) for each in welcome["services"]}
         self._now = int(welcome["time"])
@@ -263,7 +263,7 @@ class SocketTransport:
     knows_all_topics = True
 
     def now(self) -> int:
-        """Simulation time [ns]; where nobody tells it, the time since the connection was made counts on."""
+        """Return simulation time [ns]; without a clock, the time since the connection was made counts on."""
         if not self._lockstep and not self._has_clock:
             self._now = time.perf_counter_ns() + self._ahead
         elif not self._lockstep:
@@ -271,11 +271,11 @@ class SocketTransport:
                 while self._connection.listen(0.0):
                     pass
             except RunEndedError:
-                pass  # time stands still then; whoever wants it to pass is told
+                pass  # time stands still then; the next call that lets time pass raises
         return self._now
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
-        """Let time go on to `until` [ns], or until `finished()`; deliver what comes after each tick."""
+        """Let time pass to `until` [ns], or until `finished()`; deliver messages after each tick."""
         let_pass = self._wait_for_time if self._has_clock else self._wait_by_the_wall
         if self._lockstep:
             let_pass = self._ask_for_time
@@ -286,25 +286,25 @@ class SocketTransport:
                 return
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
-        """Have a topic's messages delivered while time passes."""
+        """Deliver a topic's messages while time passes; the returned function ends that."""
         number = self._connection.number()
         message_class: type[messages.Message] | None = None
-        wanted = True
+        is_active = True
 
         def deliver(data: bytes) -> None:
             nonlocal message_class
-            if wanted:
+            if is_active:
                 message_class = message_class or messages.message_type(self._types[topic])
                 callback(self._read(data, message_class))
 
         def leave() -> None:
-            nonlocal wanted
-            if wanted:
-                wanted = False  # also what lies in the mail already is not delivered any more
+            nonlocal is_active
+            if is_active:
+                is_active = False  # messages in the queue are not delivered any more either
                 if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
-                    self._connection.say(Frame(Kind.UNSUBSCRIBE, number))
+                    self._connection.send(Frame(Kind.UNSUBSCRIBE, number))
 
-        self._deliveries[number] = deliver  # what is latched comes before the answer
+        self._deliveries[number] = deliver  # latched messages come before the answer
         try:
             self._connection.ask(Frame(Kind.SUBSCRIBE, number, topic, QUIET if passive else ""))
         except CellwrightError:
@@ -313,7 +313,7 @@ class SocketTransport:
         return leave
 
     def publish(self, topic: str, message: Any) -> None:
-        """Send a message; the cell acts on it where time stands."""
+        """Send a message; the cell acts on it between two steps."""
         message = messages.checked(message)
         frame = Frame(
             Kind.PUBLISH,
@@ -325,7 +325,7 @@ class SocketTransport:
         self._connection.ask(frame)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
+        """Call a service; the cell handles it between two steps. Time passes if its answer takes some."""
         request = messages.checked(request)
         name = messages.type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
         frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
@@ -339,11 +339,11 @@ class SocketTransport:
         return self._connection.ask(Frame(Kind.CALL, self._connection.number(), service, payload=b"{}")).json()
 
     def topics(self) -> dict[str, str]:
-        """Types of the topics that the cell publishes, by name."""
+        """Return the types of the topics that the cell publishes, by name."""
         return {each["name"]: str(each["type"]) for each in self.welcome["topics"] if each["direction"] == "out"}
 
     def close(self) -> None:
-        """Let go of the cell."""
+        """Disconnect from the cell."""
         self._connection.close()
         self._deliveries.clear()
         self._mail.clear()
@@ -353,10 +353,10 @@ class SocketTransport:
 
     def _wait_for(self, number: int) -> Frame:
         """In lockstep: let time pass, tick by tick, until a call is answered."""
-        promised = self._connection.promised(number)
-        while not promised:
+        replies = self._connection.expect_reply(number)
+        while not replies:
             self._ask_for_time(_END_OF_TIME, each_tick=True)
-        return accepted(promised[0])
+        return accepted(replies[0])
 
     def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
         before = self._now
@@ -371,7 +371,7 @@ class SocketTransport:
         self.now()
 
     def _take(self, frame: Frame) -> None:
-        """Take a message as it comes; it is delivered when time passes."""
+        """Queue a message; it is delivered when time passes."""
         deliver = self._deliveries.get(frame.number)
         if deliver is not None:
             self._mail.append((deliver, frame.payload))

@@ -1,1 +1,1 @@
-"""Operators: they drive a robot controller node from a keyboard, with a test signal, or from a file."""
+"""Operators: drive a robot controller node from a keyboard, with a test signal, or from a file."""

@@ -1,4 +1,4 @@
-"""Targets from recordings of ROS: a ROS 1 bag, or the folder of a ROS 2 bag (SQLite or MCAP)."""
+"""Targets from ROS recordings: a ROS 1 bag, or the folder of a ROS 2 bag (SQLite or MCAP)."""
 
 import math
 from pathlib import Path
@@ -20,19 +20,19 @@ COMMANDS = (
     "/io_teleop/joint_cmd_finger_right",
     GRIPPER_COMMAND,
 )
-"""Topics of commands that are played again as they were."""
+"""Topics of commands that are played back unchanged."""
 
-_LONGEST_REASON = 300  # of what the library says, which may be all that it has read
+_MAX_REASON = 300  # of the library's message, which may repeat all that it has read
 _TYPE = "sensor_msgs/msg/JointState"
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a path looks like a recording of ROS."""
+    """Return whether a path looks like a ROS recording."""
     return path.suffix.lower() == ".bag" or path.is_dir()
 
 
 def read_bag(path: Path, topic: str | None = None) -> Targets:
-    """The targets in a bag: all commands in it, or one topic of joint states as targets of joints.
+    """Return the targets in a bag: all its commands, or one topic of joint states as targets of joints.
 
     Raises:
         UsageError: it cannot be read, or has no targets.
@@ -42,9 +42,9 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
-            wanted = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
+            topics = COMMANDS if topic is None else (f"/{topic.lstrip('/')}",)
             # some recorders leave the slash out
-            chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in wanted]
+            chosen = [each for name, each in found.items() if f"/{name.lstrip('/')}" in topics]
             if not chosen:
                 lacking, there = topic or "commands of io_teleop", ", ".join(sorted(found)) or "none"
                 raise UsageError(f"{path}: no {lacking} in it; joint states are on: {there}")
@@ -54,8 +54,8 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
             ]
     except UsageError:
         raise
-    except Exception as error:  # a file that is damaged fails anywhere in the library
-        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _LONGEST_REASON)
+    except Exception as error:  # a damaged file fails anywhere in the library
+        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _MAX_REASON)
         raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
     if not moments:
         raise UsageError(f"{path}: there are no messages in it")
@@ -66,7 +66,7 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
 def _moment(path: Path, time: int, topic: str, message: Any) -> Moment:
     positions = [float(value) for value in message.position]
     names = [str(name) for name in message.name]
-    if topic == GRIPPER_COMMAND:  # their names count for nothing
+    if topic == GRIPPER_COMMAND:  # their names are ignored
         names = [*GRIPPERS, *(f"gripper_{number}" for number in range(2, len(positions)))][: len(positions)]
     if len(names) != len(positions) or not all(map(math.isfinite, positions)):
         raise UsageError(f"{path}: a message on {topic} at {time / 1e9:.3f} s has not a finite position for each name")

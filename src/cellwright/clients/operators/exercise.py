@@ -1,4 +1,4 @@
-"""Test signals for a joint: waves, the run of one, and how well the joint tracked it."""
+"""Test signals for a joint: waves, their run, and the joint's tracking."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cellwright.util.errors import CellwrightError, RunEndedError, UsageError
 MAX_DURATION = 3600.0
 """[s]"""
 MAX_FREQUENCY = 50.0
-"""Half the rate of commands [Hz]: a faster wave cannot be said."""
+"""Half the rate of commands [Hz]: a faster wave cannot be sent."""
 
 
 class Shape(StrEnum):
@@ -36,18 +36,22 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Wave:
-    """A test signal; it lasts whole periods, so that it ends where it began."""
+    """A test signal of whole periods, which ends where it began."""
 
     shape: Shape
     amplitude: float
-    """Its greatest offset [rad; m]; the sign says to which side it goes first."""
+    """Largest offset [rad; m]; the sign is the side of the first motion."""
     frequency: float
     """[Hz]"""
     periods: int
 
     @classmethod
     def lasting(cls, shape: Shape, amplitude: float, frequency: float, duration: float) -> Wave:
-        """A wave of about a duration [s], at least one period; a UsageError where a number makes no sense."""
+        """Return a wave of about a duration [s], at least one period.
+
+        Raises:
+            UsageError: a number is out of its range.
+        """
         if not math.isfinite(amplitude) or amplitude == 0.0:
             raise UsageError(f"an amplitude must be a number other than 0, not {amplitude:g}")
         if not 0.0 < frequency <= MAX_FREQUENCY:
@@ -61,12 +65,12 @@ class Wave:
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Duration [s]."""
         return self.periods / self.frequency
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The lowest and the highest offset [rad; m]."""
+        """Lowest and highest offset [rad; m]."""
         far = abs(self.amplitude)
         if self.shape is Shape.SINE:
             return -far, far
@@ -74,7 +78,7 @@ class Wave:
 
     @property
     def speed(self) -> float:
-        """The greatest speed that it asks for [rad/s; m/s]; without bound for a step."""
+        """Largest speed [rad/s; m/s]; infinite for a step."""
         match self.shape:
             case Shape.SINE:
                 return abs(self.amplitude) * 2 * math.pi * self.frequency
@@ -84,7 +88,7 @@ class Wave:
                 return math.inf
 
     def offset(self, time: float) -> float:
-        """The offset [rad; m] at a time [s] from its beginning; 0 before and after."""
+        """Return the offset [rad; m] at a time [s] from its beginning; 0 before and after."""
         if not 0.0 <= time < self.duration:
             return 0.0
         phase = time * self.frequency % 1.0
@@ -100,11 +104,11 @@ class Wave:
 Array = NDArray[np.float64]
 
 SETTLING_BAND = 0.05
-"""A joint has settled when it stays within this part of the step."""
+"""Share of the step within which a joint has settled."""
 MIN_MOTION_SHARE = 0.02
-"""A joint that moves less than this part of what it was told did not follow."""
-LONGEST_DELAY = 0.5
-"""Delays are looked for up to this [s], and up to half a period."""
+"""Share of its target's motion below which a joint did not follow."""
+MAX_DELAY = 0.5
+"""Longest delay [s] that is searched for; half a period if that is shorter."""
 
 _GRID = 0.001  # [s]
 _LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
@@ -112,7 +116,7 @@ _LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
 
 @dataclass(frozen=True)
 class Trace:
-    """What a joint was told and what was seen of it [rad; m], against time [s] from the beginning of the signal.
+    """Targets and measured positions of a joint [rad; m], against time [s] from the beginning of the signal.
 
     Each target is in force until the next.
     """
@@ -132,66 +136,66 @@ class Trace:
 
 @dataclass(frozen=True)
 class StepResponse:
-    """What the worst of a signal's steps shows."""
+    """Step response of a joint: the worst of a signal's steps."""
 
     overshoot: float
-    """Past the target, as a part of the step."""
+    """Overshoot past the target, as a share of the step."""
     rise: float | None
-    """From 10 to 90 % of the step [s]; None if it did not get there."""
+    """Rise time from 10 to 90 % of the step [s]; None if it did not get there."""
     settling: float | None
-    """Until it stays within 5 % of the step [s]; None if it does not."""
+    """Time until it stays within 5 % of the step [s]; None if it does not."""
     rest: float
     """Error [rad; m] just before the next step."""
 
 
 @dataclass(frozen=True)
 class Tracking:
-    """How a joint followed."""
+    """Tracking of a target by a joint."""
 
     joint: str
     rms: float
     """Root of the mean square of target minus position [rad; m]."""
     worst: float
-    """Greatest error [rad; m]."""
+    """Largest error [rad; m]."""
     delay: float | None
-    """By which the position comes after the target, by their correlation [s]; None if it did not follow."""
+    """Delay of the position after the target, by their correlation [s]; None if it did not follow."""
     rate: float
-    """Measured positions a second [Hz]."""
+    """Measured positions per second [Hz]."""
     step: StepResponse | None
-    """What its steps show; None where there are none."""
+    """Response to its steps; None where there are none."""
 
     @property
     def judged(self) -> float:
-        """The error [rad; m] that a limit is held against: the worst, or of steps what is left when they are over."""
+        """The error [rad; m] that a limit applies to: the largest, or for steps the one left at their ends."""
         return self.worst if self.step is None else self.step.rest
 
 
 def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tracking:
-    """How a joint followed its target, by two measured positions at least; `edges` are when its steps are [s]."""
+    """Return the tracking of a trace of at least two measured positions; `edges` are the times of its steps [s]."""
     error = trace.target - trace.seen
     span = float(trace.seen_at[-1] - trace.seen_at[0])
     return Tracking(
         trace.joint,
         rms=float(np.sqrt(np.mean(error**2))),
         worst=float(np.abs(error).max()),
-        delay=delay(trace, min(LONGEST_DELAY, period / 2)),
+        delay=delay(trace, min(MAX_DELAY, period / 2)),
         rate=(len(trace.seen) - 1) / span if span > 0.0 else 0.0,
         step=step_response(trace, edges) if len(edges) else None,
     )
 
 
-def delay(trace: Trace, longest: float) -> float | None:
-    """By how much [s] the position comes after the target; None if it did not follow, or by more than `longest` [s]."""
+def delay(trace: Trace, max_delay: float) -> float | None:
+    """Return the delay [s] of the position after the target; None if it did not follow, or above `max_delay` [s]."""
     if np.ptp(trace.seen) < MIN_MOTION_SHARE * np.ptp(trace.told):
         return None
     begin = max(trace.told_at[0], trace.seen_at[0])
     grid = np.arange(begin, min(trace.told_at[-1], trace.seen_at[-1]), _GRID)
-    lags = min(int(longest / _GRID), len(grid) // 2)
+    lags = min(int(max_delay / _GRID), len(grid) // 2)
     if lags < 2:
         return None
-    told = trace.told[np.searchsorted(trace.told_at, grid, side="right") - 1]
+    target = trace.told[np.searchsorted(trace.told_at, grid, side="right") - 1]
     seen = np.interp(grid, trace.seen_at, trace.seen)
-    likeness = np.array([_correlation(told[: len(told) - lag], seen[lag:]) for lag in range(lags + 1)])
+    likeness = np.array([_correlation(target[: len(target) - lag], seen[lag:]) for lag in range(lags + 1)])
     best = int(likeness.argmax())
     if likeness[best] <= 0.0 or best == lags:
         return None
@@ -199,7 +203,7 @@ def delay(trace: Trace, longest: float) -> float | None:
 
 
 def step_response(trace: Trace, edges: Sequence[float]) -> StepResponse | None:
-    """What the worst of the steps at times `edges` [s] shows; None if nothing was measured of them."""
+    """Return the worst response to the steps at times `edges` [s]; None if none of them was measured."""
     ends = [*edges[1:], float(trace.seen_at[-1])]
     found = [each for each in map(lambda begin, end: _one_step(trace, begin, end), edges, ends) if each is not None]
     if not found:
@@ -219,29 +223,29 @@ def _one_step(trace: Trace, begin: float, end: float) -> StepResponse | None:
     height = after - before
     if height == 0.0:
         return None
-    at, way = trace.seen_at[chosen] - begin, (trace.seen[chosen] - before) / height
-    low, high = _first_reached(at, way, _LOW), _first_reached(at, way, _HIGH)
-    outside = np.flatnonzero(np.abs(way - 1.0) > SETTLING_BAND)
+    at, response = trace.seen_at[chosen] - begin, (trace.seen[chosen] - before) / height
+    low, high = _first_reached(at, response, _LOW), _first_reached(at, response, _HIGH)
+    outside = np.flatnonzero(np.abs(response - 1.0) > SETTLING_BAND)
     settling: float | None = 0.0
     if len(outside):
         settling = float(at[outside[-1] + 1]) if outside[-1] + 1 < len(at) else None
     return StepResponse(
-        overshoot=max(0.0, float(way.max()) - 1.0),
+        overshoot=max(0.0, float(response.max()) - 1.0),
         rise=None if low is None or high is None else high - low,
         settling=settling,
         rest=abs(float(trace.seen[chosen][-1] - after)),
     )
 
 
-def _first_reached(at: Array, way: Array, level: float) -> float | None:
-    """When a level is first reached, between two samples in proportion."""
-    reached = np.flatnonzero(way >= level)
+def _first_reached(at: Array, response: Array, level: float) -> float | None:
+    """Return the first time at a level, linear between two samples."""
+    reached = np.flatnonzero(response >= level)
     if not len(reached):
         return None
     number = int(reached[0])
     if number == 0:
         return float(at[0])
-    return float(np.interp(level, way[number - 1 : number + 1], at[number - 1 : number + 1]))
+    return float(np.interp(level, response[number - 1 : number + 1], at[number - 1 : number + 1]))
 
 
 def _slowest(times: Sequence[float | None]) -> float | None:
@@ -255,7 +259,7 @@ def _correlation(one: Array, other: Array) -> float:
 
 
 def _peak(values: Array, best: int) -> float:
-    """Where the top of a parabola through three values lies, from the middle one."""
+    """Return the peak of a parabola through three values, relative to the middle one."""
     if not 0 < best < len(values) - 1:
         return 0.0
     left, middle, right = values[best - 1 : best + 2]
@@ -266,30 +270,31 @@ def _peak(values: Array, best: int) -> float:
 RATE = 100.0
 """Commands a second, as of the original's controller [Hz]."""
 TAIL = 0.5
-"""So long [s] the joint is watched when the signal is over; it is asked back to its start meanwhile."""
+"""Time [s] that the joint is watched after the signal; its target is the start meanwhile."""
 
-_FEWEST = 10  # joint states that a report can be made of
-_HELD_BACK = 0.02  # of the amplitude: more than this between asked and applied is no chance of sampling
+_MIN_SAMPLES = 10  # joint states that a report needs
+_HELD_BACK = 0.02  # of the amplitude: a larger difference of target and applied is no chance of sampling
 
 
 @dataclass(frozen=True)
 class Exercise:
-    """What came of a signal that began where the joint stood, at `start` [rad; m]."""
+    """Result of a signal that began at the joint's position `start` [rad; m]."""
 
     wave: Wave
     start: float
     trace: Trace
     tracking: Tracking
     note: str = ""
-    """What the node made of the targets, in a sentence; empty when it applied them."""
+    """The node's changes to the targets, in a sentence; empty when it applied them."""
 
 
 def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
-    """Refuse a signal that joints cannot be given from where they stand; sentences about joints too slow to follow it.
+    """Refuse a signal that joints cannot be given at their positions; return warnings about joints too slow for it.
 
     Raises:
         UnknownNameError: the robot has no such joint.
-        UsageError: the signal would leave their limits, or the node takes no commands or does not say where one is.
+        UsageError: the signal would leave their limits, the node takes no commands, or it does not publish one's
+            position.
     """
     robot.check_names(joints)
     for joint in joints:
@@ -300,23 +305,23 @@ def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: Jo
     return [
         f"{joint}: the signal goes at {wave.speed:.3g} a second, and the joint can do {speed:.3g}"
         for joint, speed in speeds.items()
-        if speed < wave.speed < math.inf  # a step is as fast as it gets anyway
+        if speed < wave.speed < math.inf  # a step is as fast as possible anyway
     ]
 
 
 def exercise(
     robot: OperatedRobot, joint: str, wave: Wave, *, on_beat: Callable[[float], None] = lambda _part: None
 ) -> Exercise:
-    """Give a joint a signal about where it stands, with `RATE` commands a second, and bring it back to there.
+    """Give a joint a signal about its position, with `RATE` commands a second, and bring it back there.
 
-    After each command `on_beat` takes how much of the signal is over, 0 to 1.
+    After each command `on_beat` takes the share of the signal that is over, 0 to 1.
 
     Raises:
-        UsageError: too few joint states came to say anything.
+        UsageError: too few joint states came for a report.
     """
     session = robot.session
     start, begun = robot.position(joint), session.time
-    told: list[tuple[float, float]] = []
+    sent: list[tuple[float, float]] = []
     seen: list[tuple[float, float, float]] = []
     applied: list[float] = []
 
@@ -331,39 +336,39 @@ def exercise(
         while (time := session.time - begun) < wave.duration + TAIL:
             target = start + wave.offset(time)
             robot.send(MoveJoints({joint: target}))
-            told.append((time, target))
+            sent.append((time, target))
             on_beat(min(1.0, time / wave.duration))
             beat.sleep()
             if joint in (now := robot.applied):
                 applied.append(now[joint])
     finally:
         for part in (partial(robot.send, MoveJoints({joint: start})), leave):
-            with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
+            with suppress(CellwrightError, RunEndedError):  # the node may be gone
                 part()
-    if len(seen) < _FEWEST:
+    if len(seen) < _MIN_SAMPLES:
         raise UsageError(f"{joint}: only {len(seen)} joint states came in {wave.duration + TAIL:g} s")
-    trace = _trace(joint, told, seen)
+    trace = _trace(joint, sent, seen)
     edges = [n / 2 / wave.frequency for n in range(1, 2 * wave.periods + 1)] if wave.shape is Shape.STEP else ()
     figures = tracking(trace, period=1 / wave.frequency, edges=edges)
     return Exercise(wave, start, trace, figures, _held_back(trace.told, applied, wave))
 
 
-def _trace(joint: str, told: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
-    """What was noted, as arrays; the node's own stamps put joint states in time where it gives them."""
+def _trace(joint: str, sent: list[tuple[float, float]], seen: list[tuple[float, float, float]]) -> Trace:
+    """Return the samples as arrays; joint states have the node's own stamps where it gives them."""
     heard_at, stamps, positions = np.array(seen).T
     seen_at: Array = heard_at
     if np.all(np.diff(stamps) > 0.0):
         seen_at = stamps + np.median(heard_at - stamps)
-    told_at, targets = np.array(told).T
-    return Trace(joint, told_at, targets, seen_at, positions)
+    times, targets = np.array(sent).T
+    return Trace(joint, times, targets, seen_at, positions)
 
 
-def _held_back(told: Array, applied: list[float], wave: Wave) -> str:
-    """What the node made of targets that it did not apply as they were."""
+def _held_back(targets: Array, applied: list[float], wave: Wave) -> str:
+    """Return a sentence on targets that the node did not apply unchanged."""
     if not applied:
         return ""
     slack = _HELD_BACK * abs(wave.amplitude)
-    asked, did = (float(told.min()), float(told.max())), (min(applied), max(applied))
-    if did[0] > asked[0] + slack or did[1] < asked[1] - slack:
-        return f"asked for {asked[0]:.4g} to {asked[1]:.4g}, applied {did[0]:.4g} to {did[1]:.4g}: the node holds back"
+    sent, did = (float(targets.min()), float(targets.max())), (min(applied), max(applied))
+    if did[0] > sent[0] + slack or did[1] < sent[1] - slack:
+        return f"asked for {sent[0]:.4g} to {sent[1]:.4g}, applied {did[0]:.4g} to {did[1]:.4g}: the node holds back"
     return ""

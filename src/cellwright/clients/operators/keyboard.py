@@ -1,8 +1,7 @@
 """Keyboard operator: terminal input decoded into keys, keys into jog steps, and the loop that sends them.
 
-A key is one step. The first step begins where the robot is measured to be, and so does the first one after anything
-else has moved it; those that follow go on from the target before. A target never runs far ahead of a robot that is held
-up.
+A key is one step. The first step begins at the robot's measured position, and so does the first one after another
+source has moved it. The next ones continue from the target before. A target never runs far ahead of a blocked robot.
 """
 
 import math
@@ -33,22 +32,21 @@ _SEQUENCES = {
 }
 _CONTROLS = {"\r": "enter", "\n": "enter", "\x7f": "backspace", "\x08": "backspace", "\t": "tab", "\x03": "ctrl-c"}
 _ESCAPE = "\x1b"
-# a character, or a sequence behind an escape that has come whole; one of `[` has an end within 16 characters, or none
+# a character, or a complete sequence behind an escape; one of `[` has an end within 16 characters, or none
 _KEY = re.compile(r"[^\x1b]|\x1b(O.|\[(?:[^@-~]{0,14}[@-~]|.{15})|[^O\[\x1b]|(?=\x1b))", re.DOTALL)
 
 
 class KeyDecoder:
-    """Turns text from a terminal into keys: a printed character stands for itself, others have names.
+    """Decoder of terminal text into keys: a printed character is its own key, others have names.
 
-    Sequences may come in pieces. Those that mean nothing here are passed over whole, so that none of their characters
-    is taken for a key.
+    Sequences may come in pieces. Unknown ones are skipped whole, so that none of their characters is taken for a key.
     """
 
     def __init__(self) -> None:
         self._rest = ""
 
     def feed(self, text: str) -> list[str]:
-        """The keys in a piece of text. An empty piece says that nothing more comes now: an escape alone is a key."""
+        """Return the keys in a piece of text. An empty piece means that the input pauses: an escape alone is a key."""
         if not text:
             keys = ["escape"] if self._rest == _ESCAPE else []
             self._rest = ""
@@ -65,11 +63,11 @@ class KeyDecoder:
 
 
 JOINT_STEPS = (0.005, 0.02, 0.05, 0.1, 0.2)
-"""Of a joint or of turning a tip [rad]; of a sliding joint [m], no more than a tenth of its way."""
+"""Steps of a joint, or of a tip's rotation [rad]; of a sliding joint [m], at most a tenth of its range."""
 TIP_STEPS = (0.002, 0.005, 0.01, 0.02, 0.05)
-"""Of moving a tip [m]."""
+"""Steps of a tip's position [m]."""
 GRIPPER_STEPS = (0.02, 0.05, 0.1, 0.2, 0.5)
-"""Of a gripper, as a part of its way."""
+"""Steps of a gripper, as a share of its range."""
 
 SIDES = ("right", "left")
 
@@ -89,7 +87,7 @@ KEY_HELP = (
     ("u", "end the emergency stop"),
     ("q", "quit; the robot stays"),
 )
-"""Keys, and what they do."""
+"""Keys, and their actions."""
 
 _PAGE = 10
 _JOINT_LEAD = 0.2  # [rad; m] that a target may be ahead of the joint; three steps if that is more
@@ -100,22 +98,22 @@ _ASKS = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
 
 
 class Jog:
-    """Keeps what is chosen, and turns keys into orders."""
+    """Selection of the operator; turns keys into orders."""
 
     def __init__(self, robot: OperatedRobot, limits: JointLimits) -> None:
         self._robot = robot
         self._limits = limits
         self._chosen = 0
         self.arm = 0
-        """The arm and gripper that are chosen."""
+        """Index of the selected arm and gripper."""
         self.size = 1
-        """Which of the steps is taken, from 0."""
+        """Index of the selected step size."""
         self.in_tip_frame = False
-        """Whether tips move along their own axes instead of the base's."""
+        """True if tips move along their own axes instead of the base's."""
         self.search: str | None = None
-        """What a joint's name is to contain while it is looked for; None otherwise."""
+        """Text to find in a joint's name during a search; None otherwise."""
         self.note = ""
-        """What came of the newest key, in a sentence."""
+        """Result of the newest key, in a sentence."""
         self.joint_targets: dict[str, float] = {}
         """Targets of the joints that were moved here [rad; m]."""
         self.tip_targets: tuple[Pose, ...] = ()
@@ -124,25 +122,25 @@ class Jog:
 
     @property
     def joint(self) -> str:
-        """The joint that is chosen; empty where the node tells of none."""
+        """The selected joint; empty where the node publishes none."""
         joints = self._robot.joints
         return joints[min(self._chosen, len(joints) - 1)] if joints else ""
 
     @property
     def joint_step(self) -> float:
-        """How far a key moves the chosen joint [rad; m]."""
+        """Step of the selected joint [rad; m]."""
         limits = self._limits.of_joint(self.joint)
-        way = limits.upper - limits.lower
-        return min(JOINT_STEPS[self.size], way / 10.0) if way > 0.0 else JOINT_STEPS[self.size]
+        span = limits.upper - limits.lower
+        return min(JOINT_STEPS[self.size], span / 10.0) if span > 0.0 else JOINT_STEPS[self.size]
 
     def forget(self) -> None:
-        """Something else moves the robot, or held it: the next step begins where it then is."""
+        """Forget all targets, when something else moves or holds the robot: the next step begins at its position."""
         self.joint_targets, self.tip_targets, self._grips = {}, (), ()
 
     def press(self, key: str) -> Order | None:
-        """What a key wants of the robot; None if it changed something here, or nothing."""
+        """Return the order of a key; None if it changed something here, or nothing."""
         self.note = ""
-        if key == " ":  # whatever else is going on
+        if key == " ":  # in every mode
             self.search = None
             self.forget()
             return Now.STOP
@@ -215,9 +213,9 @@ class Jog:
             self.note = f"the node does not say where {joint} is"
             return None
         lead = max(_JOINT_LEAD, 3.0 * step)
-        wanted = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
-        target = min(max(wanted, measured - lead), measured + lead)
-        if target != wanted:
+        goal = self.joint_targets.get(joint, measured) + (step if key == "right" else -step)
+        target = min(max(goal, measured - lead), measured + lead)
+        if target != goal:
             self.note = f"{joint} is held up: it stands at {measured:.3f}"
         within = self._limits.clamped(joint, target)
         if within != target:
@@ -243,7 +241,7 @@ class Jog:
         return MoveTips(self.tip_targets)
 
     def _stepped(self, tip: Pose, key: str) -> Pose:
-        """A tip's target, base_T_tip, one step on."""
+        """Return a tip's target, base_T_tip, one step on."""
         axis, sign = (_MOVES if key in _MOVES else _TURNS)[key]
         step = [0.0, 0.0, 0.0]
         step[axis] = sign * (TIP_STEPS if key in _MOVES else JOINT_STEPS)[self.size]
@@ -264,18 +262,18 @@ class Jog:
             return None
         closed = list(self._grips if len(self._grips) == len(measured) else measured)
         step = GRIPPER_STEPS[self.size]
-        wanted = {"o": 0.0, "c": 1.0, ",": closed[self.arm] - step, ".": closed[self.arm] + step}[key]
-        closed[self.arm] = min(max(wanted, 0.0), 1.0)
+        goal = {"o": 0.0, "c": 1.0, ",": closed[self.arm] - step, ".": closed[self.arm] + step}[key]
+        closed[self.arm] = min(max(goal, 0.0), 1.0)
         self._grips = tuple(min(max(value, 0.0), 1.0) for value in closed)
         return MoveGrippers(self._grips)
 
 
 POLL_INTERVAL = 0.02
-"""Between two looks at the keyboard [s]."""
+"""Time between reads of the keyboard [s]."""
 POLLS_PER_REDRAW = 5
-"""Looks from one picture to the next."""
-MOST_STEPS = 3
-"""Steps that are taken of one look: what piled up while something stalled is old, and is dropped."""
+"""Reads of the keyboard per redraw."""
+MAX_STEPS = 3
+"""Largest number of steps from one read: input that piled up during a stall is old, and is dropped."""
 
 
 class Keyboard:
@@ -286,11 +284,11 @@ class Keyboard:
         self.jog = jog
         self.services = services
         self.message = ""
-        """What there is to tell, in a sentence."""
+        """Message to the operator, in a sentence."""
         self._decoder = KeyDecoder()
 
     def run(self, read: Callable[[], str], draw: Callable[[], None]) -> None:
-        """Drive until a key quits; `read` says what has been typed since its last call, and never waits."""
+        """Drive until a key quits; `read` returns the text typed since its last call, and never waits."""
         looks = 0
         while self.take(read()):
             if looks % POLLS_PER_REDRAW == 0:
@@ -299,16 +297,16 @@ class Keyboard:
             self.robot.session.sleep(POLL_INTERVAL)
 
     def take(self, text: str) -> bool:
-        """Do what has been typed; False when that is to quit."""
+        """Handle typed text; False when it quits."""
         answer = self.services.answer()
         if answer:
             self.message = answer
             self.jog.forget()
         status = self.robot.status
         if self.robot.why_not() or (status is not None and status.silent):
-            self.jog.forget()  # the node holds the robot where it is
+            self.jog.forget()  # the node holds the robot at its position
         keys = self._decoder.feed(text)
-        if " " in keys:  # nothing that was typed before it comes first
+        if " " in keys:  # keys typed before the stop are dropped
             keys = keys[keys.index(" ") :]
         steps = 0
         for key in keys:
@@ -318,7 +316,7 @@ class Keyboard:
                 return False
             if isinstance(order, MoveJoints | MoveTips | MoveGrippers):
                 steps += 1
-                if steps > MOST_STEPS:
+                if steps > MAX_STEPS:
                     self.jog.forget()
                     self.message = "keys came faster than the robot could be told; the oldest were taken"
                     continue

@@ -1,9 +1,9 @@
-"""Target files: reading and checking them, playing them to a robot, and recording new ones.
+"""Target files: reading, checking and playing them, and recording new ones.
 
-CSV: a header `time` and names of joints, then a line for each moment; an empty field says nothing about that joint.
+CSV: a header `time` and names of joints, then a line per moment; an empty field leaves that joint out.
 JSON lines: `{"time": 0.0, "positions": {"joint": 0.1}}` a line. Times are in seconds and never go back; positions in
-rad or m. The names `gripper_right` and `gripper_left` are how far each gripper is closed, 0 to 1. A ROS bag is read by
-`bags.py`.
+rad or m. The names `gripper_right` and `gripper_left` are the closed shares of the grippers, 0 to 1. `bags.py` reads
+ROS bags.
 """
 
 import csv
@@ -34,14 +34,14 @@ GRIPPERS = ("gripper_right", "gripper_left")
 """Names that stand for the grippers, in their order."""
 
 MAX_FILE_SIZE = 1 << 28
-"""A larger file is not read [bytes]."""
+"""Size limit of a file [bytes]."""
 
-_MOST_PROBLEMS = 10
+_MAX_PROBLEMS = 10
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What is to be said at a time [s] on a topic: values by name."""
+    """Values by name to publish on a topic at a time [s]."""
 
     time: float
     topic: str
@@ -57,7 +57,7 @@ class Targets:
 
     @property
     def duration(self) -> float:
-        """From the first moment to the last [s]."""
+        """Time from the first moment to the last [s]."""
         return self.moments[-1].time - self.moments[0].time
 
     @property
@@ -72,16 +72,16 @@ class Targets:
 
     @property
     def first(self) -> dict[str, float]:
-        """The first position that is said of each joint [rad; m]."""
+        """First target position of each joint [rad; m]."""
         return {name: values[0] for name, values in self.positions.items()}
 
 
 def read_targets(path: Path) -> Targets:
-    """The targets in a CSV file or a file of JSON lines.
+    """Return the targets in a CSV file or a file of JSON lines.
 
     Raises:
-        UsageError: there is no such file, or it is of no kind that can be read.
-        DescriptionError: something in it is wrong; each problem reads `path:line: what is wrong`.
+        UsageError: there is no such file, or its format is unknown.
+        DescriptionError: its content is wrong; each problem reads `path:line: what is wrong`.
     """
     readers = {".csv": _csv_moments, ".jsonl": _json_moments}
     reader = readers.get(path.suffix.lower())
@@ -95,7 +95,7 @@ def read_targets(path: Path) -> Targets:
         problem = found if isinstance(found, str) else _check_moment(found, last)
         if problem:
             problems.append(Problem(Place(0, str(path), line), "", problem))
-            if len(problems) == _MOST_PROBLEMS:
+            if len(problems) == _MAX_PROBLEMS:
                 break
         elif isinstance(found, Moment):
             last = found.time
@@ -121,7 +121,7 @@ def _text(path: Path) -> str:
 
 
 def _csv_moments(text: str) -> Iterator[tuple[int, Moment | str]]:
-    """Moments and problems with their line."""
+    """Yield moments and problems with their lines."""
     lines = csv.reader(io.StringIO(text, newline=""))
     try:
         head = [name.strip() for name in next(lines, [])]
@@ -203,7 +203,7 @@ def _check_moment(moment: Moment, last: float) -> str:
 
 
 def _split(moment: Moment) -> Iterable[Moment]:
-    """A moment for joints and one for grippers, each where there is something to say."""
+    """Yield a moment for joints and one for grippers, each if it has values."""
     joints = {name: value for name, value in moment.values.items() if name not in GRIPPERS}
     grippers = {name: moment.values[name] for name in GRIPPERS if name in moment.values}
     if joints:
@@ -213,22 +213,22 @@ def _split(moment: Moment) -> Iterable[Moment]:
 
 
 APPROACH_SPEED = 0.5
-"""Of the slow motion to the first targets, at its fastest [rad/s; m/s]."""
+"""Peak speed of the slow motion to the first targets [rad/s; m/s]."""
 APPROACH_RATE = 100.0
-"""Commands a second on that way [Hz]."""
+"""Rate of commands in that motion [Hz]."""
 
-_APPROACH_TOLERANCE = 0.05  # [rad; m] from the first targets, that is near enough to begin
-_APPROACH_TIMEOUT = 2.0  # [s] to get there when all has been said
+_APPROACH_TOLERANCE = 0.05  # [rad; m] from the first targets at which playback may begin
+_APPROACH_TIMEOUT = 2.0  # [s] to get there after the last command
 _MIN_APPROACH_TIME = 0.5  # [s]
 
 
 def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:
-    """Refuse targets that the robot cannot be given.
+    """Refuse targets that are not for this robot.
 
     Raises:
         UnknownNameError: they name a joint that it has not.
-        UsageError: they would leave its limits, it has not as many grippers, or it takes no commands or does
-            not say where a joint is.
+        UsageError: they would leave its limits, it has fewer grippers, it takes no commands, or it does not publish
+            the position of a joint.
     """
     positions = targets.positions
     robot.check_names(positions)
@@ -249,10 +249,10 @@ def approach(
     *,
     on_beat: Callable[[float], None] = lambda _time: None,
 ) -> None:
-    """Bring joints to positions [rad; m], from where they stand, without haste at either end.
+    """Move joints smoothly from their present positions to others [rad; m].
 
-    It takes `duration` [s], or as long as the farthest needs at `APPROACH_SPEED`. After each command `on_beat` takes
-    the time so far [s].
+    The motion takes `duration` [s], by default the time that the farthest joint needs at `APPROACH_SPEED`. After each
+    command `on_beat` takes the time so far [s].
 
     Raises:
         UsageError: a joint did not get there.
@@ -288,7 +288,7 @@ def approach(
 def play(
     robot: OperatedRobot, targets: Targets, *, speed: float = 1.0, on_beat: Callable[[float], None] = lambda _time: None
 ) -> None:
-    """Say all targets in their time. What is late is not made up for by a rush: of a topic only the newest is said.
+    """Send all targets at their times. Late targets are not rushed: of a topic only the newest is sent.
 
     `speed` seconds of the file pass in a second; after each moment `on_beat` takes the time in the file [s].
     """
@@ -312,9 +312,9 @@ def play(
 
 
 class Recorder:
-    """Writes a line for each joint state on a topic, as it comes, to a file that ends in .csv or .jsonl.
+    """Records the joint states of a topic, as they come, to a file that ends in .csv or .jsonl.
 
-    `report` takes a line about a file that can be written no more.
+    `report` takes a line about a file that can no longer be written.
 
     Raises:
         UsageError: the file cannot be written.
@@ -339,9 +339,9 @@ class Recorder:
             self._file.write(_csv_line(["time", *self._joints]))
         self._begun: float | None = None
         self.lines = 0
-        """How many moments were written."""
+        """Number of written moments."""
         self.time = 0.0
-        """Of the newest, from the first on [s]."""
+        """Time of the newest moment, from the first on [s]."""
         try:
             self._leave = self._session.subscribe(topic, self._take)
         except BaseException:
@@ -350,12 +350,12 @@ class Recorder:
 
     @property
     def is_writing(self) -> bool:
-        """Whether moments still go to the file."""
+        """True while moments go to the file."""
         return self._file.is_writing
 
     def close(self) -> None:
-        """Write no more."""
-        with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
+        """Stop recording, and close the file."""
+        with suppress(CellwrightError, RunEndedError):  # the node may be gone
             self._leave()
         self._file.close()
 

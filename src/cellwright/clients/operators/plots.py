@@ -33,9 +33,9 @@ class Curve:
 
 
 def terminal_plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12, unit: str = "") -> Text:
-    """The curves in one frame of `width` by `height` characters, with the ends of both axes written at it.
+    """Return the curves in one frame of `width` by `height` characters, with the ends of both axes written at it.
 
-    The time stands in a line more. There is at least one curve, each with a value at least. Where two meet in one
+    The time axis takes one more line. There is at least one curve, each with at least one value. Where two meet in one
     character it has the colour of the later one.
     """
     low = min(float(curve.values.min()) for curve in curves)
@@ -72,7 +72,7 @@ def terminal_plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12,
 
 
 def _dot_numbers(values: Array, low: float, high: float, count: int) -> np.ndarray[tuple[int, ...], np.dtype[np.int_]]:
-    """The dot of each value, 0 to count - 1; the middle where all are the same."""
+    """Return the dot of each value, 0 to count - 1; the middle where all are the same."""
     if high - low < 1e-12:
         return np.full(len(values), count // 2)
     return np.clip(np.rint((values - low) / (high - low) * (count - 1)), 0, count - 1).astype(int)
@@ -83,7 +83,7 @@ _MAX_POINTS = 4000  # of a curve
 
 
 def tracking_svg(exercises: Sequence[Exercise]) -> str:
-    """The text of an SVG file: target and position of each joint, and the error below them."""
+    """Return the text of an SVG file: target and position of each joint, and the error below them."""
     from matplotlib.figure import Figure
 
     count = len(exercises)
@@ -91,8 +91,8 @@ def tracking_svg(exercises: Sequence[Exercise]) -> str:
     frames = figure.subplots(2 * count, 1, height_ratios=[5, 2] * count)
     for each, motion, error in zip(exercises, frames[::2], frames[1::2], strict=True):
         trace, figures = each.trace, each.tracking
-        told, seen = (slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.told_at, trace.seen_at))
-        motion.step(trace.told_at[told], trace.told[told], _TARGET_COLOUR, where="post", label="target")
+        targets, seen = (slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.told_at, trace.seen_at))
+        motion.step(trace.told_at[targets], trace.told[targets], _TARGET_COLOUR, where="post", label="target")
         motion.plot(trace.seen_at[seen], trace.seen[seen], _MEASURED_COLOUR, label="measured")
         error.plot(trace.seen_at[seen], (trace.target - trace.seen)[seen], _ERROR_COLOUR)
         delay = "did not follow" if figures.delay is None else f"delay {figures.delay * 1e3:.0f} ms"
@@ -110,11 +110,11 @@ def tracking_svg(exercises: Sequence[Exercise]) -> str:
 
 
 def svg_text(figure: Figure) -> str:
-    """A figure as the text of an SVG file, the same for the same figure."""
+    """Return a figure as the text of an SVG file, the same for the same figure."""
     import matplotlib as mpl
 
     text = StringIO()
     with mpl.rc_context({"svg.hashsalt": "cellwright", "svg.fonttype": "none"}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph ")  # a joint's name may have signs that the font has not
+        warnings.filterwarnings("ignore", "Glyph ")  # a joint's name may have characters that the font has not
         figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()

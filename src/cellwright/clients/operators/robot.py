@@ -24,51 +24,55 @@ TIP_COMMAND = "/io_teleop/target_ee_poses"
 BASE_COMMAND = "/io_teleop/target_base_move"
 EMERGENCY_STOP = "/io_teleop/emergency_stop"
 
-_LIMIT_SLACK = 2e-3  # [rad; m] that a joint that was measured at its limit may lie outside; the node cuts it off
+_LIMIT_SLACK = 2e-3  # [rad; m] that a joint measured at its limit may lie outside; the node clamps it
 
 _UNKNOWN_LIMITS = Limits()
 
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits by joint; a joint that is not there has none that anybody knows."""
+    """Limits by joint; those of other joints are unknown."""
 
     joints: Mapping[str, Limits] = field(default_factory=dict)
     source: str = ""
-    """Where they are from, for people; empty where nothing is known."""
+    """Origin of the limits, for messages; empty where none is known."""
 
     @classmethod
     def of(cls, robot: RobotModel) -> JointLimits:
-        """Those of a robot's description."""
+        """Return the limits of a robot's description."""
         return cls({joint.name: joint.limits for joint in robot.driven}, robot.name)
 
     def of_joint(self, name: str) -> Limits:
-        """The limits of a joint, infinite where nothing is known."""
+        """Return the limits of a joint, infinite where unknown."""
         return self.joints.get(name, _UNKNOWN_LIMITS)
 
     def clamped(self, name: str, position: float) -> float:
-        """A position [rad; m] within the limits of a joint."""
+        """Return a position [rad; m] clamped to the limits of a joint."""
         limits = self.of_joint(name)
         return min(max(position, limits.lower), limits.upper)
 
-    def check(self, name: str, low: float, high: float, what: str) -> None:
-        """Refuse what would take a joint from `low` to `high` [rad; m], out of its limits, by a UsageError."""
+    def check(self, name: str, low: float, high: float, motion: str) -> None:
+        """Refuse a motion of a joint from `low` to `high` [rad; m] that leaves its limits.
+
+        Raises:
+            UsageError: it leaves them.
+        """
         limits = self.of_joint(name)
         if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
             raise UsageError(
-                f"{name}: {what} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
+                f"{name}: {motion} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
                 f"{limits.lower:.4g} to {limits.upper:.4g}"
             )
 
     @property
     def is_known(self) -> bool:
-        """Whether anything is known."""
+        """True if the limits of any joint are known."""
         return any(math.isfinite(limit.upper - limit.lower) for limit in self.joints.values())
 
 
 @dataclass(frozen=True, slots=True)
 class MoveJoints:
-    """Joints are to go to positions [rad; m]; `topic` takes commands of joints."""
+    """Order to move joints to positions [rad; m]; `topic` takes commands of joints."""
 
     targets: Mapping[str, float]
     topic: str = JOINT_COMMAND
@@ -76,27 +80,27 @@ class MoveJoints:
 
 @dataclass(frozen=True, slots=True)
 class MoveTips:
-    """The tip of each arm is to go to a pose, base_T_tip: right, left."""
+    """Order to move the tip of each arm to a pose, base_T_tip: right, left."""
 
     tips: tuple[Pose, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class MoveGrippers:
-    """Each gripper is to be so far closed, 0 to 1: right, left."""
+    """Order to move each gripper to a closed share, 0 to 1: right, left."""
 
     closed: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class MoveBase:
-    """The base is to move: two or three numbers, as `BaseMode` in `cellwright.config.robot.config` says."""
+    """Order to move the base: two or three numbers, as `BaseMode` in `cellwright.config.robot.config` says."""
 
     numbers: tuple[float, ...]
 
 
 class Ask(Enum):
-    """A service that is to be called."""
+    """Order to call a service."""
 
     HOME = "home"
     ENABLE = "enable"
@@ -105,7 +109,7 @@ class Ask(Enum):
 
 
 class Now(Enum):
-    """What comes before all else."""
+    """Order of highest priority."""
 
     STOP = "emergency stop"
     QUIT = "quit"
@@ -115,7 +119,7 @@ Order: TypeAlias = MoveJoints | MoveTips | MoveGrippers | Ask | Now
 
 
 def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now, time: int) -> tuple[str, Any]:
-    """The topic that an order goes to, and its message, stamped with `time` [ns] of the node's clock."""
+    """Return the topic of an order and its message, stamped with `time` [ns] of the node's clock."""
     match order:
         case MoveJoints():
             return order.topic, conversions.joint_state(list(order.targets), list(order.targets.values()), time=time)
@@ -134,10 +138,10 @@ def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now
 
 
 FIRST_STATES_TIMEOUT = 5.0
-"""So long [s] the first joint states are waited for."""
+"""Longest wait [s] for the first joint states."""
 
 SETTLE = 0.5
-"""So long [s] the other topics have to say something first; they are told 100 times a second."""
+"""Time [s] for first messages on the other topics; they are published 100 times a second."""
 
 _STOPPED, _DISABLED = "its emergency stop is on", "it is not enabled"
 
@@ -145,18 +149,18 @@ _STOPPED, _DISABLED = "its emergency stop is on", "it is not enabled"
 class OperatedRobot:
     """A robot's node.
 
-    Only joint states must be there; a node of somebody else's may say nothing of grippers, tips or status.
+    Only joint states are required; another vendor's node may publish no grippers, tips or status.
 
     Raises:
-        UsageError: nothing is heard of a robot.
+        UsageError: no joint states arrive.
     """
 
     def __init__(self, session: NodeClient) -> None:
         self.session = session
-        self._told = (0, 0)  # joint states heard, and how far the node's clock is ahead of the session's [ns]
+        self._clock = (0, 0)  # count of joint states, and lead of the node's clock over the session's [ns]
         self._stamp = 0
         self.sent = 0
-        """How many messages it was sent."""
+        """Number of messages sent to it."""
         self._states = session.latest(JOINT_STATES)
         self._applied = session.latest("/io_teleop/applied_joint_cmd")
         self._grippers = session.latest("/io_teleop/gripper_states")
@@ -174,11 +178,15 @@ class OperatedRobot:
 
     @property
     def positions(self) -> dict[str, float]:
-        """Where the joints are [rad; m], as last heard."""
+        """Newest joint positions [rad; m]."""
         return by_name(self._states.message)
 
     def position(self, joint: str) -> float:
-        """Where a joint is [rad; m], as last heard; a UsageError where the node does not say."""
+        """Return the newest position of a joint [rad; m].
+
+        Raises:
+            UsageError: the node does not publish it.
+        """
         try:
             return self.positions[joint]
         except KeyError:
@@ -186,28 +194,28 @@ class OperatedRobot:
 
     @property
     def applied(self) -> dict[str, float]:
-        """Where the node really has them go [rad; m], as last heard; empty where it does not say."""
+        """Newest targets that the node applies [rad; m]; empty where it publishes none."""
         return by_name(self._applied.message)
 
     @property
     def grippers(self) -> tuple[float, ...]:
-        """How far each gripper is closed, 0 to 1, as last heard; empty where the node does not say."""
+        """Newest closed share of each gripper, 0 to 1; empty where the node publishes none."""
         message = self._grippers.message
         return () if message is None else tuple(map(float, message.position))
 
     @property
     def tips(self) -> tuple[Pose, ...]:
-        """Where the tip of each arm is: base_T_tip, as last heard; empty where the node does not say."""
+        """Newest pose of each arm's tip, base_T_tip; empty where the node publishes none."""
         message = self._tips.message
         return () if message is None else tuple(map(conversions.pose_from_message, message.poses))
 
     @property
     def status(self) -> Any:
-        """What the node takes and refuses (cellwright_msgs/TeleopStatus), as last heard; None where it does not say."""
+        """Newest state of commands (cellwright_msgs/TeleopStatus); None where the node publishes none."""
         return self._status.message
 
     def why_not(self) -> str:
-        """Why the node would not take commands now; empty when it would, or does not say."""
+        """Return the reason why the node takes no commands; empty when it takes them, or publishes no status."""
         status = self.status
         if status is None:
             return ""
@@ -218,7 +226,11 @@ class OperatedRobot:
         return "" if status.enabled else _DISABLED
 
     def check_ready(self) -> None:
-        """Refuse a node that would take no commands, by a UsageError that says why, and what ends that."""
+        """Refuse a node that takes no commands.
+
+        Raises:
+            UsageError: the reason, and its remedy.
+        """
         reason = self.why_not()
         if reason:
             word = {_STOPPED: "clear-stop", _DISABLED: "enable"}.get(reason, "")
@@ -226,31 +238,35 @@ class OperatedRobot:
             raise UsageError(f"the robot takes no commands: {reason}{hint}")
 
     def check_names(self, names: Iterable[str]) -> None:
-        """Refuse joints that it has not, by an UnknownNameError with the names that there are."""
+        """Refuse joints that the robot has not.
+
+        Raises:
+            UnknownNameError: with the names of its joints.
+        """
         for name in names:
             if name not in self.joints:
                 raise UnknownNameError("joint", name, self.joints)
 
     def send(self, order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now) -> None:
-        """Send a command; after an emergency stop the node takes no others until that is cleared."""
+        """Send a command; after an emergency stop the node refuses others until that is cleared."""
         self.session.publish(*command_message(order, self._now()))
         self.sent += 1
 
     def _now(self) -> int:
-        """The time by the node's clock [ns], as its joint states tell it: a command's age may be looked at."""
+        """Return the node's time [ns], from the stamps of its joint states: it may check a command's age."""
         now = self.session.transport.now()
-        if self._states.count != self._told[0]:
+        if self._states.count != self._clock[0]:
             stamp = conversions.nanoseconds(self._states.message.header.stamp)
-            self._told = (self._states.count, (stamp or now) - now)
-        self._stamp = max(self._stamp, now + self._told[1])
+            self._clock = (self._states.count, (stamp or now) - now)
+        self._stamp = max(self._stamp, now + self._clock[1])
         return self._stamp
 
 
 def by_name(message: Any) -> dict[str, float]:
-    """The finite positions in a message of joints; of none, nothing."""
+    """Return the finite positions in a message of joints; nothing of None."""
     if message is None:
         return {}
-    values = zip(message.name, map(float, message.position), strict=False)  # strangers may send what they like
+    values = zip(message.name, map(float, message.position), strict=False)  # other vendors' lists may differ in length
     return {name: value for name, value in values if math.isfinite(value)}
 
 
@@ -260,7 +276,7 @@ CLEAR_STOP_SERVICE = "/io_teleop/clear_emergency_stop"
 
 
 class ServiceCaller:
-    """Calls one service at a time, in a thread, over a connection that `open_session` makes there when it is needed."""
+    """Calls one service at a time, in a thread, over a connection that `open_session` makes there on demand."""
 
     def __init__(self, open_session: Callable[[], NodeClient]) -> None:
         self._open = open_session
@@ -268,10 +284,10 @@ class ServiceCaller:
         self._thread: threading.Thread | None = None
         self._answer = ""
         self.under_way = ""
-        """What is being waited for; empty if nothing is."""
+        """Name of the pending call; empty if there is none."""
 
     def begin(self, ask: Ask) -> bool:
-        """Call a service; False if another is still being waited for."""
+        """Call a service; False if another call is pending."""
         if self._thread is not None:
             return False
         self.under_way = ask.value
@@ -280,14 +296,14 @@ class ServiceCaller:
         return True
 
     def answer(self) -> str:
-        """What a service has answered, in a sentence, once; empty while there is nothing new."""
+        """Return the newest answer of a service once, in a sentence; empty while there is none."""
         if self._thread is None or self._thread.is_alive():
             return ""
         self._thread, self.under_way = None, ""
         return self._answer
 
     def close(self) -> None:
-        """Let go of the connection; an answer that is still to come is not waited for."""
+        """Close the connection; a pending answer is abandoned."""
         if self._session is not None:
             self._session.close()
 
@@ -306,7 +322,7 @@ class ServiceCaller:
 
 
 def service_request(ask: Ask) -> tuple[str, Any]:
-    """The service that is meant, and what it is asked."""
+    """Return the service of an order, and its request."""
     if ask in (Ask.ENABLE, Ask.DISABLE):
         return ENABLE_SERVICE, SetBoolRequest(ask is Ask.ENABLE)
     return HOME_SERVICE if ask is Ask.HOME else CLEAR_STOP_SERVICE, TriggerRequest()

@@ -1,7 +1,6 @@
 """Terminal of the keyboard operator: raw key input, and the panel of robot state and keys.
 
-The terminal is put back as it was however this ends: by a return, an exception, Ctrl-C, SIGTERM, or by the window being
-closed.
+The terminal is restored at every end: a return, an exception, Ctrl-C, SIGTERM, or a closed window.
 """
 
 import codecs
@@ -25,23 +24,23 @@ from cellwright.clients.operators.robot import JointLimits, OperatedRobot
 from cellwright.util.errors import UsageError
 
 _PIECE = 4096
-_GONE = "\x03"  # a keyboard that is gone wants no more than one that says Ctrl-C
+_GONE = "\x03"  # a lost keyboard counts as Ctrl-C
 
 Read = Callable[[], str]
-"""What has been typed since the last call; never waits."""
+"""Returns the text typed since the last call; never waits."""
 
 
 class TerminatedError(BaseException):
-    """A signal wants this process to end; like KeyboardInterrupt no `except Exception` may hold it up."""
+    """A signal to end this process; like KeyboardInterrupt it passes every `except Exception`."""
 
 
 @contextmanager
 def keyboard() -> Iterator[Read]:
-    """The keyboard of the terminal on stdin.
+    """Yield a reader of the keyboard of the terminal on stdin.
 
     Raises:
         UsageError: there is none.
-        TerminatedError: from inside, when the process is asked to end.
+        TerminatedError: from inside, on a signal to end the process.
     """
     if sys.stdin is None or not sys.stdin.isatty():
         raise UsageError("stdin is no terminal: the keyboard operator needs one to read keys from")
@@ -86,7 +85,7 @@ else:
             return decoder.decode(data) if data else _GONE
 
         try:
-            tty.setcbreak(descriptor)  # Ctrl-C still is a signal
+            tty.setcbreak(descriptor)  # Ctrl-C remains a signal
             mode = termios.tcgetattr(descriptor)
             for key in (termios.VSUSP, termios.VQUIT):  # these would leave the terminal to the shell as it is now
                 mode[6][key] = b"\x00"
@@ -98,7 +97,7 @@ else:
 
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP be exceptions, so that what has to be put back is."""
+    """Turn SIGTERM and SIGHUP into exceptions, so that clean-up runs."""
     before: dict[int, Any] = {}
 
     def end(number: int, _frame: FrameType | None) -> NoReturn:
@@ -116,25 +115,25 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 _BAR = 21  # characters from limit to limit; odd, so that there is a middle
-_OFF = 0.01  # [rad; m] between target and position that is worth a colour
-_FEWEST = 3  # lines of joints, however small the terminal
+_OFF = 0.01  # [rad; m] between target and position that is coloured
+_MIN_JOINTS = 3  # lines of joints, however small the terminal
 
 
 def panel(
     robot: OperatedRobot, jog: Jog, limits: JointLimits, *, name: str, message: str, height: int = 24
 ) -> RenderableType:
-    """The whole of it, for a terminal of `height` lines: the robot's `name`, its state, a message and the keys."""
+    """Return the panel for a terminal of `height` lines: the robot's `name`, its state, a message and the keys."""
     keys, tips = _key_help(), _tips(robot, jog)
     rest = 2 + 1 + 1 + len(tips) + 1 + len(KEY_HELP) // 2
-    joints = _joints(robot, jog, limits, max(_FEWEST, height - rest))
-    told = f"find: {jog.search}▏ {message}" if jog.search is not None else message
+    joints = _joints(robot, jog, limits, max(_MIN_JOINTS, height - rest))
+    note = f"find: {jog.search}▏ {message}" if jog.search is not None else message
     return Group(
-        _status_line(robot, name), Text(), joints, Text(), *tips, Text(told, style="bold yellow", no_wrap=True), keys
+        _status_line(robot, name), Text(), joints, Text(), *tips, Text(note, style="bold yellow", no_wrap=True), keys
     )
 
 
 def _status_line(robot: OperatedRobot, name: str) -> Text:
-    """One line: the robot, whether commands are taken, from whom, and how many."""
+    """Return one line: the robot, whether it takes commands, their source, and their number."""
     line = Text(no_wrap=True, overflow="ellipsis")
     line.append(f" {name} ", style="reverse bold").append("  ")
     status = robot.status
@@ -156,7 +155,7 @@ def _status_line(robot: OperatedRobot, name: str) -> Text:
 
 
 def _joints(robot: OperatedRobot, jog: Jog, limits: JointLimits, count: int) -> Table:
-    """As many joints as there is room for, the chosen one among them."""
+    """Return as many joints as fit, the selected one among them."""
     names, positions, applied = robot.joints, robot.positions, robot.applied
     chosen = names.index(jog.joint) if names else 0
     first = min(max(chosen - count // 2, 0), max(len(names) - count, 0))
@@ -186,15 +185,15 @@ def _number(value: float) -> str:
 
 
 def _bar(name: str, position: float, target: float, limits: JointLimits) -> Text:
-    """Where a joint stands between its limits, and where it is to go."""
+    """Return a bar with a joint's position between its limits, and its target."""
     limit = limits.of_joint(name)
-    way = limit.upper - limit.lower
-    if not 0.0 < way < math.inf or math.isnan(position):
+    span = limit.upper - limit.lower
+    if not 0.0 < span < math.inf or math.isnan(position):
         return Text()
     signs = list("─" * _BAR)
 
     def place(value: float) -> int:
-        return min(max(round((value - limit.lower) / way * (_BAR - 1)), 0), _BAR - 1)
+        return min(max(round((value - limit.lower) / span * (_BAR - 1)), 0), _BAR - 1)
 
     if not math.isnan(target):
         signs[place(target)] = "◇"
@@ -203,7 +202,7 @@ def _bar(name: str, position: float, target: float, limits: JointLimits) -> Text
 
 
 def _tips(robot: OperatedRobot, jog: Jog) -> list[Text]:
-    """A line for each arm and gripper, and one for the steps."""
+    """Return a line for each arm and gripper, and one for the steps."""
     lines = []
     tips, grippers = robot.tips, robot.grippers
     for number in range(max(len(tips), len(grippers))):
@@ -224,7 +223,7 @@ def _tips(robot: OperatedRobot, jog: Jog) -> list[Text]:
 
 
 def _key_help() -> Table:
-    """The help, in two columns."""
+    """Return the help, in two columns."""
     table = Table.grid(padding=(0, 2))
     half = len(KEY_HELP) // 2
     for row in zip(KEY_HELP[:half], KEY_HELP[half:], strict=True):

@@ -1,4 +1,4 @@
-"""Whether AGVs are there, as they tell."""
+"""Presence of AGVs, from their states."""
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.cell_view import CellView

@@ -1,4 +1,4 @@
-"""What a logical camera takes in, and which areas of the cell that meets."""
+"""View of a logical camera, and the areas of the cell in it."""
 
 import math
 
@@ -38,7 +38,7 @@ def camera(x: float, y: float, z: float = 1.465) -> Pose:
         (camera(0.3, 3.15), [STATIONS[1].area]),
         (camera(0.3, -3.15), [STATIONS[2].area]),
         (camera(1.21, 2.6, 1.645), [BELT]),
-        (camera(1.21, 9.0, 1.645), [BELT]),  # upstream of where the arm gets
+        (camera(1.21, 9.0, 1.645), [BELT]),  # upstream of the arm's reach
         (camera(-0.3, 0.23, 3.0), []),  # too high
         (Pose.from_rpy((-0.3, 0.23, 1.465), (0.0, -math.pi / 2, 0.0)), []),  # it looks up
     ],

@@ -1,4 +1,4 @@
-"""Where the joints are."""
+"""Positions of the joints."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Following parts on the belt."""
+"""Tracking of parts on the belt."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ BEAM = Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))
 
 
 class FakeClient:
-    """Time that is set, and topics that are spoken on, by a test."""
+    """Time and topics that a test controls."""
 
     def __init__(self) -> None:
         self.time = 0.0
@@ -38,7 +38,7 @@ class FakeClient:
 
         return leave
 
-    def say(self, topic: str, time: float, **fields: object) -> None:
+    def send(self, topic: str, time: float, **fields: object) -> None:
         self.time = time
         if topic in self.listeners:
             self.listeners[topic](SimpleNamespace(**fields))
@@ -64,7 +64,7 @@ def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:
     assert part.time_at(2.0) == pytest.approx(5.0)
 
 
-def test_parts_are_told_apart_by_type_and_place() -> None:
+def test_parts_are_distinguished_by_type_and_place() -> None:
     belt = watch(FakeClient())
     for time in (0.0, 0.1):
         belt.take_image(
@@ -99,9 +99,9 @@ def test_what_has_passed_and_what_was_taken_is_not_coming() -> None:
 def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
-    # read at 20 Hz: what is told happened 25 ms ago, on average
-    client.say("/ariac/beam_change", 10.025, object_detected=True)
-    client.say("/ariac/beam_change", 10.425, object_detected=False)
+    # read at 20 Hz: the event was 25 ms ago, on average
+    client.send("/ariac/beam_change", 10.025, object_detected=True)
+    client.send("/ariac/beam_change", 10.425, object_detected=False)
     (part,) = belt.coming("gear_part", 10.5, 1.0)
     assert not part.has_yaw
     assert part.time_at(2.25) == pytest.approx(10.2)
@@ -111,8 +111,8 @@ def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
 def test_a_beam_does_not_tell_types() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part", "disk_part"))
-    client.say("/ariac/beam_change", 10.0, object_detected=True)
-    client.say("/ariac/beam_change", 10.4, object_detected=False)
+    client.send("/ariac/beam_change", 10.0, object_detected=True)
+    client.send("/ariac/beam_change", 10.4, object_detected=False)
     assert belt.parts == []
     assert client.listeners == {}
 
@@ -121,8 +121,8 @@ def test_what_a_camera_sees_the_beam_does_not_add() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
     belt.take_image(Image(0.0, (on_belt("gear_part", 3.0),)))
-    client.say("/ariac/beam_change", 3.5, object_detected=True)
-    client.say("/ariac/beam_change", 3.9, object_detected=False)
+    client.send("/ariac/beam_change", 3.5, object_detected=True)
+    client.send("/ariac/beam_change", 3.9, object_detected=False)
     assert len(belt.parts) == 1
     assert client.listeners == {}
 
@@ -130,7 +130,7 @@ def test_what_a_camera_sees_the_beam_does_not_add() -> None:
 def test_an_end_without_a_beginning_is_nothing() -> None:
     client = FakeClient()
     belt = watch(client, {"beam": BEAM}, ("gear_part",))
-    client.say("/ariac/beam_change", 0.1, object_detected=False)
+    client.send("/ariac/beam_change", 0.1, object_detected=False)
     assert belt.parts == []
 
 

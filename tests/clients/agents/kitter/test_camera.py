@@ -1,4 +1,4 @@
-"""Looking through cameras only while there is something to be seen."""
+"""Subscriptions to cameras only while there is something to see."""
 
 from collections.abc import Callable
 
@@ -45,7 +45,7 @@ def test_images_come_while_one_listens_and_are_kept_after() -> None:
 
 
 def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
-    """The newest image is latched as long as somebody listens: what one sees must not hang on that."""
+    """The newest image is latched while another client listens: results must not depend on that."""
     times = []
     for is_watched in (False, True):
         final01 = cell("final01", "kitter_sensors")
@@ -93,7 +93,7 @@ def test_only_the_cameras_that_are_needed_are_looked_through() -> None:
 
 
 def look_and(note: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:
-    """Look at the bins, and take note of something while it lasts."""
+    """Look at the bins, and call `note` meanwhile."""
     leave = client.subscribe("/ariac/current_score", lambda _score: note())
     view.look(BINS)
     leave()

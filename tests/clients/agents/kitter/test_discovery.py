@@ -1,4 +1,4 @@
-"""Which sensors the agent finds, by frames and messages alone."""
+"""Discovery of sensors, by frames and messages alone."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Images of logical cameras: what lies still, and where, once noise is averaged away."""
+"""Images of logical cameras: parts at rest, and their poses with noise averaged out."""
 
 import math
 import random
@@ -13,7 +13,7 @@ from cellwright.util.pose import Pose
 
 
 def images(*parts: Sighting, count: int = 8, drift: float = 0.0) -> list[Image]:
-    """Noisy images of parts, all of which move along -y by `drift` [m] from image to image."""
+    """Return noisy images of parts, all of which move along -y by `drift` [m] from image to image."""
     rng = random.Random(7)
     noise = [[random_six(rng) for _ in parts] for _ in range(count)]
     return [
@@ -65,7 +65,7 @@ def test_no_image_shows_nothing() -> None:
     assert resting_parts([]) == []
 
 
-def test_neighbours_of_one_type_are_told_apart() -> None:
+def test_neighbours_of_one_type_are_distinguished() -> None:
     other = Sighting("gear_part", moved(GEAR.world_T_part, 0.1))
     first, second = resting_parts(images(GEAR, other))
     assert first.world_T_part.position[1] == pytest.approx(0.2, abs=0.0012)

@@ -1,4 +1,4 @@
-"""Where the gripper goes to take a part and to put it down."""
+"""Gripper poses to take a part and to put it down."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What is found of a part that was put down."""
+"""Inspection of a placed part."""
 
 from types import SimpleNamespace
 from typing import cast
@@ -19,7 +19,7 @@ KIT = Kit("kit", [TASK], KINDS, STATIONS[2])
 
 
 def beside(dx: float = 0.0, yaw: float = 0.0, part_type: str = "gear_part") -> Sighting:
-    """A part on tray 2, beside the place of the only part of the kit."""
+    """Return a part on tray 2, beside the place of the only part of the kit."""
     shift = Pose.from_rpy((0.1 + dx, 0.1, 0.0), (0.0, 0.0, yaw))
     return Sighting(part_type, pose_on_tray(STATIONS[2], KINDS.figures(part_type), shift))
 

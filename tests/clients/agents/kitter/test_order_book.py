@@ -1,4 +1,4 @@
-"""Orders as kits to be built."""
+"""Orders as kits to build."""
 
 from types import SimpleNamespace
 from typing import cast
@@ -26,7 +26,7 @@ def test_kits_come_in_the_order_of_their_orders() -> None:
     assert [kit.kit_type for kit in book.open_kits()] == ["order_1_kit_0"]
 
 
-def test_what_nobody_knows_how_to_handle_is_given_up_at_once() -> None:
+def test_a_part_of_unknown_handling_is_given_up_at_once() -> None:
     client = SimpleNamespace(orders=[order("order_0", "u_joint_part", "gear_part")], time=0.0)
     (kit,) = OrderBook(cast("Client", client), Catalogue()).open_kits()
     assert [task.type for task in kit.open_tasks] == ["gear_part"]

@@ -1,4 +1,4 @@
-"""What the agent knows of the parts, against the parts themselves."""
+"""The agent's part figures, against the parts themselves."""
 
 import math
 from typing import Any
@@ -66,7 +66,7 @@ def test_an_unknown_type() -> None:
 
 
 def own(mass: float = 0.4, **changed: Any) -> dict[str, Any]:
-    """A box of 90 x 60 x 40 mm, as the cell tells of it."""
+    """Return a box of 90 x 60 x 40 mm, as the cell describes it."""
     spot = {"position": [0.0, 0.0, 0.02], "radius": 0.03}
     values = {"centre_of_mass": [0.0, 0.0, 0.0], "lower": [-0.045, -0.03, -0.02], "upper": [0.045, 0.03, 0.02]}
     top = {"turn": [1.0, 0.0, 0.0, 0.0], **values, "radius": 0.0541, "spots": [spot], **changed}

@@ -1,4 +1,4 @@
-"""Which posture the arm takes."""
+"""Postures of the arm."""
 
 import math
 

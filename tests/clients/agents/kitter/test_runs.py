@@ -1,4 +1,4 @@
-"""The agent at work in the cell: every point that there is to get."""
+"""The agent at work in the cell: it wins every point that can be won."""
 
 import logging
 import re
@@ -73,7 +73,7 @@ def test_a_part_lost_over_the_tray_costs_nothing() -> None:
 
 
 def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
-    """A run of a trial with parts of its own, and what the agent says in the end of those that it did not bring."""
+    """Run a trial with parts of its own; return the result, and the agent's final lines on missing parts."""
     trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
     logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines(logging.WARNING)
     logger.addHandler(lines)
@@ -98,7 +98,7 @@ def test_parts_that_are_ordered_on_their_side_are_brought_so(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_parts_that_it_cannot_take_are_told_in_the_end_with_the_reason(tmp_path: Path) -> None:
+def test_parts_that_it_cannot_take_are_logged_at_the_end_with_the_reason(tmp_path: Path) -> None:
     result, said = run_own(tmp_path, "my_ball", "my_anvil")
     assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
     assert [line.partition(" s: ")[2] for line in said] == [

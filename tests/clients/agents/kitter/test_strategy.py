@@ -1,4 +1,4 @@
-"""What the agent decides, with a client, eyes and hands that only remember."""
+"""Decisions of the agent, with fakes of client, eyes and hands."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ def flat(x: float, y: float, z: float = 0.725, yaw: float = 0.0) -> Pose:
 
 @dataclass
 class Floor:
-    """A cell of a few numbers: parts lie somewhere, hands move them at once."""
+    """A cell of a few numbers: parts lie in places, and hands move them at once."""
 
     bins: list[Sighting] = field(default_factory=list)
     tray: list[Sighting] = field(default_factory=list)
     coming: list[BeltPart] = field(default_factory=list)
     faulty: list[Pose] = field(default_factory=list)
     slips: int = 0
-    """How many grasps fail, from the next on."""
+    """Number of grasps that fail, from the next on."""
     losses: int = 0
-    """How many parts are lost on the way, from the next on: they fall on the tray's middle."""
+    """Number of parts that are lost on the way, from the next on: they fall on the tray's middle."""
     shift: float = 0.0
-    """How far the next part is put down beside its place [m]."""
+    """Distance of the next part from its place [m]."""
     thrown: list[str] = field(default_factory=list)
     sent: list[tuple[int, str]] = field(default_factory=list)
     attempts: list[int] = field(default_factory=list)
     stuck: int = 0
-    """How often nothing can be taken off a tray, from the next time on."""
+    """Number of failed attempts to take something off a tray, from the next on."""
     stubborn: int = 0
-    """How often an AGV does not go, from the next time on."""
+    """Number of requests that an AGV ignores, from the next on."""
     away: float = 0.0
-    """Until when [s] no AGV is there."""
+    """Time [s] until which no AGV is there."""
     time: float = 0.0
 
 
@@ -215,7 +215,7 @@ def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
 def work(
     floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), bad: int = 0, kits_sent: int | None = None
 ) -> Floor:
-    """Let the strategy work until so many kits were sent, all of them if not said otherwise."""
+    """Let the strategy work until `kits_sent` kits were sent, by default all."""
     client, view = FakeClient(floor, orders, belt_types, kits_sent), FakeView(floor)
     hand = FakeHand(floor)
     hand.bad = ["bad"] * bad
@@ -234,7 +234,7 @@ def gears(count: int) -> list[Sighting]:
 
 
 def places(floor: Floor) -> list[tuple[float, float]]:
-    """Where parts lie on tray 1, in its frame."""
+    """Return the places of parts on tray 1, in its frame."""
     found = [(TRAY.inverse() @ part.world_T_part).position for part in floor.tray]
     return sorted((round(x, 3) + 0.0, round(y, 3) + 0.0) for x, y, _ in found)
 
@@ -264,12 +264,14 @@ def test_a_part_that_cannot_be_had_is_given_up_and_the_rest_is_sent() -> None:
     assert 60.0 < floor.time < 120.0
 
 
-def test_what_was_not_brought_is_told_in_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
-    wanted = order(("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0))
-    floor = work(Floor(bins=gears(1)), [wanted])
+def test_missing_parts_are_logged_at_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
+    announced = order(
+        ("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0)
+    )
+    floor = work(Floor(bins=gears(1)), [announced])
     assert places(floor) == [(0.1, -0.1)]
-    told = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
-    assert told == [
+    warnings = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
+    assert warnings == [
         "not brought for order_0_kit_0: 2 cone_part: it has no flat top that the cup could stand on",
         "not brought for order_0_kit_0: 1 disk_part: none was seen",
     ]

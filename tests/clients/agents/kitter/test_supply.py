@@ -1,4 +1,4 @@
-"""Which part is taken, and which is left."""
+"""Choice of the part to take."""
 
 from types import SimpleNamespace
 from typing import cast
@@ -17,7 +17,7 @@ def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
 
 
 def supply(*coming: BeltPart, reachable: float | None = 0.5) -> Supply:
-    """A supply at time 0, with the rail at y = 0 and parts on the belt that can be met at one place, or nowhere."""
+    """Return a supply at time 0, the rail at y = 0; belt parts can be met at one place, or nowhere."""
     belt = SimpleNamespace(coming=lambda *_: list(coming))
     view = SimpleNamespace(belt=belt, not_upright={"disk_part"})
     return Supply(

@@ -1,4 +1,4 @@
-"""How long motions take."""
+"""Durations of motions."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Ways of the tool: straight ones, and such that follow a part."""
+"""Tool paths: straight ones, and those that follow a part."""
 
 import math
 from itertools import pairwise

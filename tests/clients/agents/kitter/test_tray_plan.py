@@ -1,4 +1,4 @@
-"""Where a part goes on the tray."""
+"""Places of parts on the tray."""
 
 import math
 

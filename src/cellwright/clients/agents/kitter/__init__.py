@@ -1,4 +1,4 @@
-"""The bundled agent: it builds every ordered kit from bins and belt, with what its sensors tell it and nothing else.
+"""The bundled agent: builds every ordered kit from bins and belt, using its sensors alone.
 
-Skills (`cell_view`, `kits`, `arm`, `pick_and_place`) know how, the strategy (`agent`) knows what and when.
+Skills (`cell_view`, `kits`, `arm`, `pick_and_place`) act; the strategy (`agent`) decides.
 """

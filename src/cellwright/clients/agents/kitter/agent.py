@@ -1,7 +1,7 @@
 """Kitter agent: a state machine that chooses the next part, fetches it, places it, and sends the kits.
 
-A state is a method that does one thing and returns the state that comes next, with what that has to know. Skills tell
-whether they succeeded; what follows from that is decided here.
+A state is a method that does one thing and returns the next state, with its arguments bound. Skills return whether
+they succeeded; the states decide what follows.
 
     await_order -> choose_kit -> choose_part -> fetch | fetch_from_belt -> place -> check -> choose_part ...
                                              -> clean -> submit -> await_order
@@ -43,28 +43,28 @@ from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose
 
 ATTEMPTS = 4
-"""How often a part in one place is tried."""
+"""Attempts at a part in one place."""
 
 BELT_HORIZON = 12.0
-"""A part that the belt brings within this time [s] goes before those that lie somewhere."""
+"""A part that the belt brings within this time [s] is preferred to parts at rest."""
 
 FIRST_Y, LAST_Y = 1.7, -1.8
 """World y [m] between which parts are taken from the belt."""
 
 PART_TIMEOUT = 60.0
-"""A part of which there is none in sight is waited for this long [s]."""
+"""Longest wait [s] for a part of which none is in sight."""
 
 LATEST_WORK_TIME = 455.0
-"""So long after the start [s] a kit is sent as it is: trials of the finals end after 500 s."""
+"""Time after the start [s] at which a kit is sent as it is: trials of the finals end after 500 s."""
 
 MAX_CLEANINGS = 4
-"""How often something is taken off a tray before it is sent as it is."""
+"""Removals of parts from a tray before it is sent as it is."""
 
 MAX_SENDINGS = 4
-"""How often an AGV is asked to go before its kit is given up."""
+"""Requests to an AGV to go before its kit is given up."""
 
 MAX_LOSSES = 5
-"""How often a part is lost on its way before it is given up."""
+"""Losses of a part on its way before it is given up."""
 
 WAITING_Y = 1.55
 """World y [m] at which the arm waits for the belt to bring something."""
@@ -75,7 +75,7 @@ log = logging.getLogger(__name__)
 
 
 class Supply:
-    """The parts that can be taken, and what was tried in vain."""
+    """Available parts, and failed attempts at them."""
 
     def __init__(self, client: Client, view: CellView, arm: Arm, hand: Manipulator) -> None:
         self._client = client
@@ -87,7 +87,7 @@ class Supply:
         self._too_far: Counter[str] = Counter()
 
     def on_belt(self, part_type: str) -> tuple[BeltPart, float] | None:
-        """The first part of a type on the belt that can be met soon, and world y [m] where."""
+        """Return the first reachable belt part of a type, and the world y [m] at which the arm meets it."""
         now = self._client.time
         for part in self._view.belt.coming(part_type, now, LAST_Y):
             y = self._hand.meeting_place(part, FIRST_Y, LAST_Y)
@@ -96,7 +96,7 @@ class Supply:
         return None
 
     def best(self, part_type: str, lying: Iterable[Sighting]) -> Sighting | None:
-        """The part of a type to take: seldom tried, near the rail's place, with much room around it."""
+        """Return the best part of a type: few failed attempts, near the rail's place, with much room around it."""
         candidates = [part for part in lying if part.type == part_type and self.failures(part.world_T_part) < ATTEMPTS]
         return min(
             candidates,
@@ -109,16 +109,16 @@ class Supply:
         )
 
     def failures(self, world_T_part: Pose) -> int:
-        """How often a part in a place was tried in vain."""
+        """Return the number of failed attempts at a part in a place."""
         return self._failures[bin_cell(world_T_part)]
 
     def note_failure(self, part_type: str, world_T_part: Pose, *, is_in_reach: bool = True) -> None:
-        """A part of a type in a place was tried in vain: the cup got no hold of it, or the arm does not reach there."""
+        """Count a failed attempt at a part in a place: the cup did not hold it, or it is out of reach."""
         self._failures[bin_cell(world_T_part)] += 1
         (self._tried if is_in_reach else self._too_far)[part_type] += 1
 
     def why_none(self, part_type: str) -> str:
-        """Why no part of a type was to be had."""
+        """Return the reason why no part of a type was available."""
         if tried := self._tried[part_type]:
             return f"the cup got no hold of any, in {tried} attempt{'s' if tried > 1 else ''}"
         if self._too_far[part_type]:
@@ -129,13 +129,13 @@ class Supply:
 
 
 def bin_cell(world_T_part: Pose) -> tuple[int, int]:
-    """A place in a bin, as a name for it: to 5 cm."""
+    """Return a place in a bin, rounded to 5 cm, as a key."""
     x, y, _ = world_T_part.position
     return round(x / 0.05), round(y / 0.05)
 
 
 class Strategy:
-    """The agent's behaviour in one run."""
+    """Behaviour of the agent in one run."""
 
     def __init__(self, client: Client, view: CellView, arm: Arm, hand: Manipulator, catalogue: Catalogue) -> None:
         self._client = client
@@ -149,7 +149,7 @@ class Strategy:
         self._last_progress = client.time
 
     def run(self) -> None:
-        """Work until there is nothing left to do."""
+        """Work until nothing is left to do."""
         state: State | None = self.await_order
         try:
             while state is not None:
@@ -158,7 +158,7 @@ class Strategy:
             self.report()
 
     def report(self) -> None:
-        """Say which ordered parts it did not bring, and why."""
+        """Log the ordered parts that are missing, and why."""
         undone = Counter(
             (kit.kit_type, task.type, self._why_not(kit, task))
             for kit in self._orders.kits
@@ -173,26 +173,26 @@ class Strategy:
             return task.given_up
         return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
 
-    def _say(self, text: str, *arguments: Any) -> None:
+    def _log(self, text: str, *arguments: Any) -> None:
         log.info("%.1f s: " + text, self._client.time, *arguments)
 
     def _intend(self, text: str, *arguments: Any) -> None:
-        """Say what is done next, to those who look on too."""
-        self._say(text, *arguments)
+        """Announce the next action, in the viewer too."""
+        self._log(text, *arguments)
         self._client.intend(text % arguments)
 
     def await_order(self) -> State | None:
-        """Wait until there is a kit to build; the end comes when the competition is over."""
+        """Wait until there is a kit to build; None when the competition is over."""
         self._client.intend("waiting for an order")
         self._client.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
         return self.choose_kit if self._orders.open_kits() else None
 
     def choose_kit(self) -> State | None:
-        """The oldest kit that is not yet sent, at an AGV that is there."""
+        """Choose the oldest kit that is not yet sent, at an AGV that is there."""
         kit = self._orders.open_kits()[0]
         is_ready = self._view.is_agv_ready
         if not self._client.wait_until(lambda: any(map(is_ready, STATIONS)), 60.0):
-            self._say("no AGV is there")
+            self._log("no AGV is there")
             return None if self._is_over() else self.choose_kit
         kit.station = next(station for number, station in STATIONS.items() if is_ready(number))
         self._view.watch_agvs(False)
@@ -201,10 +201,10 @@ class Strategy:
         return partial(self.choose_part, kit)
 
     def submit(self, kit: Kit) -> State | None:
-        """Send the kit off."""
+        """Send the kit."""
         number = kit.station.number
         self._view.watch_agvs(True)
-        # the tray reports what lies on it once a second
+        # the tray reports its contents once a second
         self._client.sleep(1.0)
         self._client.wait_until(lambda: self._view.is_agv_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
@@ -212,7 +212,7 @@ class Strategy:
         kit.sendings += 1
         kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
-            self._say("it does not go")
+            self._log("it does not go")
             return partial(self.submit, kit)
         self._client.sleep(1.0)
         return self.choose_kit if self._orders.open_kits() else self.await_order
@@ -221,7 +221,7 @@ class Strategy:
         return self._client.competition_state in ("end_game", "done")
 
     def choose_part(self, kit: Kit) -> State | None:
-        """The next part to fetch, from the belt if one comes along, else from a bin; without any the kit is sent."""
+        """Choose the next part, from the belt if one arrives in time, else from a bin; send the kit without any."""
         self._orders.open_kits()
         tasks = kit.open_tasks
         if self._client.time - self._started > LATEST_WORK_TIME:
@@ -241,13 +241,13 @@ class Strategy:
                     return partial(self.fetch, kit, task, part)
         if self._client.time - self._last_progress > PART_TIMEOUT:
             for task in tasks:
-                self._say("no %s is to be had", task.type)
+                self._log("no %s is to be had", task.type)
                 task.given_up = self._supply.why_none(task.type)
             return partial(self.choose_part, kit)
         return partial(self.wait_by_belt, kit)
 
     def wait_by_belt(self, kit: Kit) -> State | None:
-        """Nothing is in reach: wait where the belt brings something, if it does, until it does."""
+        """Wait for a part that the belt brings, when nothing else is in reach."""
         types = {task.type for task in kit.open_tasks}
         if any("belt" in self._client.material_locations(each) for each in types):
             self._intend("waiting by the belt for %s", ", ".join(sorted(types)))
@@ -270,17 +270,17 @@ class Strategy:
         if held is None:
             is_in_reach = self._hand.is_in_reach(task.type, part.world_T_part, rail)
             self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
-            self._say("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
+            self._log("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
     def fetch_from_belt(self, kit: Kit, task: Task, part: BeltPart, y: float) -> State | None:
-        """Take a part off the belt at world y [m]."""
+        """Take a part from the belt at world y [m]."""
         self._intend("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
         held = self._hand.from_belt(part, y)
         self._view.belt.forget(part)
         if held is None:
-            self._say("it was missed")
+            self._log("it was missed")
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
@@ -295,7 +295,7 @@ class Strategy:
 
         place = find_place(kind, task.tray_T_goal, kit.taken(task), is_reachable)
         if place is None:
-            self._say("there is no room for a %s on the tray", task.type)
+            self._log("there is no room for a %s on the tray", task.type)
             task.given_up = "there was no room for it on the tray"
             self._hand.throw_away(held)
             return partial(self.choose_part, kit)
@@ -303,7 +303,7 @@ class Strategy:
         where = "as ordered" if place.is_ordered else "as near as there is room"
         self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
         if not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
-            self._say("it was lost on the way")
+            self._log("it was lost on the way")
             self._hand.let_go()
             self._note_loss(task)
             return partial(self.choose_part, kit)
@@ -312,17 +312,17 @@ class Strategy:
         return partial(self.check, kit, task, place)
 
     def check(self, kit: Kit, task: Task, place: Place) -> State | None:
-        """Look at what was put down: a faulty part is thrown away, one out of place is put right, once."""
+        """Check a placed part: throw a faulty one away, correct a misplaced one once."""
         finding = inspect_part(self._view, kit, task, place.tray_T_part)
         if finding.verdict is Verdict.FAULTY:
             return partial(self.reject, kit, task, place)
         if finding.verdict is Verdict.LOST:
-            self._say("the %s is not on the tray", task.type)
+            self._log("the %s is not on the tray", task.type)
             task.tray_T_part = None
             self._note_loss(task)
         if finding.world_T_part is None:
             return partial(self.choose_part, kit)
-        self._say("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
+        self._log("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
         if finding.verdict is Verdict.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
@@ -333,23 +333,23 @@ class Strategy:
         return partial(self.choose_part, kit)
 
     def _note_loss(self, task: Task) -> None:
-        """A part did not come to lie on the tray; a type with which that happens again and again is given up."""
+        """Count a part that did not reach the tray; a type that is lost repeatedly is given up."""
         task.losses += 1
         if task.losses >= MAX_LOSSES:
             task.given_up = f"it did not come to lie on the tray, {task.losses} times"
 
     def reject(self, kit: Kit, task: Task, place: Place) -> State | None:
-        """Take a faulty part off the tray again."""
+        """Take a faulty part off the tray."""
         self._intend("the %s is faulty: throwing it away", task.type)
         task.tray_T_part = None
         lying = pose_on_tray(kit.station, self._catalogue.figures(task.type), place.tray_T_part, drop=0.0)
         if not self._throw_away(kit, task.type, lying, ATTEMPTS):
-            self._say("it stays where it is")
+            self._log("it stays where it is")
             kit.faulty.append((task.type, place.tray_T_part))
         return partial(self.choose_part, kit)
 
     def clean(self, kit: Kit) -> State | None:
-        """Take what does not belong there off the tray; then send it."""
+        """Remove what does not belong on the tray, then send it."""
         self._view.look(kit.station.area)
         found = strays(self._view, kit)
         if not found or kit.cleanings >= MAX_CLEANINGS:
@@ -360,7 +360,7 @@ class Strategy:
         return partial(self.clean, kit)
 
     def _throw_away(self, kit: Kit, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
-        """Take a part off the tray and drop it on the floor; whether there was a hold of it."""
+        """Take a part off the tray and drop it on the floor; False if the cup did not hold it."""
         for attempt in range(first, first + attempts):
             held = self._hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
             if held is not None:
@@ -370,7 +370,7 @@ class Strategy:
 
 
 class KitterAgent:
-    """Builds the kits that are ordered, from bins and belt, and sends them off."""
+    """Builds the ordered kits from bins and belt, and sends them."""
 
     def run(self, client: Client) -> None:
         """Work until the competition is over."""

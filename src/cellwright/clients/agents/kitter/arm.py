@@ -1,7 +1,7 @@
 """Arm control of the kitter: tool poses with the cup facing down, corrected for the sag of the servos.
 
-The servos hold the arm 1 to 3 mm low. Joint states tell by how much, and what the joints are off is added to their next
-command. The rail arrives where it is sent.
+The servos hold the arm 1 to 3 mm low. The joints' errors in the joint states are added to the next command. The rail
+has no such error.
 """
 
 import logging
@@ -35,29 +35,33 @@ log = logging.getLogger(__name__)
 RAIL, PAN = 0, 1
 
 CUP_FACE = 0.005
-"""The cup's face is this far [m] below the gripper link."""
+"""Distance [m] of the cup's face below the gripper link."""
 
 OTHER_STATION = 0.8
-"""A pan [rad] that differs by more belongs to another station."""
+"""Difference in pan [rad] from which two poses belong to different stations."""
 
 SETTLING = 0.7
-"""About how long [s] it takes to come to stand exactly."""
+"""Approximate time [s] to come to an exact stop."""
 
 SAFE_HEIGHT = 0.95
-"""Height [m] of the gripper link on ways between stations, with one of the parts of 2017 on the cup."""
+"""Height [m] of the gripper link between stations, with one of the parts of 2017 on the cup."""
 
-TALLEST_PART_2017 = 0.0724
-"""How far [m] the tallest part of 2017 hangs below the cup; with a taller one the arm keeps that much higher."""
+MAX_HEIGHT_2017 = 0.0724
+"""Distance [m] that the tallest part of 2017 hangs below the cup; a taller one raises the arm by the difference."""
 
 RISING = 0.5
-"""How fast the tool rises [m/s]."""
+"""Rising speed of the tool [m/s]."""
 
-MOST_SAG = 0.03
-"""What a joint is off by [rad] at most because of sag; more is something else."""
+MAX_SAG = 0.03
+"""Largest error of a joint [rad] from sag alone."""
 
 
 class Arm:
-    """The arm of a cell; a UsageError if nothing says for a second where its joints are."""
+    """The arm of a cell.
+
+    Raises:
+        UsageError: no joint states arrive within a second.
+    """
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -66,39 +70,39 @@ class Arm:
             raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
         self._commanded = list(self.joints)
         self.load_height = 0.0
-        """How far [m] what is on the cup hangs below it."""
+        """Distance [m] that the load hangs below the cup."""
 
     @property
     def joints(self) -> Joints:
-        """Positions by the last joint states [m for the rail; rad]."""
+        """Positions from the last joint states [m for the rail; rad]."""
         return Joints.of(self._client.joint_positions)
 
     @property
     def tool(self) -> Pose:
-        """world_T_gripper, by the last joint states."""
+        """world_T_gripper from the last joint states."""
         return forward(self.joints)
 
     @property
     def tool_time(self) -> float:
-        """When that was [s]."""
+        """Time of the last joint states [s]."""
         return nanoseconds(self._states.message.header.stamp) / NANOSECONDS
 
     @property
     def safe(self) -> float:
-        """Height [m] of the gripper link on ways between stations, with what it carries."""
+        """Height [m] of the gripper link between stations with the present load."""
         return SAFE_HEIGHT + self._extra
 
     @property
     def _extra(self) -> float:
-        """How much higher [m] than usual the tool is kept for a tall part on the cup."""
-        return max(0.0, self.load_height - TALLEST_PART_2017)
+        """Extra height [m] for a tall part on the cup."""
+        return max(0.0, self.load_height - MAX_HEIGHT_2017)
 
     def reaches(self, goal: Pose, rail: float) -> bool:
-        """Whether it gets to a tool pose, in the posture that stations are worked in, with the rail at `rail` [m]."""
+        """Return whether a tool pose is in reach in the posture of the stations, with the rail at `rail` [m]."""
         return station_posture(goal, rail, self._commanded) is not None
 
     def travel(self, goal: Pose, rail: float) -> bool:
-        """Go to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach."""
+        """Move to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach."""
         stops = self._stops(goal, rail)
         if stops is None:
             return False
@@ -109,7 +113,7 @@ class Arm:
         return self.settle(goal)
 
     def travel_time(self, goal: Pose, rail: float) -> float:
-        """How long `travel` takes [s], about; infinite if the pose is out of reach."""
+        """Return the approximate duration [s] of `travel`; infinite if the pose is out of reach."""
         stops = self._stops(goal, rail)
         if stops is None:
             return math.inf
@@ -117,7 +121,7 @@ class Arm:
         return rising + SETTLING + sum(travel_time(a, b) for a, b in pairwise([self._commanded, *stops]))
 
     def settle(self, goal: Pose) -> bool:
-        """Correct the arm until the tool stands within a millimetre of a pose, or three times; False: out of reach."""
+        """Correct the arm, at most three times, to within a millimetre of a pose; False if it is out of reach."""
         for _ in range(3):
             joints = near_posture(goal, self._commanded[RAIL], self._commanded)
             if joints is None:
@@ -125,31 +129,31 @@ class Arm:
             off = [want - have for want, have in zip(joints, self.joints, strict=True)]
             if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off[1:])) < 0.005:
                 return True
-            sags = (max(-MOST_SAG, min(MOST_SAG, each)) for each in self._sags())
+            sags = (max(-MAX_SAG, min(MAX_SAG, each)) for each in self._sags())
             self._move([want + sag for want, sag in zip(joints, sags, strict=True)])
             self._client.sleep(0.1)
         return True
 
     def rise(self, height: float) -> None:
-        """Straight up until the gripper link is at a height [m]."""
+        """Rise straight up until the gripper link is at a height [m]."""
         if self.tool.position[2] < height:
             self.line(facing_down(at_height(self.tool, height)), RISING)
 
     def line(self, goal: Pose, speed: float, *, wait: bool = True) -> None:
-        """Go straight to a tool pose, about so fast [m/s], and wait until there unless told not to."""
-        duration = self._go_along(straight_path(self.tool, goal, speed))
+        """Move straight to a tool pose at about `speed` [m/s]; return on arrival, or at once without `wait`."""
+        duration = self._follow_path(straight_path(self.tool, goal, speed))
         if wait:
             self._client.doze(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
-        """Go along with something that moves along -y and come down on it, without waiting: see `following_path`."""
-        self._go_along(following_path(start, near, press, speed))
+        """Follow something that moves along -y and come down on it, without waiting: see `following_path`."""
+        self._follow_path(following_path(start, near, press, speed))
 
-    def _go_along(self, way: Iterable[TimedPose]) -> float:
-        """Go along a way of the tool while the rail stands still, with the sag of now; the time [s] it takes."""
+    def _follow_path(self, path: Iterable[TimedPose]) -> float:
+        """Follow a tool path with the rail at rest, corrected for the present sag; return its duration [s]."""
         sags, near, rail = self._sags(), self.joints, self._commanded[RAIL]
         points, times = [], []
-        for time, pose in way:
+        for time, pose in path:
             joints = near_posture(pose, rail, near)
             if joints is None:
                 log.info("%.1f s: %s is out of reach", self._client.time, pose.position)
@@ -163,7 +167,7 @@ class Arm:
         return times[-1]
 
     def _stops(self, goal: Pose, rail: float) -> list[list[float]] | None:
-        """Joint positions to stop at on the way to a tool pose; None if it is out of reach."""
+        """Return joint positions to stop at on the way to a tool pose; None if it is out of reach."""
         posture = station_posture(goal, rail, self._commanded)
         if posture is None:
             return None
@@ -177,11 +181,11 @@ class Arm:
         ]
 
     def _sags(self) -> list[float]:
-        """By how much each joint stands short of what it was sent to [m; rad]; the rail does not."""
+        """Return the distance of each joint from its command [m; rad]; 0 for the rail."""
         return [0.0, *(sent - have for sent, have in zip(self._commanded[1:], self.joints[1:], strict=True))]
 
     def _move(self, joints: Sequence[float]) -> None:
-        """Go to joint positions on the straight way in joint space, and wait until there."""
+        """Move to joint positions, straight in joint space, and wait until there."""
         duration = travel_time(self._commanded, joints)
         self._send([joints], [duration], [[0.0] * 7])
         self._client.doze(duration)

@@ -19,11 +19,11 @@ log = logging.getLogger(__name__)
 FRAME_SUFFIX = "_frame"
 QUALITY_SENSOR_PREFIX = "quality_control_sensor_"
 DISCOVERY_TIME = 0.25
-"""How long to listen [s]: cameras make their frames known ten times a second."""
+"""Listening time [s]: cameras publish their frames ten times a second."""
 
 
 def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
-    """World poses of logical cameras and break beams by name: told by their frames and the type of a first message."""
+    """Return the world poses of logical cameras and break beams by name, from their frames and first messages."""
     frames: dict[str, Pose] = {}
 
     def take(message: Any) -> None:
@@ -53,20 +53,20 @@ def find_sensors(client: Client) -> tuple[dict[str, Pose], dict[str, Pose]]:
 
 
 SURFACE_TOLERANCE = 0.02
-"""How far [m] from a surface the origin of a part may be that lies on it."""
+"""Largest distance [m] of a part's origin from the surface that it lies on."""
 
 SAME_PART_DISTANCE = 0.03
-"""Two cameras that see parts of a type this near [m] see one part."""
+"""Distance [m] within which two cameras see the same part of a type."""
 
 FAULT_IMAGES = 3
-"""So many images are enough to see whether there is a fault."""
+"""Images needed to detect a fault."""
 
 
 class CellView:
-    """What there is to know.
+    """The agent's knowledge of the cell.
 
-    A camera over the belt is looked through all the time if parts of `belt_types` come along there. All others are,
-    like the quality sensors, only when somebody asks for a look.
+    Cameras over the belt are listened to continuously if parts of `belt_types` arrive there. All others, like the
+    quality sensors, are read only on request.
     """
 
     def __init__(self, client: Client, catalogue: Catalogue, belt_types: Iterable[str]) -> None:
@@ -76,7 +76,7 @@ class CellView:
         self._client = client
         self._catalogue = catalogue
         self.not_upright: set[str] = set()
-        """The types of which parts were seen with another side up, or not on the floor of their bin."""
+        """Types seen with another side up, or not on the floor of their bin."""
         self._cameras: list[perception.Camera] = []
         self._watching: set[str] = set()
         for name, world_T_camera in cameras.items():
@@ -92,17 +92,17 @@ class CellView:
         self._agvs = {number: client.latest(f"/ariac/agv{number}/state") for number in STATIONS}
 
     def watch_agvs(self, on: bool) -> None:  # noqa: FBT001
-        """Listen to the AGVs, or no more: each tells its state in every step."""
+        """Subscribe to the AGVs or unsubscribe: each publishes its state in every step."""
         for state in self._agvs.values():
             (state.listen if on else state.cancel)()
 
     def is_agv_ready(self, number: int) -> bool:
-        """Whether an AGV said last that it stands at its load point."""
+        """Return whether an AGV was at its load point in its last message."""
         message = self._agvs[number].message
         return message is not None and message.data == "ready_to_deliver"
 
     def look(self, *areas: perception.Area) -> None:
-        """Let the cameras that see something of these areas take fresh images; what others saw is forgotten."""
+        """Take fresh images of some areas with the cameras that see them; images of other cameras are dropped."""
         for camera in self._cameras:
             camera.newest.clear()
         looking = [camera for camera in self._cameras if any(area.meets(camera.view) for area in areas)]
@@ -112,18 +112,18 @@ class CellView:
                 camera.rest()
 
     def faulty_on_tray(self, number: int) -> tuple[Pose, ...]:
-        """Where faulty parts lie on the tray of an AGV, in the world frame: takes fresh images."""
+        """Return the world poses of faulty parts on the tray of an AGV, from fresh images."""
         sensor = self._faults[number]
         perception.take_fresh(self._client, [sensor], FAULT_IMAGES)
         sensor.rest()
         return tuple(part.world_T_part for part in sensor.newest[-1].parts) if sensor.newest else ()
 
     def parts_in_bins(self) -> list[perception.Sighting]:
-        """The parts that lay flat in the bins at the last look, as far as cameras saw them."""
+        """Return the parts that lay flat in the bins at the last look, as far as cameras saw them."""
         return self._lying(perception.BIN_SURFACE, perception.is_in_bin)
 
     def parts_on_tray(self, world_T_tray: Pose) -> list[perception.Sighting]:
-        """The parts that lay on a tray at the last look, as far as cameras saw them."""
+        """Return the parts that lay on a tray at the last look, as far as cameras saw them."""
         x0, y0, _ = world_T_tray.position
         return self._lying(
             perception.TRAY_SURFACE,
@@ -131,7 +131,7 @@ class CellView:
         )
 
     def sees(self, pose: Pose) -> bool:
-        """Whether a place is well inside the view of a camera."""
+        """Return whether a place is well inside the view of a camera."""
         return any(perception.is_well_in_view(camera.world_T_camera, pose.position) for camera in self._cameras)
 
     def _lying(self, surface: float, is_inside: Callable[[float, float], bool]) -> list[perception.Sighting]:

@@ -16,10 +16,10 @@ from cellwright.middleware.messages.osrf_gear import KitObject
 from cellwright.util.pose import Pose
 
 RIM_GAP = 0.012
-"""How far from a rim a part is put down that could not go where it was ordered [m]."""
+"""Distance [m] to a rim of a part that could not go where it was ordered."""
 
 PART_GAP = 0.008
-"""How far from another part it is put down then [m]."""
+"""Distance [m] of such a part to others."""
 
 _GRID_STEP = 0.01
 _TURNS = 16
@@ -27,7 +27,7 @@ _TURNS = 16
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A place on the tray, and whether that is the ordered pose."""
+    """A place on the tray; `is_ordered` if that is the ordered pose."""
 
     tray_T_part: Pose
     is_ordered: bool
@@ -36,10 +36,10 @@ class Place:
 def find_place(
     kind: PartFigures, tray_T_goal: Pose, others: Sequence[Disc], is_reachable: Callable[[Pose], bool] = lambda _: True
 ) -> Place | None:
-    """Where to put a part beside others (in the tray frame); None when there is no room at all.
+    """Return a place for a part beside others (in the tray frame); None when there is no room.
 
-    The ordered pose is taken if it keeps the part inside the rims and off the others, even narrowly. If not, places on
-    a grid of 1 cm are looked at from the ordered one outwards, with the ordered yaw first and other yaws after it.
+    The ordered pose is taken if it keeps the part inside the rims and off the others, however narrowly. Else places on
+    a grid of 1 cm are tried from the ordered one outwards, with the ordered yaw first.
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
@@ -51,7 +51,7 @@ def find_place(
 
 
 def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap: float) -> bool:
-    """Whether a part lies inside the rims and beside the others, with gaps [m]. All discs in the tray frame."""
+    """Return whether a part lies inside the rims and beside the others, with gaps [m]; all discs in the tray frame."""
     inside = all(
         abs(disc.x) + disc.radius + rim_gap <= TRAY_HALF_X and abs(disc.y) + disc.radius + rim_gap <= TRAY_HALF_Y
         for disc in part
@@ -64,7 +64,7 @@ def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap:
 
 
 def _candidates(goal: Pose) -> Iterator[Pose]:
-    """Poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws."""
+    """Yield poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws."""
     x0, y0, _ = goal.position
     columns, rows = round(TRAY_HALF_X / _GRID_STEP), round(TRAY_HALF_Y / _GRID_STEP)
     places = sorted(
@@ -72,7 +72,7 @@ def _candidates(goal: Pose) -> Iterator[Pose]:
         key=lambda place: (round(math.hypot(place[0] - x0, place[1] - y0), 6), place),
     )
     for turn in range(_TURNS):
-        # to either side in turn: 0, 1, -1, 2, -2, ...
+        # to alternating sides: 0, 1, -1, 2, -2, ...
         steps = (turn + 1) // 2 * (1 if turn % 2 else -1)
         yaw = goal.yaw + steps * 2 * math.pi / _TURNS
         for x, y in places:
@@ -81,45 +81,45 @@ def _candidates(goal: Pose) -> Iterator[Pose]:
 
 @dataclass
 class Task:
-    """One part of a kit, and where it was ordered."""
+    """One part of a kit, and its ordered pose."""
 
     type: str
     tray_T_goal: Pose
     tray_T_part: Pose | None = None
-    """Where it lies on the tray; None as long as it does not."""
+    """Pose on the tray; None until the part lies there."""
     given_up: str = ""
-    """Why it is not brought; empty as long as it may be."""
+    """Reason why the part is given up; empty while it is not."""
     corrected: bool = False
-    """Whether it was put right once."""
+    """True once its place was corrected."""
     losses: int = 0
-    """How often a part for it was lost on the way to the tray, or off it."""
+    """Losses of its part on the way to the tray, or off it."""
 
     @property
     def is_open(self) -> bool:
-        """Whether there is something left to do."""
+        """True while there is something left to do."""
         return self.tray_T_part is None and not self.given_up
 
 
 @dataclass
 class Kit:
-    """A kit that is to be built, on the AGV of a station."""
+    """A kit to build, on the AGV of a station."""
 
     kit_type: str
     tasks: list[Task]
     catalogue: Catalogue
     station: Station = STATIONS[1]
     is_sent: bool = False
-    """Whether nothing more can be done for it."""
+    """True once nothing more can be done for it."""
     faulty: list[tuple[str, Pose]] = field(default_factory=list)
-    """Type and place on the tray of faulty parts that could not be taken away."""
+    """Type and place on the tray of faulty parts that could not be removed."""
     cleanings: int = 0
-    """How often something was taken off its tray that does not belong there."""
+    """Removals of parts that did not belong on its tray."""
     sendings: int = 0
-    """How often the AGV was asked to go."""
+    """Requests to the AGV to go."""
 
     @property
     def open_tasks(self) -> list[Task]:
-        """The parts that are still to come."""
+        """Tasks that are still to be done."""
         return [task for task in self.tasks if task.is_open]
 
     @property
@@ -128,7 +128,7 @@ class Kit:
         return [(task.type, task.tray_T_part) for task in self.tasks if task.tray_T_part is not None]
 
     def taken(self, but: Task) -> list[Disc]:
-        """What others than `but` take on the tray: where parts lie, and where those were ordered that still come."""
+        """Return the discs of all tasks except `but`: where parts lie, and where open ones were ordered."""
         figures = self.catalogue.figures
         discs = [disc for part_type, tray_T_part in self.faulty for disc in figures(part_type).covers(tray_T_part)]
         for task in self.tasks:
@@ -147,17 +147,17 @@ log = logging.getLogger(__name__)
 
 
 class OrderBook:
-    """The kits that a client hears of."""
+    """The kits that were ordered since it was made."""
 
     def __init__(self, client: Client, catalogue: Catalogue) -> None:
         self._client = client
         self._catalogue = catalogue
         self._known = 0
         self.kits: list[Kit] = []
-        """All that were ordered so far, those that were sent included."""
+        """All kits ordered so far, sent ones included."""
 
     def open_kits(self) -> list[Kit]:
-        """The kits that are not yet sent, the oldest first; new orders are taken in before."""
+        """Read new orders, and return the kits that are not yet sent, oldest first."""
         for order in self._client.orders[self._known :]:
             self._known += 1
             for kit in order.kits:
@@ -178,21 +178,21 @@ class OrderBook:
 
 
 STRAY_DISTANCE = 0.05
-"""What lies further [m] from all that was put down does not belong on the tray."""
+"""Distance [m] to all placed parts from which something does not belong on the tray."""
 
 SAME_PLACE = 0.06
-"""A fault that is seen this near [m] to where a part was put down is that part's."""
+"""Distance [m] within which a fault belongs to a placed part."""
 
 LOST_DISTANCE = 0.1
-"""A part that is seen this far [m] from where it was put down was lost."""
+"""Distance [m] from its place at which a part was lost."""
 
 MISPLACED = 0.012
 MISTURNED = 0.05
-"""A part that lies further [m] or is turned more [rad] from where it was ordered is out of place."""
+"""Distance [m] or angle [rad] from its ordered pose from which a part is out of place."""
 
 
 class Verdict(Enum):
-    """What became of a part that was put down."""
+    """Result of the inspection of a placed part."""
 
     UNSEEN = auto()
     """No camera looks there."""
@@ -204,7 +204,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A verdict, and where the part was seen if it was: how far off [m] and by how much turned [rad]."""
+    """A verdict, and where the part was seen, if it was: distance [m] and angle [rad] from the ordered pose."""
 
     verdict: Verdict
     world_T_part: Pose | None = None
@@ -213,7 +213,7 @@ class Finding:
 
 
 def inspect_part(view: CellView, kit: Kit, task: Task, tray_T_part: Pose) -> Finding:
-    """Look at a part that was put down on the tray of its kit. It takes a second."""
+    """Inspect a part that was placed on the tray of its kit. It takes a second."""
     station = kit.station
     expected = pose_on_tray(station, kit.catalogue.figures(task.type), tray_T_part)
     if any(is_near(pose, expected, SAME_PLACE) for pose in view.faulty_on_tray(station.number)):
@@ -232,7 +232,7 @@ def inspect_part(view: CellView, kit: Kit, task: Task, tray_T_part: Pose) -> Fin
 
 
 def strays(view: CellView, kit: Kit) -> list[Sighting]:
-    """The parts on the tray that nobody put where they are, such as one that was lost over it; as of the last look."""
+    """Return the parts on the tray that were not placed there, such as lost ones, from the last look."""
     return [
         part
         for part in view.parts_on_tray(kit.station.world_T_tray)
@@ -241,21 +241,21 @@ def strays(view: CellView, kit: Kit) -> list[Sighting]:
 
 
 def is_known_faulty(kit: Kit, part: Sighting) -> bool:
-    """Whether a part lies where a faulty one could not be taken away."""
+    """Return whether a part lies where a faulty one could not be removed."""
     return any(is_near(part.world_T_part, pose, SAME_PLACE) for pose in _world_poses(kit, kit.faulty))
 
 
 def _world_poses(kit: Kit, parts: Iterable[tuple[str, Pose]]) -> Iterator[Pose]:
-    """world_T_part of parts on the tray of a kit, given by type and place."""
+    """Yield world_T_part of parts on the tray of a kit, given by type and place."""
     for part_type, tray_T_part in parts:
         yield pose_on_tray(kit.station, kit.catalogue.figures(part_type), tray_T_part)
 
 
 def horizontal_distance(one: Pose, other: Pose) -> float:
-    """Between two origins, height left out [m]."""
+    """Return the horizontal distance between two origins [m]."""
     return math.hypot(one.position[0] - other.position[0], one.position[1] - other.position[1])
 
 
 def is_near(one: Pose, other: Pose, reach: float) -> bool:
-    """Whether two origins are within `reach` [m], height left out."""
+    """Return whether two origins are within `reach` [m] of each other horizontally."""
     return horizontal_distance(one, other) < reach

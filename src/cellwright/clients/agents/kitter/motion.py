@@ -10,29 +10,31 @@ from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
 
 MAX_JOINT_SPEEDS = (1.3, 1.6, 1.3, 2.0, 2.5, 2.5, 2.5)
-"""Largest joint speeds [m/s; rad/s] on free ways."""
+"""Largest joint speeds [m/s; rad/s] in free motion."""
 
 MAX_JOINT_ACCELERATIONS = (2.5, 3.0, 2.5, 4.0, 6.0, 6.0, 8.0)
-"""Largest joint accelerations [m/s^2; rad/s^2] on free ways."""
+"""Largest joint accelerations [m/s^2; rad/s^2] in free motion."""
 
 
 def travel_time(start: Sequence[float], goal: Sequence[float]) -> float:
-    """How long [s] a cubic from rest to rest takes without exceeding speeds and accelerations."""
-    ways = [abs(b - a) for a, b in zip(start, goal, strict=True)]
-    by_speed = (1.5 * way / speed for way, speed in zip(ways, MAX_JOINT_SPEEDS, strict=True))
-    by_acceleration = (math.sqrt(6 * way / limit) for way, limit in zip(ways, MAX_JOINT_ACCELERATIONS, strict=True))
+    """Return the duration [s] of a cubic from rest to rest within the limits of speed and acceleration."""
+    distances = [abs(b - a) for a, b in zip(start, goal, strict=True)]
+    by_speed = (1.5 * distance / speed for distance, speed in zip(distances, MAX_JOINT_SPEEDS, strict=True))
+    by_acceleration = (
+        math.sqrt(6 * distance / limit) for distance, limit in zip(distances, MAX_JOINT_ACCELERATIONS, strict=True)
+    )
     return max(0.1, *by_speed, *by_acceleration)
 
 
 def ease_in_out(share: float) -> float:
-    """When a share of a way is done that begins and ends gently: time as a share of the whole."""
+    """Return the time at which a share of a path with a smooth start and stop is done, as a share of its duration."""
     return 0.5 - math.sin(math.asin(1 - 2 * share) / 3)
 
 
 def velocities_along(
     start: Sequence[float], points: Sequence[Sequence[float]], times: Sequence[float]
 ) -> list[list[float]]:
-    """Velocities at joint positions after `start` at time 0: the slope between the neighbours, rest at the end."""
+    """Return velocities at joint positions after `start` at time 0: the slope between neighbours, rest at the end."""
     places = [list(start), *map(list, points)]
     moments = [0.0, *times]
     slopes = [
@@ -43,13 +45,13 @@ def velocities_along(
 
 
 TimedPose: TypeAlias = tuple[float, Pose]
-"""A time from the start of the way [s], and world_T_gripper then."""
+"""A time from the start of the path [s], and world_T_gripper then."""
 
 FOLLOW_LEAD = 0.2
-"""How long before the part is under the tool following it has to begin [s]: it takes 0.4 s to come up to speed."""
+"""Lead [s] with which following begins before the part is under the tool: it takes 0.4 s to come up to speed."""
 
 FOLLOW_TIME = 1.9
-"""How long a part is followed [s]."""
+"""Time [s] that a part is followed."""
 
 _LINE_STEP = 0.01
 _FOLLOW_STEP = 0.05
@@ -57,7 +59,7 @@ _DESCENT_TIME, _PRESS_TIME = 0.55, 0.5
 
 
 def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
-    """Straight from a tool pose to another with the cup facing down, gently at both ends, at about `speed` [m/s]."""
+    """Yield a straight path between tool poses, cup down, with smooth start and stop, at about `speed` [m/s]."""
     length = math.dist(start.position, goal.position)
     steps = max(2, math.ceil(length / _LINE_STEP))
     duration = max(length / speed, 0.05) + 0.15
@@ -67,57 +69,57 @@ def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
 
 
 def following_path(start: Pose, near: float, press: float, speed: float) -> Iterator[TimedPose]:
-    """Along with something that moves along -y at `speed` [m/s], and down on it.
+    """Yield a tool path along with something that moves along -y at `speed` [m/s], and down on it.
 
-    It passes under the tool pose `start` at `FOLLOW_LEAD` from now. The tool comes down to the height `near` [m] as
-    fast as it goes, and from there slowly to `press` [m].
+    The part passes under the tool pose `start` at `FOLLOW_LEAD` from now. The tool comes down to the height `near` [m]
+    at full speed, and from there slowly to `press` [m].
     """
     x, y, z = start.position
     run_up = 2 * FOLLOW_LEAD
     for step in range(1, round(FOLLOW_TIME / _FOLLOW_STEP) + 1):
         time = _FOLLOW_STEP * step
-        way = speed * time**2 / (2 * run_up) if time < run_up else speed * (time - run_up / 2)
+        distance = speed * time**2 / (2 * run_up) if time < run_up else speed * (time - run_up / 2)
         share = min(1.0, time / _DESCENT_TIME)
         height = z + (near - z) * share**2 * (3 - 2 * share)
         height += (press - near) * max(0.0, min(1.0, (time - _DESCENT_TIME) / _PRESS_TIME))
-        yield time, Pose((x, y - way, height), start.quaternion)
+        yield time, Pose((x, y - distance, height), start.quaternion)
 
 
 def interpolate(start: Pose, goal: Pose, share: float) -> Pose:
-    """A tool pose on the straight way from one to another; the cup faces down, the yaw turns the short way."""
+    """Return a tool pose on the straight line between two; the cup faces down, the yaw turns the short way."""
     position = [a + (b - a) * share for a, b in zip(start.position, goal.position, strict=True)]
     turn = math.remainder(goal.yaw - start.yaw, 2 * math.pi)
     return Pose.from_rpy((position[0], position[1], position[2]), (0.0, 0.0, start.yaw + turn * share))
 
 
 def at_height(pose: Pose, height: float) -> Pose:
-    """The same pose at another height [m]."""
+    """Return the pose at another height [m]."""
     return Pose((pose.position[0], pose.position[1], height), pose.quaternion)
 
 
 def facing_down(pose: Pose) -> Pose:
-    """The same place and yaw, with the cup facing straight down."""
+    """Return the same place and yaw with the cup facing straight down."""
     return Pose.from_rpy(pose.position, (0.0, 0.0, pose.yaw))
 
 
 RAIL_END = 2.1
-"""How far the rail reaches to either side [m]."""
+"""Reach of the rail to either side [m]."""
 
 SHOULDER_OFFSET = 0.163941
-"""How far [m] the arm's plane is beside its base (d4)."""
+"""Distance [m] of the arm's plane beside its base (d4)."""
 
 BASE_X = 0.3
 """World x [m] of the arm's base."""
 
 FOLDED = 0.38
-"""How far [m] the tool is in front of the base on the way from one station to another."""
+"""Distance [m] of the tool in front of the base between stations."""
 
 FOLDED_HEIGHT = 1.12
 """Height [m] of the gripper link then: what it holds clears the beam of the rail."""
 
 
 def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints | None:
-    """Joints for a tool pose, in the posture that all stations are worked in; None if it is out of reach.
+    """Return joints for a tool pose in the posture of all stations; None if it is out of reach.
 
     The rail is at `rail` [m] or its end; of the whole turns, those nearest to the `present` joints are taken.
     """
@@ -131,7 +133,7 @@ def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints
 
 
 def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | None:
-    """Joints for a tool pose with the rail at `rail` [m], as near as can be to others; None if it is out of reach."""
+    """Return joints for a tool pose with the rail at `rail` [m], nearest to others; None if it is out of reach."""
     try:
         return closest(inverse(goal, on_rail(rail), near=Joints(*near)), near)
     except UnreachableError:
@@ -139,7 +141,7 @@ def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | Non
 
 
 def folded(joints: Sequence[float], present: Sequence[float], higher: float = 0.0) -> list[float]:
-    """The arm drawn in, so as to pass between the posts of the frame over the bins.
+    """Return the folded posture, in which the arm passes between the posts of the frame over the bins.
 
     Rail, pan and wrist 3 are as in `joints`; with a tall part on the cup the tool is kept `higher` than usual [m].
     """
@@ -155,22 +157,22 @@ def folded(joints: Sequence[float], present: Sequence[float], higher: float = 0.
 
 
 def on_rail(place: float) -> float:
-    """The place on the rail [m] that is nearest to one that may be beyond its end."""
+    """Return the place on the rail [m] nearest to one that may be beyond its end."""
     return max(-RAIL_END, min(RAIL_END, place))
 
 
 def faces_station(joints: Joints, pan: float) -> bool:
-    """Whether the arm works a station the usual way: its plane turned to it by `pan` [rad], the hand reaching out."""
+    """Return whether the arm works a station as usual: its plane turned there by `pan` [rad], the hand forward."""
     return abs(joints.shoulder_pan - pan) < 0.3 and math.sin(joints.wrist_2) < 0.0
 
 
 def closest(postures: Sequence[Joints], near: Sequence[float]) -> Joints:
-    """The posture that differs least from joint positions; wrist 3 and the rail are left out."""
+    """Return the posture nearest to joint positions, wrist 3 and the rail disregarded."""
     return min(postures, key=lambda each: math.dist(each[1:6], near[1:6]))
 
 
 def station_pan(x: float, y: float, rail: float) -> float:
-    """The pan [rad] that turns the arm's plane to a point of the world, from -pi/4 to 7 pi/4."""
+    """Return the pan [rad] that turns the arm's plane to a point of the world, from -pi/4 to 7 pi/4."""
     dx, dy = x - BASE_X, y - rail
     distance = max(math.hypot(dx, dy), SHOULDER_OFFSET + 0.01)
     pan = math.atan2(dy, dx) - math.asin(SHOULDER_OFFSET / distance)

@@ -1,7 +1,7 @@
-"""What the agent knows of the parts: where to take hold of each type, and the floor that it covers.
+"""Part figures of the agent: the grip and the floor plan of each type.
 
-Figures of the part types of 2017: their models, which every team had in its hands. Those of a trial's own types are
-what the cell tells of their models (`Client.part_types`); where a part is, only sensors tell.
+Figures of the part types of 2017 come from their models, which every team had. Those of a trial's own types come from
+the cell (`Client.part_types`); poses of parts come from sensors alone.
 """
 
 import math
@@ -15,7 +15,7 @@ from cellwright.util.pose import Pose
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A disc of the plane that a part lies in: x, y [m] in the part's frame, radius [m]."""
+    """A disc in the plane that a part lies in: x, y [m] in the part's frame, radius [m]."""
 
     x: float
     y: float
@@ -27,18 +27,19 @@ class PartFigures:
     """A part type as the agent handles it."""
 
     grip: tuple[float, float]
-    """Where the middle of the cup goes: x, y [m] in the part's frame. It is chosen such that the cup's face (radius
-    38 mm) meets something solid and stays clear of a mark where it can."""
+    """Place of the cup's middle: x, y [m] in the part's frame. There the cup's face (radius 38 mm) meets something
+    solid and stays clear of a mark where it can.
+    """
     top: float
-    """Height [m] above the part's origin that the cup meets there first."""
+    """Height [m] above the part's origin at which the cup first meets it."""
     outline: tuple[Disc, ...]
-    """Discs that cover the part's floor plan together."""
+    """Discs that together cover the part's floor plan."""
     below: float = 0.0
-    """How far [m] the part reaches below its origin."""
+    """Distance [m] that the part reaches below its origin."""
 
     @property
     def height(self) -> float:
-        """How far [m] the part hangs below the cup."""
+        """Distance [m] that the part hangs below the cup."""
         return self.top + self.below
 
     @property
@@ -47,7 +48,7 @@ class PartFigures:
         return max(math.hypot(disc.x, disc.y) + disc.radius for disc in self.outline)
 
     def covers(self, frame_T_part: Pose) -> tuple[Disc, ...]:
-        """The discs of a part that lies at a pose, in the frame of that pose."""
+        """Return the discs of a part that lies at a pose, in the frame of that pose."""
         yaw, (x, y, _) = frame_T_part.yaw, frame_T_part.position
         cos, sin = math.cos(yaw), math.sin(yaw)
         return tuple(
@@ -56,7 +57,7 @@ class PartFigures:
 
 
 def box_outline(length: float, width: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> tuple[Disc, ...]:
-    """Discs that cover a rectangle: `length` [m] along its own x axis, its middle at x, y [m], turned by yaw [rad]."""
+    """Return discs that cover a rectangle: `length` [m] along its own x, middle at x, y [m], turned by yaw [rad]."""
     if length < width:
         return box_outline(width, length, x, y, yaw + math.pi / 2)
     count = math.ceil(length / width)
@@ -86,26 +87,27 @@ _PARTS = {
     "part4": PartFigures((0.0, 0.0), 0.005, box_outline(0.09, 0.06), 0.0052),
 }
 
-TALLEST = 0.2
-"""How far [m] a part may hang below the cup. The tallest that was tried, 0.21 m, cleared rail and rims."""
+MAX_HEIGHT = 0.2
+"""Largest distance [m] that a part may hang below the cup. The tallest one tried, 0.21 m, cleared rail and rims."""
 
-HEAVIEST = 10.0
+MAX_MASS = 10.0
 """Payload of the arm [kg]. A box of 12 kg came to lie within 1 mm of its place, one of 16 kg 15 mm beside it."""
 
-LEAST_SPOT = 0.006
-"""The cup needs a flat disc of this radius [m]: it is aimed to a few millimetres."""
+MIN_SPOT = 0.006
+"""Radius [m] of the flat disc that the cup needs: it is aimed to a few millimetres."""
 
-LARGEST_MOMENT = 0.3
+MAX_MOMENT = 0.3
 """Largest mass of a part times the distance of its centre of mass from the cup's axis [kg m].
 
-In trials a bar of 0.56 kg m came to lie 6 mm off its place; with 0.8 kg m the wrist gave way, and the part was lost.
+In trials a bar of 0.56 kg m came to lie 6 mm off its place. With 0.8 kg m the wrist gave way, and the part was lost.
 """
 
 
 class Catalogue:
-    """The part types that the agent can handle in one cell, and why it can't handle the others.
+    """Part types that the agent can handle in one cell, and why it can't handle the others.
 
-    `own` are the part types of the trial's own, as `Client.part_types` returns them.
+    Args:
+        own: the trial's own part types, as `Client.part_types` returns them.
     """
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
@@ -115,7 +117,7 @@ class Catalogue:
         self._turns: dict[str, Pose] = {}
         self._ordered: set[str] = set()
         self.reach = max(kind.reach for kind in _PARTS.values())
-        """No part reaches further [m] from its origin."""
+        """Largest distance [m] of a point of a part from its origin."""
         for name in self._own:
             self._choose_top(name, 0)
 
@@ -124,22 +126,26 @@ class Catalogue:
 
     @property
     def types(self) -> list[str]:
-        """The types that can be handled, by name."""
+        """Types that can be handled, by name."""
         return sorted(self._known)
 
     def figures(self, part_type: str) -> PartFigures:
-        """What the agent knows of a type; an UnknownNameError if it knows nothing of it, or can't handle it."""
+        """Return the figures of a type.
+
+        Raises:
+            UnknownNameError: the type is unknown, or the agent can't handle it.
+        """
         try:
             return self._known[part_type]
         except KeyError:
             raise UnknownNameError("part type", part_type, self._known) from None
 
     def why_not(self, part_type: str) -> str:
-        """Why a type is not handled."""
+        """Return the reason why a type is not handled."""
         return self._refused.get(part_type, "its model is not known")
 
     def note_order(self, part_type: str, tray_T_goal: Pose) -> None:
-        """A part of a type was ordered: the side that is to be up is the one that it is handled by from now on.
+        """Take the upward side of an ordered part as the side by which its type is handled from now on.
 
         The first order of a type decides, for the agent turns no part over.
         """
@@ -150,7 +156,7 @@ class Catalogue:
             self._choose_top(part_type, max(range(len(ups)), key=ups.__getitem__))
 
     def turned(self, part_type: str, frame_T_part: Pose) -> Pose:
-        """The pose of a part with z of the side that is to be up for its z; types of 2017 stay as they are."""
+        """Return the pose of a part with z of its upward side as its z; types of 2017 stay as they are."""
         turn = self._turns.get(part_type)
         return frame_T_part if turn is None else frame_T_part @ turn
 
@@ -168,27 +174,27 @@ class Catalogue:
 
 
 def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
-    """The figures of a type of the trial's own with one side up, or why the agent can't handle it.
+    """Return the figures of a trial's own type with one side up, or why the agent can't handle it.
 
-    `values` are what `Client.part_types` tells of that top, and the mass.
+    `values` are those of that top in `Client.part_types`, and the mass.
     """
     mass, spots = values["mass"], values["spots"]
-    wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]
+    wide = [spot for spot in spots if spot["radius"] >= MIN_SPOT]
     aside = [math.dist(spot["position"][:2], values["centre_of_mass"][:2]) for spot in wide]  # [m]
-    usable = [spot for spot, away in zip(wide, aside, strict=True) if away * mass <= LARGEST_MOMENT]
+    usable = [spot for spot, away in zip(wide, aside, strict=True) if away * mass <= MAX_MOMENT]
     if not spots:
         return "it has no flat top that the cup could stand on"
     if not wide:
         widest = max(spot["radius"] for spot in spots)
-        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {LEAST_SPOT * 1e3:g} mm are needed"
-    if mass > HEAVIEST:
-        return f"it is too heavy: {mass:g} kg, the arm carries {HEAVIEST:g} kg"
+        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {MIN_SPOT * 1e3:g} mm are needed"
+    if mass > MAX_MASS:
+        return f"it is too heavy: {mass:g} kg, the arm carries {MAX_MASS:g} kg"
     if not usable:
         return f"it would turn the wrist: its flat top is {min(aside) * 1e3:.0f} mm beside its centre of mass"
     x, y, top = usable[0]["position"]
     (x0, y0, bottom), (x1, y1, _) = values["lower"], values["upper"]
-    if top - bottom > TALLEST:
-        return f"it is too tall: {(top - bottom) * 1e3:.0f} mm below the cup, {TALLEST * 1e3:g} mm can be carried"
+    if top - bottom > MAX_HEIGHT:
+        return f"it is too tall: {(top - bottom) * 1e3:.0f} mm below the cup, {MAX_HEIGHT * 1e3:g} mm can be carried"
     middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
     disc = (Disc(middle_x, middle_y, values["radius"]),)
     row = box_outline(x1 - x0, y1 - y0, middle_x, middle_y)

@@ -21,40 +21,40 @@ TRAY_SURFACE = 0.755
 """Height [m] of the surface of a tray's plate."""
 
 TRAY_HALF_X, TRAY_HALF_Y = 0.25, 0.35
-"""The tray's rims stand at these distances from its middle [m]."""
+"""Distances [m] of the tray's rims from its middle."""
 
 BELT_SURFACE = 0.90691
 """Height [m] of the surface that parts ride on."""
 
 BELT_MIDDLE, BELT_HALF_WIDTH = 1.21, 0.327
-"""World x [m] of the middle of the belt, and how far it reaches to either side of it."""
+"""World x [m] of the middle of the belt, and its reach to either side."""
 
 MIN_CAMERA_RANGE, MAX_CAMERA_RANGE = 0.2, 0.75
-"""What is nearer to a logical camera, or further from it, is not in view [m]."""
+"""Nearest and furthest distance [m] that a logical camera sees."""
 
 VIEW_HALF_WIDTH, VIEW_HALF_HEIGHT = 0.613, 0.409
-"""How far the view reaches to the sides, and up and down, at a distance of 1 m [m]."""
+"""Half width and half height of the view [m] at a distance of 1 m."""
 
 VIEW_INSIDE_SHARE = 0.975
-"""So much of its width and height is well inside the view: noise carries nothing over the edge."""
+"""Share of the view's width and height that counts as well inside: noise moves nothing from there over the edge."""
 
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """A box of the world, from its corner of least coordinates to that of largest [m]."""
+    """A box in the world, from its corner of smallest coordinates to that of largest [m]."""
 
     low: Vector3
     high: Vector3
 
     @classmethod
     def around(cls, points: Iterable[Vector3], margin: float = 0.0) -> Area:
-        """The smallest that holds all points and a margin [m] beside them."""
+        """Return the smallest box that holds all points and a margin [m] around them."""
         xs, ys, zs = zip(*points, strict=True)
         low = (min(xs) - margin, min(ys) - margin, min(zs) - margin)
         return cls(low, (max(xs) + margin, max(ys) + margin, max(zs) + margin))
 
     def meets(self, other: Area) -> bool:
-        """Whether the two have a point in common."""
+        """Return whether two boxes have a point in common."""
         return all(self.low[axis] <= other.high[axis] and other.low[axis] <= self.high[axis] for axis in range(3))
 
 
@@ -66,9 +66,9 @@ BELT = Area(
 
 
 def view_of(world_T_camera: Pose, part_reach: float) -> Area:
-    """The box around all that a logical camera can have in view, were it only an edge of a part.
+    """Return the box around all that a logical camera can see, even only the edge of a part.
 
-    No part reaches further than `part_reach` [m] from its origin.
+    `part_reach` [m] is the largest distance of a point of a part from its origin.
     """
     corners = [
         world_T_camera.transform((distance, distance * VIEW_HALF_WIDTH * side, distance * VIEW_HALF_HEIGHT * up))
@@ -80,7 +80,7 @@ def view_of(world_T_camera: Pose, part_reach: float) -> Area:
 
 
 def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
-    """Whether a place of the world [m] is in the view of a logical camera, and not at its edge."""
+    """Return whether a point of the world [m] is in the view of a logical camera, and not at its edge."""
     x, y, z = world_T_camera.inverse().transform(point)
     is_between = MIN_CAMERA_RANGE < x < MAX_CAMERA_RANGE - 0.01
     return (
@@ -91,12 +91,12 @@ def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
 
 
 def is_in_bin(x: float, y: float) -> bool:
-    """Whether a bin holds a place of the world."""
+    """Return whether a point of the world is over a bin."""
     return any(max(abs(x - bin_x), abs(y - bin_y)) < BIN_WIDTH / 2 for bin_x, bin_y in BIN_CENTRES.values())
 
 
 RESTING_SPREAD = 0.012
-"""A part that was seen within this distance [m] of one place all the time is at rest: noise is 1 mm."""
+"""Spread [m] of the sightings of a part at rest: noise is 1 mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,20 +108,20 @@ class Sighting:
 
     @property
     def is_upright(self) -> bool:
-        """Whether its own z axis points up, within 30 degrees."""
+        """True if its own z axis points up, within 30 degrees."""
         return self.world_T_part.rotate((0.0, 0.0, 1.0))[2] > math.cos(math.radians(30.0))
 
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """An image: when it came [s], and the parts in it."""
+    """An image: its time of arrival [s], and the parts in it."""
 
     time: float
     parts: tuple[Sighting, ...]
 
 
 def resting_parts(images: Sequence[Image]) -> list[Sighting]:
-    """The parts that are in every image at one place, averaged; in the order of the newest image."""
+    """Return the parts that every image has at one place, averaged; in the order of the newest image."""
     found = []
     for part in images[-1].parts if images else ():
         poses = [_nearest_pose(part, image.parts) for image in images]
@@ -132,19 +132,19 @@ def resting_parts(images: Sequence[Image]) -> list[Sighting]:
 
 
 def _nearest_pose(part: Sighting, others: Iterable[Sighting]) -> Pose | None:
-    """Where a part was in another image."""
+    """Return the pose of a part in another image."""
     poses = [other.world_T_part for other in others if other.type == part.type]
     best = min(poses, key=lambda pose: distance(part.world_T_part, pose), default=None)
     return best if best is not None and distance(part.world_T_part, best) <= RESTING_SPREAD else None
 
 
 def distance(one: Pose, other: Pose) -> float:
-    """Between two origins [m]."""
+    """Return the distance between two origins [m]."""
     return math.dist(one.position, other.position)
 
 
 def mean_pose(poses: Iterable[Pose]) -> Pose:
-    """The mean of poses that are close to each other: of the positions, and of the quaternions on one half sphere."""
+    """Return the mean of poses close to each other: of positions, and of quaternions on one half sphere."""
     known = list(poses)
     first = known[0].quaternion
     total = [0.0, 0.0, 0.0, 0.0]
@@ -158,14 +158,14 @@ def mean_pose(poses: Iterable[Pose]) -> Pose:
 
 
 IMAGES = 8
-"""How many images are averaged."""
+"""Number of images that are averaged."""
 
 STALE_IMAGE_AGE = 0.005
-"""What comes so soon [s] after one began to listen may have been said before: the newest image is latched."""
+"""Images this soon [s] after the subscription may be old: the newest image is latched."""
 
 
 class Images:
-    """The newest images of one sensor, while it is listened to."""
+    """The newest images of one sensor, while it is subscribed to."""
 
     def __init__(self, client: Client, name: str, catalogue: Catalogue) -> None:
         self.name = name
@@ -178,14 +178,14 @@ class Images:
         self._leave: Callable[[], None] | None = None
 
     def listen(self) -> None:
-        """Take images from now on; those that were taken before are forgotten."""
+        """Take images from now on; drop earlier ones."""
         self.newest.clear()
         if self._leave is None:
             self._since = self._client.time
             self._leave = self._client.on_sensor(self.name, self._take)
 
     def rest(self) -> None:
-        """Take no more images; those that were taken are kept."""
+        """Take no more images; keep those that were taken."""
         if self._leave is not None:
             self._leave()
             self._leave = None
@@ -206,7 +206,7 @@ class Images:
 
 
 class Camera(Images):
-    """A logical camera, and the box of the world that it can have something of in view."""
+    """A logical camera, and the box in the world that it can see."""
 
     def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
         super().__init__(client, name, catalogue)
@@ -215,7 +215,7 @@ class Camera(Images):
 
 
 def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
-    """Wait until each of the sensors has taken `count` images from now on: a tenth of a second each."""
+    """Wait until each sensor has taken `count` images from now on: a tenth of a second each."""
     for sensor in sensors:
         sensor.listen()
     if sensors:
@@ -226,13 +226,13 @@ BELT_SPEED = 0.2
 """Speed of the belt at full power [m/s], along world -y; in a competition it always runs so."""
 
 SAME_BELT_PART = 0.04
-"""A part within this distance [m] of where one is expected is that one."""
+"""Distance [m] from its expected place within which a part is the same."""
 
 BEAM_DELAY = 0.025
-"""A beam is read twenty times a second: what it tells happened half a period [s] ago, on average."""
+"""Mean delay [s] of a beam's readings: half a period, at twenty readings a second."""
 
 MAX_BELT_SIGHTINGS = 40
-"""How many images of a part are averaged at most."""
+"""Largest number of images of a part that are averaged."""
 
 
 @dataclass
@@ -241,44 +241,44 @@ class BeltPart:
 
     type: str
     at_zero: list[Pose] = field(default_factory=list)
-    """Where it would be at time 0, for each time that it was seen: the belt moves along y only."""
+    """Its pose at time 0 for each sighting: the belt moves along y only."""
     has_yaw: bool = True
-    """Whether it is known how it is turned."""
+    """True if its yaw is known."""
     _mean: Pose | None = field(default=None, init=False, repr=False)
 
     def pose(self, time: float) -> Pose:
-        """world_T_part at a time [s]."""
+        """Return world_T_part at a time [s]."""
         mean = self._mean_at_zero()
         x, y, z = mean.position
         return Pose((x, y - BELT_SPEED * time, z), mean.quaternion)
 
     def time_at(self, y: float) -> float:
-        """When its origin passes world y [s]."""
+        """Return the time at which its origin passes world y [s]."""
         return (self._mean_at_zero().position[1] - y) / BELT_SPEED
 
     def is_near(self, pose: Pose, time: float) -> bool:
-        """Whether it can be what was seen at a pose."""
+        """Return whether it can be the part seen at a pose."""
         x, y, _ = self.pose(time).position
         return math.hypot(pose.position[0] - x, pose.position[1] - y) < SAME_BELT_PART
 
     def add(self, pose: Pose, time: float) -> None:
-        """It was seen at a pose at a time [s]."""
+        """Add a sighting at a pose and time [s]."""
         x, y, z = pose.position
         self.at_zero.append(Pose((x, y + BELT_SPEED * time, z), pose.quaternion))
         del self.at_zero[:-MAX_BELT_SIGHTINGS]
         self._mean = None
 
     def _mean_at_zero(self) -> Pose:
-        # asked for far more often than something is added
+        # read far more often than something is added
         if self._mean is None:
             self._mean = mean_pose(self.at_zero)
         return self._mean
 
 
 class BeltWatch:
-    """Follows the parts on the belt, with cameras and with break beams (world poses by name) that cross the belt.
+    """Tracks the parts on the belt, with cameras and with break beams (world poses by name) across the belt.
 
-    A beam can tell a part only if just one of the `types` comes on the belt, as the cell tells.
+    A beam can identify a part only if just one of the `types` arrives on the belt, according to the cell.
     """
 
     def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue) -> None:
@@ -293,22 +293,22 @@ class BeltWatch:
         ]
 
     def take_image(self, image: Image) -> None:
-        """Note what a camera sees on the belt."""
+        """Add the parts of a camera's image that are on the belt."""
         for seen in image.parts:
             x, _, z = seen.world_T_part.position
             z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
-                while self._leave_beams:  # what a camera sees they need not tell
+                while self._leave_beams:  # once a camera sees the belt, beams are not needed
                     self._leave_beams.pop()()
                 self._note(seen.type, seen.world_T_part, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[BeltPart]:
-        """The parts of a type that pass world y later than `time` [s], the first of them first."""
+        """Return the parts of a type that pass world y later than `time` [s], the first of them first."""
         found = [part for part in self.parts if part.type == part_type and part.time_at(y) > time]
         return sorted(found, key=lambda part: part.time_at(y))
 
     def forget(self, part: BeltPart) -> None:
-        """It is on the belt no longer, or was tried in vain."""
+        """Forget a part that has left the belt, or that was tried in vain."""
         self.parts = [each for each in self.parts if each is not part]
 
     def _note(self, part_type: str, pose: Pose, time: float) -> None:
@@ -318,7 +318,7 @@ class BeltWatch:
         known.add(pose, time)
 
     def _watch_beam(self, name: str, y: float) -> Callable[[], None]:
-        """Time what passes a beam at world y [m]; the returned function ends that."""
+        """Time the parts that pass a beam at world y [m]; the returned function ends that."""
         began: float | None = None
 
         def take(message: Any) -> None:
@@ -333,20 +333,20 @@ class BeltWatch:
         return self._client.subscribe(f"/ariac/{name}_change", take)
 
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
-        """Something passed a beam: its middle at time `middle` [s], `length` [m] of it."""
+        """Take a part of `length` [m] whose middle passed a beam at time `middle` [s]."""
         kind = self._catalogue.figures(self._types[0])
         if length >= kind.reach / 2:
             part = self._new(BeltPart(self._types[0], has_yaw=False), middle)
             part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
 
     def _new(self, part: BeltPart, time: float) -> BeltPart:
-        """A part that came in view; those that have left the belt are forgotten."""
+        """Add a part that came in view; forget those that have left the belt."""
         self.parts = [*(each for each in self.parts if each.time_at(-5.0) > time), part]
         return part
 
 
 def crosses_belt(world_T_beam: Pose) -> bool:
-    """Whether a beam runs across the belt, low enough to meet flat parts."""
+    """Return whether a beam runs across the belt, low enough to meet flat parts."""
     direction = world_T_beam.rotate((1.0, 0.0, 0.0))
     x, _, z = world_T_beam.position
     ends = sorted((x, x + direction[0]))

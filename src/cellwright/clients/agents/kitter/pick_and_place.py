@@ -21,45 +21,45 @@ from cellwright.util.pose import Pose
 log = logging.getLogger(__name__)
 
 PICK_APPROACH_HEIGHT = 0.010
-"""The cup comes this near [m] to a part at full speed."""
+"""Distance [m] to a part down to which the cup moves at full speed."""
 PRESS_DEPTH = 0.006
-"""It is sent this far [m] into the part, slowly; it stops when the part hangs on it."""
+"""Depth [m] into the part of the cup's slow target; it stops when the part hangs on it."""
 PRESS_SPEED = 0.03
 """[m/s]"""
 BELT_HOVER = 0.08
-"""How high [m] above its grip the cup waits for a part on the belt."""
+"""Height [m] above its grip at which the cup waits for a part on the belt."""
 BELT_TIME_MARGIN = 0.5
-"""The arm is there so long [s] before the part."""
+"""Time [s] by which the arm is there before the part."""
 SUCTION_TIMEOUT = 0.35
-"""How long [s] the cup waits on the part."""
+"""Longest wait [s] of the cup on the part."""
 
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A part on the cup: its type, and where it hangs."""
+    """A part on the cup: its type, and its pose there."""
 
     type: str
     gripper_T_part: Pose
 
 
 def bin_rail(y: float) -> float:
-    """Where the rail goes for a place among the bins at world y [m]: the arm then points straight at it."""
+    """Return the rail's place for a part among the bins at world y [m]: the arm then points straight at it."""
     return y + SHOULDER_OFFSET
 
 
 def belt_rail(y: float) -> float:
-    """Where the rail goes for a part that is met on the belt at world y [m]: it is followed for 0.3 m from there."""
+    """Return the rail's place for a part met on the belt at world y [m]; it is followed for 0.3 m from there."""
     return y - SHOULDER_OFFSET - 0.15
 
 
 DROP_HEIGHT = 0.004
-"""A part is let go this high above the plate [m]."""
+"""Height [m] above the plate at which a part is released."""
 PLACE_APPROACH_HEIGHT = 0.012
-"""So high [m] above that place the arm is corrected a last time."""
+"""Height [m] above that place at which the arm is corrected a last time."""
 
 
 class Manipulator:
-    """Takes hold of parts and puts them down, with an arm and its gripper."""
+    """Picks parts up and puts them down, with an arm and its gripper."""
 
     def __init__(self, client: Client, arm: Arm, catalogue: Catalogue) -> None:
         self._client = client
@@ -67,7 +67,7 @@ class Manipulator:
         self._catalogue = catalogue
 
     def from_rest(self, part_type: str, world_T_part: Pose, rail: float, *, attempt: int = 0) -> Held | None:
-        """Take an upright part that lies still, and lift it; None if the cup got no hold of it.
+        """Take an upright part at rest, and lift it; None if the cup did not hold it.
 
         The rail goes to `rail` [m] for it. At each `attempt` the cup goes to a slightly different place.
         """
@@ -88,17 +88,17 @@ class Manipulator:
         return self._kept(held)
 
     def is_in_reach(self, part_type: str, world_T_part: Pose, rail: float) -> bool:
-        """Whether the arm gets to a part that lies still; arguments as for `from_rest`."""
+        """Return whether a part at rest is in reach; arguments as for `from_rest`."""
         return self._arm.reaches(self._hover(part_type, world_T_part, 0)[0], rail)
 
     def _hover(self, part_type: str, world_T_part: Pose, attempt: int) -> tuple[Pose, float]:
-        """The gripper's pose above a part that lies still, and its height [m] with the cup's face on the part."""
+        """Return the gripper's pose above a part at rest, and its height [m] with the cup's face on the part."""
         above = grip_pose(self._catalogue.figures(part_type), world_T_part, attempt, self._arm.tool.yaw)
         x, y, z = above.position
         return Pose((x, y, max(z + 0.1, 0.9)), above.quaternion), z
 
     def meeting_place(self, part: BeltPart, first: float, last: float) -> float | None:
-        """World y [m] between `first` and `last` at which a belt part can be met; None if the arm comes too late."""
+        """Return a world y [m] in `first` to `last` where the arm can meet a belt part; None if it comes too late."""
         y = min(first, part.pose(self._client.time).position[1])
         for _ in range(4):
             arrival = (
@@ -112,7 +112,7 @@ class Manipulator:
         return y
 
     def belt_hover(self, part: BeltPart, y: float) -> Pose:
-        """Where the gripper waits for a part on the belt."""
+        """Return the gripper's pose from which it waits for a part on the belt."""
         kind = self._catalogue.figures(part.type)
         above = grip_pose(kind, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
         return at_height(above, above.position[2] + BELT_HOVER)
@@ -143,7 +143,7 @@ class Manipulator:
         return held
 
     def _kept(self, held: Held | None) -> Held | None:
-        """What was held, if it still is."""
+        """Return the held part if the cup still holds it."""
         if held is not None and self._client.gripper_attached:
             return held
         self.let_go()
@@ -175,20 +175,20 @@ class Manipulator:
         return was_held
 
     def throw_away(self, held: Held) -> None:
-        """Let go of a held part where it is in nobody's way: on the floor between the bins and AGV 1."""
+        """Drop a held part out of the way: on the floor between the bins and AGV 1."""
         self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
         self.let_go()
         self._client.sleep(0.2)
         log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
 
     def let_go(self) -> None:
-        """Switch the vacuum off; nothing hangs on the cup any more."""
+        """Switch the vacuum off; the cup is empty then."""
         self._client.control_gripper(False)
         self._arm.load_height = 0.0
 
 
 def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -> Pose:
-    """The gripper's pose with the cup's face on the part, facing down, turned by `yaw` [rad].
+    """Return the gripper's pose with the cup's face on the part, facing down, turned by `yaw` [rad].
 
     Attempt 0 has the best place; others are a few millimetres beside it.
     """
@@ -199,7 +199,7 @@ def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -
 
 @dataclass(frozen=True, slots=True)
 class Station:
-    """An AGV at its load point, by number; `rail` is where the rail goes to work at it [m]."""
+    """An AGV at its load point, by number; `rail` is the rail's place [m] for work at it."""
 
     number: int
     world_T_tray: Pose
@@ -207,7 +207,7 @@ class Station:
 
     @property
     def area(self) -> Area:
-        """Where parts on the tray are."""
+        """The box that holds the parts on its tray."""
         x, y, _ = self.world_T_tray.position
         low = (x - TRAY_HALF_X, y - TRAY_HALF_Y, TRAY_SURFACE - 0.02)
         return Area(low, (x + TRAY_HALF_X, y + TRAY_HALF_Y, TRAY_SURFACE + 0.02))
@@ -217,14 +217,14 @@ STATIONS = {
     1: Station(1, Pose.from_rpy((0.3, 3.15, 0.75), (0.0, 0.0, math.pi)), RAIL_END),
     2: Station(2, Pose.from_rpy((0.3, -3.15, 0.75)), -RAIL_END),
 }
-"""The AGVs by number, where the frames of the cell have them."""
+"""The AGVs by number, at the frames of the cell."""
 
 
 def release_pose(held: Held, world_T_part: Pose) -> Pose:
-    """The gripper's pose, facing straight down, that brings a held part to a place.
+    """Return the gripper's pose, facing straight down, that brings a held part to a place.
 
     However the part hangs, its origin comes to x, y of the place and its yaw to that of the place. It hangs flat enough
-    that its height can be reckoned as if it hung level.
+    that its height can be computed as if it hung level.
     """
     flat = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, world_T_part.yaw - held.gripper_T_part.yaw))
     dx, dy, dz = flat.rotate(held.gripper_T_part.position)
@@ -233,7 +233,7 @@ def release_pose(held: Held, world_T_part: Pose) -> Pose:
 
 
 def pose_on_tray(station: Station, kind: PartFigures, tray_T_part: Pose, drop: float = DROP_HEIGHT) -> Pose:
-    """world_T_part of a part that is let go just above the plate, or `drop` [m] above it."""
+    """Return world_T_part of a part released just above the plate, or `drop` [m] above it."""
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
     height = TRAY_SURFACE + kind.below + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
