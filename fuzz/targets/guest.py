@@ -13,7 +13,7 @@ from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server.clients import LONGEST_HELLO, ClientConnection
+from cellwright.middleware.server.clients import MAX_HELLO_BYTES, ClientConnection
 from cellwright.middleware.server.requests import Requests
 from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
 from fuzz.verdict import FindingError
@@ -54,7 +54,7 @@ def attempt(data: bytes) -> None:
         ours, _ = listener.accept()
     client = ClientConnection(ours, "127.0.0.1")
     try:
-        for frame in Decoder(LONGEST_HELLO).feed(data):
+        for frame in Decoder(MAX_HELLO_BYTES).feed(data):
             requests.carry_out(client, frame)
         for _ in range(2):
             cell.step()
@@ -75,7 +75,7 @@ def attempt(data: bytes) -> None:
 
 def _frames(pieces: list[bytes]) -> list[Frame]:
     """Return the frames in pieces of bytes, up to the first invalid one."""
-    decoder, found = Decoder(LONGEST_HELLO), list[Frame]()
+    decoder, found = Decoder(MAX_HELLO_BYTES), list[Frame]()
     try:
         for piece in pieces:
             found.extend(decoder.feed(piece))

@@ -39,7 +39,7 @@ from cellwright.viewer.services import scene
 from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.services.control import Control, Reset, Tell
 from cellwright.viewer.services.robot_panel import RobotPanel
-from cellwright.viewer.web.access import Door
+from cellwright.viewer.web.access import AccessGuard
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.program import Server as PageServer
@@ -79,7 +79,7 @@ class World:
         self.served = served
         self._server = Server(served, port=0)
         scene.offer_viewer_services(self._server, served, tell, Control(RateControl(1.0), reset=reset))
-        self._door = Door("127.0.0.1", 0)
+        self._door = AccessGuard("127.0.0.1", 0)
         with self._door.guards_viser(), contextlib.redirect_stdout(io.StringIO()):
             self.viser = PageServer(self._door.host, self._door.port, verbose=False)
         self._door.incoming.follow(self.viser.gui)

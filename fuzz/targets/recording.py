@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from rich.console import Console
 
 from cellwright.cli.replay import actions
-from cellwright.middleware.bus import How
+from cellwright.middleware.bus import InputKind
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
@@ -43,7 +43,7 @@ _SCENE = Scene("small", ("world", "vacuum_gripper_link"), (), ())
 _POSES = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (2, 1))
 _FRAME = np.frombuffer(Frame(0, _POSES, np.ones(2, bool)).encode(), np.uint8)
 _TEXTS = {
-    names.COMMAND: Command(3, How.PUBLISH, "/talk", "std_msgs/String", "/me", to_cdr(String("go"))).encode(),
+    names.COMMAND: Command(3, InputKind.PUBLISH, "/talk", "std_msgs/String", "/me", to_cdr(String("go"))).encode(),
     names.PANEL: '{"clock": {"time": 1.0}, "score": {"total": 1.0}, "trays": [{"number": 1, "parts": [{"name": "a", '
     '"type": "gear_part", "faulty": false}]}], "intention": {"text": "on its way", "node": "/me", "time": 0.1}, '
     '"joints": [{"name": "a", "position": 0.1}], "arms": [{"name": "left", "tip": "vacuum_gripper_link"}]}',

@@ -9,18 +9,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cellwright.running.remote.hosting import read_report
-from cellwright.running.remote.program import REFUSED, AgentExit, Parting
+from cellwright.running.remote.program import REFUSED, AgentExit, ExitReason
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
 MAX_SIZE = 4_000
-WORDS = ("parting", "error", REFUSED, *Parting)
+WORDS = ("parting", "error", REFUSED, *ExitReason)
 _FILE = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "report.json"
 
 
 def seeds() -> Iterator[bytes]:
     """Yield a report of each kind."""
-    for parting in (REFUSED, *Parting):
+    for parting in (REFUSED, *ExitReason):
         yield json.dumps({"parting": parting, "error": "KeyError: 'x'\n"}).encode()
 
 

@@ -61,9 +61,9 @@ class Wall:
     def perf_counter(self) -> float:
         return self.time
 
-    def wait(self, seconds: float, *, until_asked: bool = True) -> None:
+    def wait(self, seconds: float, *, until_request: bool = True) -> None:
         """Replacement of the server's `wait`."""
-        self._wait(0.0, until_asked=until_asked)
+        self._wait(0.0, until_request=until_request)
         self.time += seconds
 
 

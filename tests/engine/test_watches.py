@@ -1,9 +1,9 @@
 from fractions import Fraction
 
-from cellwright.engine.clock import NEVER, Clock, Watches
+from cellwright.engine.clock import NEVER, Clock, PeriodicCallbacks
 
 
-def run(watches: Watches, clock: Clock, until: int) -> None:
+def run(watches: PeriodicCallbacks, clock: Clock, until: int) -> None:
     while clock.now < until:
         now = clock.advance()
         if watches.next_due <= now:
@@ -11,7 +11,7 @@ def run(watches: Watches, clock: Clock, until: int) -> None:
 
 
 def test_samples_come_at_the_first_tick_at_or_after_they_are_due() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 240))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 240))
     got: list[tuple[int, int]] = []
     watches.add("laser", Fraction(1, 100), lambda index: got.append((index, clock.now)), now=0)
     run(watches, clock, 10**9)
@@ -21,7 +21,7 @@ def test_samples_come_at_the_first_tick_at_or_after_they_are_due() -> None:
 
 
 def test_a_late_watch_takes_up_the_common_count() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 500))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 500))
     clock.set_tick(777)
     got: list[int] = []
     watches.add("camera", Fraction(1, 10), got.append, now=clock.now)
@@ -30,7 +30,7 @@ def test_a_late_watch_takes_up_the_common_count() -> None:
 
 
 def test_a_period_shorter_than_a_tick_gives_one_sample_a_tick() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     watches.add("fast", Fraction(1, 1000), got.append, now=0)
     run(watches, clock, 10**8)
@@ -39,7 +39,7 @@ def test_a_period_shorter_than_a_tick_gives_one_sample_a_tick() -> None:
 
 
 def test_rank_orders_what_is_due_together_and_each_tick_comes_last() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[str] = []
     watches.add("each", None, lambda _: got.append("each"), now=0)
     watches.add("second", Fraction(1, 100), lambda _: got.append("second"), now=0, rank=2)
@@ -49,7 +49,7 @@ def test_rank_orders_what_is_due_together_and_each_tick_comes_last() -> None:
 
 
 def test_a_rank_below_zero_comes_before_what_is_periodic() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[str] = []
     watches.add("sample", Fraction(1, 100), lambda _: got.append("sample"), now=0)
     watches.add("last", None, lambda _: got.append("last"), now=0)
@@ -62,7 +62,7 @@ def test_a_rank_below_zero_comes_before_what_is_periodic() -> None:
 
 
 def test_cancelled_watches_stop_and_cost_nothing() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     periodic = watches.add("a", Fraction(1, 50), got.append, now=0)
     each = watches.add("b", None, got.append, now=0)
@@ -74,7 +74,7 @@ def test_cancelled_watches_stop_and_cost_nothing() -> None:
 
 
 def test_a_watch_may_cancel_itself() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
 
     def once(index: int) -> None:
@@ -87,7 +87,7 @@ def test_a_watch_may_cancel_itself() -> None:
 
 
 def test_after_a_jump_in_time_watches_go_on_from_there() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     watches.add("a", Fraction(1, 10), got.append, now=0)
     run(watches, clock, 10**9)
@@ -98,7 +98,7 @@ def test_after_a_jump_in_time_watches_go_on_from_there() -> None:
 
 
 def test_a_watch_of_each_tick_comes_and_goes() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[str] = []
 
     def begin(rank: int) -> None:
@@ -117,7 +117,7 @@ def test_a_watch_of_each_tick_comes_and_goes() -> None:
 
 
 def test_after_the_last_watch_nothing_is_due() -> None:
-    watches, clock = Watches(), Clock(Fraction(1, 100))
+    watches, clock = PeriodicCallbacks(), Clock(Fraction(1, 100))
     got: list[int] = []
     watch = watches.add("each", None, got.append, now=0)
     run(watches, clock, 2 * 10**7)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.middleware.bus import Later
+from cellwright.middleware.bus import PendingResponse
 from cellwright.middleware.messages import message_type
 from cellwright.middleware.messages.conversions import floats, header, joint_state
 from cellwright.middleware.messages.standard import Bool
@@ -74,7 +74,7 @@ class Talk:
 
     def wait_for(self, later: Any, limit: float = 10.0) -> Any:
         """Run until there is a response."""
-        assert isinstance(later, Later), later
+        assert isinstance(later, PendingResponse), later
         end = self.node.simulation.time + limit
         while later.response is None:
             assert self.node.simulation.time < end

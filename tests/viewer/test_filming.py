@@ -14,7 +14,7 @@ from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import UsageError
-from cellwright.viewer.filming import Filming
+from cellwright.viewer.filming import VideoRecorder
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read
 
@@ -37,7 +37,7 @@ class Filmed:
         at = []
         if file is not None:
             options = VideoOptions(file, speed=speed, width=64, height=48)
-            self.film = Filming(
+            self.film = VideoRecorder(
                 self.cell,
                 options,
                 camera=VIEWS["overview"],

@@ -42,7 +42,7 @@ from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
-from cellwright.rendering.cameras.studio import Studio
+from cellwright.rendering.cameras.studio import RenderService
 
 _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
     "break_beam": BreakBeam,
@@ -112,7 +112,7 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.studio = Studio(self.simulation, hidden=self.out_of_sight, report=report)
+        self.studio = RenderService(self.simulation, hidden=self.hidden_bodies, report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
@@ -180,7 +180,7 @@ class Cell(CellDevices):
         """Return the names of all topics that the cell publishes."""
         return [topic.name for topic in self.bus.topics() if topic.publishers]
 
-    def out_of_sight(self) -> list[int]:
+    def hidden_bodies(self) -> list[int]:
         """Return the body ids of parts that are not in play, which stand on a distant shelf."""
         return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
 

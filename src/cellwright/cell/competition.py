@@ -14,7 +14,7 @@ from cellwright.cell.devices.parts import Parts
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.kitting import effects as game_effects
 from cellwright.cell.kitting.evidence import Evidence, evidence
-from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow
+from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartSnapshot
 from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, trimmed_name
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
@@ -206,7 +206,7 @@ class Competition(Device):
         now = self.simulation.now
         return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
 
-    def _parts_now(self, score: KitScore) -> Iterator[PartNow]:
+    def _parts_now(self, score: KitScore) -> Iterator[PartSnapshot]:
         """Yield the parts of the types that a kit lacks, where they are now."""
         missing = {finding.type for finding in score.parts if finding.verdict is Verdict.MISSING}
         if not missing:
@@ -216,7 +216,7 @@ class Competition(Device):
             if (kind := part_type(part.name)) in missing:
                 position, is_faulty = self._parts.pose(part).position, self._is_faulty(part.name)
                 above = next((tray.link for tray in self._trays.values() if tray.is_below(position)), "")
-                yield PartNow(part.name, kind, position, trays.get(part.name, ""), above, is_faulty)
+                yield PartSnapshot(part.name, kind, position, trays.get(part.name, ""), above, is_faulty)
 
     def _is_faulty(self, model_name: str) -> bool:
         return trimmed_name(model_name) in self._faulty

@@ -19,7 +19,7 @@ from cellwright.running.run import PageOptions, RecordOptions
 from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.rendering.video import Made
+    from cellwright.rendering.video import VideoFigures
 
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings for options in the help."""
@@ -171,7 +171,7 @@ def video_options(file: Path | None, view: str | None, speed: float, size: str, 
     return VideoOptions(checked, camera, speed, width, height, fine)
 
 
-def video_sentence(video: Made) -> str:
+def video_sentence(video: VideoFigures) -> str:
     """Return the sentence about a video that was written."""
     return f"{video['file']}, {video['length']:.1f} s"
 

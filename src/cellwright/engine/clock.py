@@ -185,7 +185,7 @@ class EventQueue:
         self.next_due = self._heap[0].time if self._heap else NEVER
 
 
-class Watch:
+class PeriodicCallback:
     """Periodic callback `action(index)` with the sample number; sample n is due at n times the period."""
 
     def __init__(self, name: str, cadence: Cadence | None, action: Callable[[int], None], rank: int) -> None:
@@ -200,21 +200,23 @@ class Watch:
         self.active = False
 
 
-class Watches:
+class PeriodicCallbacks:
     """All watches of a simulation, in the order of (due time, rank, order of creation).
 
     Watches of each tick run after the periodic ones of that tick, or before them if their rank is below 0.
     """
 
     def __init__(self) -> None:
-        self._heap: list[tuple[int, int, int, int, Watch]] = []
+        self._heap: list[tuple[int, int, int, int, PeriodicCallback]] = []
         self._serial = 0
         # of each tick: those before the periodic ones, and those after them
-        self._early: list[Watch] = []
-        self._late: list[Watch] = []
+        self._early: list[PeriodicCallback] = []
+        self._late: list[PeriodicCallback] = []
         self.next_due = NEVER
 
-    def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
+    def add(
+        self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0
+    ) -> PeriodicCallback:
         """Add a periodic callback.
 
         Args:
@@ -228,12 +230,12 @@ class Watches:
             The watch, to cancel it.
         """
         if period is None:
-            watch = Watch(name, None, action, rank)
+            watch = PeriodicCallback(name, None, action, rank)
             each_tick = sorted([*self._early, *self._late, watch], key=lambda each: each.rank)
             self._early = [each for each in each_tick if each.rank < 0]
             self._late = [each for each in each_tick if each.rank >= 0]
         else:
-            watch = Watch(name, Cadence(period), action, rank)
+            watch = PeriodicCallback(name, Cadence(period), action, rank)
             self._push(watch, now)
         self._refresh()
         return watch
@@ -276,7 +278,7 @@ class Watches:
                 self._push(watch, now)
         self._refresh()
 
-    def _push(self, watch: Watch, now: int) -> None:
+    def _push(self, watch: PeriodicCallback, now: int) -> None:
         if watch.cadence is not None:
             index = watch.cadence.first_at(now + 1)
             heapq.heappush(self._heap, (watch.cadence.due(index), watch.rank, self._serial, index, watch))

@@ -76,10 +76,10 @@ class ClientService(Protocol):
         """In lockstep, the request that is served now (`until` [ns], `each_tick`, `guest`); None if there is none."""
 
     @property
-    def is_anybody_behind(self) -> bool:
+    def is_client_behind(self) -> bool:
         """True if a client has to read first so that no message is lost."""
 
-    def wait(self, seconds: float, *, until_asked: bool = True) -> None:
+    def wait(self, seconds: float, *, until_request: bool = True) -> None:
         """Serve clients for a duration [s] of wall time."""
 
     def hold_time(self) -> bool:
@@ -182,7 +182,7 @@ class Loop:
             return True
         begun = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():
-            self._serve(_NAP, until_asked=False)
+            self._serve(_NAP, until_request=False)
             self._serve_and_poll()
         self.pacer.stand(time.perf_counter() - begun)
         return not self.stop.is_requested
@@ -190,7 +190,7 @@ class Loop:
     def _wait_for_the_rate(self) -> bool:
         """Serve clients while time stands; return False if the run must stop."""
         while not (self.stop.is_requested or self.rate.take()):
-            self._serve(_NAP, until_asked=False)
+            self._serve(_NAP, until_request=False)
             self._serve_and_poll()
         return not self.stop.is_requested
 
@@ -214,7 +214,7 @@ class Loop:
         """Advance time as a client requested; stop early if the client is gone."""
         clock, stop = self._simulation.clock, self.stop
         while clock.now < asked.until and clock.now < stop.deadline:
-            while service.is_anybody_behind and not stop.is_requested:
+            while service.is_client_behind and not stop.is_requested:
                 self._serve(_POLL / 2)  # lockstep loses no message: a client that is behind has to read first
             if asked.guest.is_gone or not self._wait_for_the_rate() or asked.guest.is_gone:
                 return
@@ -233,9 +233,9 @@ class Loop:
             self._polled = now
             self._on_poll()
 
-    def _serve(self, seconds: float, *, until_asked: bool = True) -> None:
+    def _serve(self, seconds: float, *, until_request: bool = True) -> None:
         if self._service is not None:
-            self._service.wait(seconds, until_asked=until_asked)
+            self._service.wait(seconds, until_request=until_request)
         elif seconds > 0.0:
             time.sleep(seconds)
         self._served = time.perf_counter()

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.clock import Cadence, Watch, nanoseconds
+from cellwright.engine.clock import Cadence, PeriodicCallback, nanoseconds
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.util.errors import UsageError
@@ -107,7 +107,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._rank = _FIRST_RANK
         self._listeners: list[_Listener[R]] = []
         self._pending_readings: deque[R] = deque()
-        self._watches: list[Watch] = []
+        self._watches: list[PeriodicCallback] = []
 
     @property
     def period(self) -> Fraction:

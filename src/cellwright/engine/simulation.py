@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from cellwright.engine import random_streams
-from cellwright.engine.clock import Clock, EventQueue, Inbox, Watch, Watches, nanoseconds
+from cellwright.engine.clock import Clock, EventQueue, Inbox, PeriodicCallback, PeriodicCallbacks, nanoseconds
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
 
 State: TypeAlias = Mapping[str, Any]
@@ -167,7 +167,7 @@ class Simulation:
         self.seed = seed
         self.clock = Clock(timestep)
         self.events = EventQueue()
-        self.watches = Watches()
+        self.watches = PeriodicCallbacks()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
         self.is_paced = False
@@ -334,7 +334,9 @@ class Simulation:
         """Cancel a device's scheduled events of one kind."""
         self.events.cancel(device.name, kind)
 
-    def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
+    def watch(
+        self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0
+    ) -> PeriodicCallback:
         """Call `action` periodically; it must not change the simulation.
 
         Args:

@@ -40,8 +40,8 @@ E = TypeVar("E", bound=CellwrightError)
 NANOSECONDS = 1_000_000_000
 MAX_SOURCES = 256  # counted separately; all others share one count, which bounds memory (names come from outside)
 OTHERS = "others"
-MOST_LINES = 20  # reported in a second, over all sources; the rest is counted
-LONGEST_LINE = 1000  # characters; a line contains names and values from outside
+MAX_LINES = 20  # reported in a second, over all sources; the rest is counted
+MAX_LINE_LENGTH = 1000  # characters; a line contains names and values from outside
 _MAX_SOURCE_LENGTH = 400
 
 
@@ -62,7 +62,7 @@ class Refusals:
         self._counts: Counter[str] = Counter()
         self._reported: dict[str, int] = {}
         self._untold: Counter[str] = Counter()
-        self._report_times: deque[int] = deque(maxlen=MOST_LINES)  # times of the newest lines [ns]
+        self._report_times: deque[int] = deque(maxlen=MAX_LINES)  # times of the newest lines [ns]
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -82,22 +82,22 @@ class Refusals:
         self._counts[source] += 1
         now = self._now()
         last = self._reported.get(source)
-        if _is_recent(now, last) or (len(self._report_times) == MOST_LINES and _is_recent(now, self._report_times[0])):
+        if _is_recent(now, last) or (len(self._report_times) == MAX_LINES and _is_recent(now, self._report_times[0])):
             self._untold[source] += 1
             return
         self._report_times.append(now)
         untold = self._untold.pop(source, 0)
         self._reported[source] = now
         more = f" (and {untold} more since the last report)" if untold else ""
-        self._report(f"{_one_line(f'refused {source}: {reason}', LONGEST_LINE)}{more}")
+        self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{more}")
 
     def flush(self) -> None:
         """Report what was counted but not reported, as at the end of a run; of many sources only the first ones."""
         untold = list(self._untold.items())
-        for source, count in untold[:MOST_LINES]:
+        for source, count in untold[:MAX_LINES]:
             self._report(f"refused {source}: {count} more since the last report")
             self._reported[source] = self._now()
-        if rest := untold[MOST_LINES:]:
+        if rest := untold[MAX_LINES:]:
             self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
         self._untold.clear()
 
@@ -113,7 +113,7 @@ def _one_line(text: str, max_length: int) -> str:
     return short if short.isprintable() else "".join(each if each.isprintable() else "?" for each in short)
 
 
-class How(StrEnum):
+class InputKind(StrEnum):
     """Kind of external input."""
 
     PUBLISH = "publish"
@@ -122,16 +122,16 @@ class How(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class ExternalInput:
     """Message or request from outside for a topic or service; JSON values if it bypassed the bus."""
 
-    how: How
+    how: InputKind
     name: str
     message: Any
     node: str
 
 
-class Later:
+class PendingResponse:
     """Pending response of a service: the service answers once, and the caller is notified."""
 
     def __init__(self) -> None:
@@ -354,7 +354,7 @@ class Bus:
         self._services: dict[str, Service] = {}
         self._now = now
         self.refusals = Refusals(now, report)
-        self.on_given: list[Callable[[Given], None]] = []
+        self.on_input: list[Callable[[ExternalInput], None]] = []
         """Called with all external input that has a handler, before it is handled, even if it is refused then."""
 
     def advertise(
@@ -398,7 +398,7 @@ class Bus:
         """Answer calls of a service: `handler(request, node) -> response`.
 
         It may raise a ServiceFailedError: then the call has no answer. For a response that takes simulation time, the
-        handler returns a `Later` and answers it afterwards.
+        handler returns a `PendingResponse` and answers it afterwards.
 
         Raises:
             UnknownNameError: there is no service type of this name.
@@ -477,8 +477,8 @@ class Bus:
             taken = _validated(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
-        if self.on_given:
-            self.note(Given(How.PUBLISH, topic, taken, node))
+        if self.on_input:
+            self.note(ExternalInput(InputKind.PUBLISH, topic, taken, node))
         refusal: RejectedCommandError | None = None
         try:
             entry.handler(taken, node)
@@ -490,7 +490,7 @@ class Bus:
             raise self._refused(topic, node, refusal)
 
     def call(self, service: str, request: Message, *, node: str = "", is_decoded: bool = False) -> Any:
-        """Call a service; return its response, or a `Later` if the response takes simulation time.
+        """Call a service; return its response, or a `PendingResponse` if the response takes simulation time.
 
         Raises:
             UnknownNameError: there is no such service.
@@ -503,20 +503,20 @@ class Bus:
             raise self._refused(service, node, error) from None
         try:
             taken = _validated(request, entry.type.request, service, is_decoded)
-            if self.on_given:
-                self.note(Given(How.CALL, service, taken, node))
+            if self.on_input:
+                self.note(ExternalInput(InputKind.CALL, service, taken, node))
             response = entry.handler(taken, node)
         except RejectedCommandError as error:
             raise self._refused(service, node, error) from None
-        if isinstance(response, Later):
+        if isinstance(response, PendingResponse):
             return response
         if type(response) is not entry.type.response:
             raise UsageError(f"{service} must answer with {type_of(entry.type.response)}, not {said(response)}")
         return response
 
-    def note(self, given: Given) -> None:
-        """Report external input to `on_given`; for input that bypasses the bus, before it is carried out."""
-        for take_note in self.on_given:
+    def note(self, given: ExternalInput) -> None:
+        """Report external input to `on_input`; for input that bypasses the bus, before it is carried out."""
+        for take_note in self.on_input:
             take_note(given)
 
     def topics(self) -> tuple[TopicInfo, ...]:
@@ -585,7 +585,7 @@ class Served(Protocol):
     def in_competition(self) -> bool:
         """True in competition mode."""
 
-    def out_of_sight(self) -> Collection[int]:
+    def hidden_bodies(self) -> Collection[int]:
         """Return the engine's ids of bodies that are hidden at the moment, such as parts out of play."""
 
 

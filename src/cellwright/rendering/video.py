@@ -17,7 +17,7 @@ _WAITING = 6  # frames that may wait for drawing
 _MAX_CAPTION = 300  # characters
 
 
-Made: TypeAlias = dict[str, float | str]
+VideoFigures: TypeAlias = dict[str, float | str]
 """Figures of a video: `file`, `length` [s], `frames`, and `dropped`, the count of frames that were not drawn."""
 
 
@@ -68,7 +68,7 @@ class Video:
             warn(f"{file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
 
     @property
-    def made(self) -> Made:
+    def made(self) -> VideoFigures:
         """Figures of the video so far."""
         frames = self.taken + self.dropped
         return {"file": str(self.file), "length": float(frames / RATE), "frames": frames, "dropped": self.dropped}

@@ -10,7 +10,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.simulation import Device, State
-from cellwright.middleware.bus import Later
+from cellwright.middleware.bus import PendingResponse
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
@@ -328,7 +328,7 @@ class Homing(Device):
             np.array(list(home.values())), limiter.lower[self._joints], limiter.upper[self._joints]
         )
         self._until: int | None = None
-        self._waiting: list[Later] = []
+        self._waiting: list[PendingResponse] = []
 
     def reset(self) -> None:
         """Clear the waiting callers and the running motion."""
@@ -351,7 +351,7 @@ class Homing(Device):
             commander.notices.log(f"going home, as {node or 'a client'} asked for")
         if len(self._waiting) >= MAX_WAITING_CALLS:
             return _failure(f"the robot goes home, and {MAX_WAITING_CALLS} calls wait for it already")
-        later = Later()
+        later = PendingResponse()
         self._waiting.append(later)
         return later
 

@@ -89,7 +89,7 @@ class RobotNode:
             self.told = message_time = stamp if stamp is not None and not sim_time else now
             """Function that returns the time that messages carry [ns]."""
             gate = CommandGate(safety, now, message_time)
-            self.bus.on_given.append(gate.note_arrival)
+            self.bus.on_input.append(gate.note_arrival)
             self.commander = Commander(
                 self.driver, config.robot, safety, gate, Notices(now, report), config.max_accelerations
             )
@@ -130,7 +130,7 @@ class RobotNode:
         """Number of refused commands and calls."""
         return self.bus.refusals.total
 
-    def out_of_sight(self) -> tuple[int, ...]:
+    def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none."""
         return ()
 

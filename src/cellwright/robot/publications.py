@@ -18,7 +18,7 @@ from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
-from cellwright.rendering.cameras.studio import Studio
+from cellwright.rendering.cameras.studio import RenderService
 from cellwright.robot.commander import Commander
 from cellwright.robot.drivers import Driver
 from cellwright.robot.grippers import GripperRange
@@ -30,7 +30,7 @@ def add_cameras(
     config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
 ) -> dict[str, PictureCamera]:
     """Add the cameras of a robot, by name; one that cannot be made is reported and left out."""
-    studio = Studio(simulation, about=config.base_pose.position, report=report)
+    studio = RenderService(simulation, about=config.base_pose.position, report=report)
     found: dict[str, PictureCamera] = {}
     for described in config.cameras:
         try:

@@ -2,18 +2,18 @@
 
 from collections.abc import Callable
 
-from cellwright.engine.clock import Watch
+from cellwright.engine.clock import PeriodicCallback
 from cellwright.middleware.bus import Served
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.scene.engine import SceneTaker
-from cellwright.rendering.video import Made, Video
+from cellwright.rendering.scene.engine import SceneCapture
+from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import RATE, VideoOptions, period_of
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.pose import Vector3
 
 
-class Filming:
+class VideoRecorder:
     """Video recorder of a simulation.
 
     Args:
@@ -42,7 +42,7 @@ class Filming:
         lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
-        self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
+        self._taker = SceneCapture(served.simulation.model, name=served.name, hidden=served.hidden_bodies)
         self._period = period_of(options.speed)
         if self._period < (tick := served.simulation.clock.timestep):
             min_speed = float(tick * RATE)
@@ -51,7 +51,7 @@ class Filming:
                 f"not {options.speed:g}"
             )
         self._video = Video(options, self._taker.scene, lamp=lamp, warn=warn)
-        self._watch: Watch | None = None
+        self._watch: PeriodicCallback | None = None
         self.is_whole = True
         """True while the video holds every frame so far."""
 
@@ -61,7 +61,7 @@ class Filming:
             self._take(0)
             self._watch = self._served.simulation.watch("video", self._period, self._take)
 
-    def finish(self) -> Made:
+    def finish(self) -> VideoFigures:
         """Take no more frames and finish the file; return the figures of the video."""
         if self._watch is not None:
             self._watch.cancel()

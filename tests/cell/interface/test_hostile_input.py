@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.middleware.bus import MOST_LINES
+from cellwright.middleware.bus import MAX_LINES
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
 from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point
@@ -184,4 +184,4 @@ def test_strangers_cannot_eat_the_memory() -> None:
             publish(cell, "arm/command", String("go"), node=f"/stranger_{number}")
     assert cell.bus.refusals.total == 1000
     assert len(cell.bus.refusals.counts) == 257
-    assert len(lines) == MOST_LINES
+    assert len(lines) == MAX_LINES

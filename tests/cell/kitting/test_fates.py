@@ -8,7 +8,7 @@ from collections import Counter
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.kitting.fates import Fate, FateKind, HandlingRecord, PartNow, Removal
+from cellwright.cell.kitting.fates import Fate, FateKind, HandlingRecord, PartSnapshot, Removal
 from cellwright.cell.kitting.inventory import TrayObject, part_type
 from cellwright.cell.kitting.kit_score import Verdict, score_kit
 from cellwright.util.pose import Pose
@@ -27,8 +27,8 @@ def gear(
     tray: str = "",
     above: str = "",
     faulty: bool = False,
-) -> PartNow:
-    return PartNow(name, "gear_part", position, tray, above, faulty)
+) -> PartSnapshot:
+    return PartSnapshot(name, "gear_part", position, tray, above, faulty)
 
 
 def carried(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced: bool = False) -> None:
@@ -37,14 +37,14 @@ def carried(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced:
     record.let_go(name, OVER_BIN, at * SECOND + 3_100_000_000, is_forced=is_forced)
 
 
-def fates(record: HandlingRecord, *parts: PartNow, count: int = 1) -> list[Fate]:
+def fates(record: HandlingRecord, *parts: PartSnapshot, count: int = 1) -> list[Fate]:
     """Return the fates of the gears that an empty tray 1 lacks."""
     score = score_kit(kit(*(ordered("gear_part", 0.1 * n) for n in range(count))), ())
     found = record.judge(score, TRAY_1, (), parts, NOW)
     return [fate for fate in found if fate is not None]
 
 
-def sentence_of(record: HandlingRecord, *parts: PartNow) -> str:
+def sentence_of(record: HandlingRecord, *parts: PartSnapshot) -> str:
     (fate,) = fates(record, *parts)
     return fate.sentence()
 
@@ -186,7 +186,7 @@ def test_each_missing_part_has_one_fate_of_its_type_and_snapshots_keep_them(
         record.set_record(kept)
     contents: tuple[TrayObject, ...] = tuple(thing(part_type(name), name=name) for name in sorted(on_tray))
     score = score_kit(kit(*(ordered(each, 0.1 * n) for n, each in enumerate(types))), contents)
-    now = [PartNow(name, part_type(name), Pose().position) for name in NAMES]
+    now = [PartSnapshot(name, part_type(name), Pose().position) for name in NAMES]
 
     found = record.judge(score, TRAY_1, on_tray, now, NOW)
 

@@ -96,7 +96,7 @@ def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
         wait_until(
             lambda: not thread.is_alive(),
             "end of the viewer's thread",
-            between=lambda: server_of(crowd).wait(0.02, until_asked=False),
+            between=lambda: server_of(crowd).wait(0.02, until_request=False),
         )
         assert not wrong, wrong
 

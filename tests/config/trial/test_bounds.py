@@ -117,14 +117,14 @@ cellwright: {{parts: {{my_part: {{mass: 1, shapes: [{", ".join([SPHERE] * 50)}]}
 
 
 def test_shapes_of_all_parts_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(build, "MOST_SHAPES", 99)
+    monkeypatch.setattr(build, "MAX_SHAPES", 99)
     with pytest.raises(DescriptionError, match="text: its parts have 100 shapes together; at most 99 are built"):
         Cell(load_trial(text=parts(2)).trial)
 
 
 def test_an_engine_without_room_gives_up_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "_MANY_PARTS", 0)
-    monkeypatch.setattr(build, "_MOST_MEMORY", 20_000)
+    monkeypatch.setattr(build, "_MAX_MEMORY", 20_000)
     with pytest.raises(SimulationError, match="the engine gave up: mj_stackAlloc: out of memory") as raised:
         Cell(load_trial(text=parts(2)).trial)
     assert "\n" not in str(raised.value)

@@ -6,7 +6,7 @@ import pytest
 
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import NodeClient
-from cellwright.middleware.bus import Bus, Later
+from cellwright.middleware.bus import Bus, PendingResponse
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.util.errors import RunEndedError
 from tests.robot.talk import RESET, Talk
@@ -15,7 +15,7 @@ YES, NO = TriggerResponse(success=True), TriggerResponse(success=False)
 
 
 def test_answer_once_notifies_all_listeners() -> None:
-    later, heard = Later(), list[object]()
+    later, heard = PendingResponse(), list[object]()
     later.then(heard.append)
     later.then(heard.append)
     assert later.response is None
@@ -27,14 +27,14 @@ def test_answer_once_notifies_all_listeners() -> None:
 
 
 def test_listener_added_during_the_answer_is_notified_at_once() -> None:
-    later, heard = Later(), list[object]()
+    later, heard = PendingResponse(), list[object]()
     later.then(lambda _response: later.then(heard.append))
     later.answer(YES)
     assert heard == [YES]
 
 
 def test_the_bus_passes_it_on() -> None:
-    bus, later = Bus(lambda: 0), Later()
+    bus, later = Bus(lambda: 0), PendingResponse()
     bus.serve("/go", "std_srvs/Trigger", lambda _request, _node: later)
     assert bus.call("/go", TriggerRequest()) is later
 

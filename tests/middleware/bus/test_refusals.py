@@ -3,7 +3,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import LONGEST_LINE, MAX_SOURCES, MOST_LINES, OTHERS, Refusals
+from cellwright.middleware.bus import MAX_LINE_LENGTH, MAX_LINES, MAX_SOURCES, OTHERS, Refusals
 
 SECOND = 10**9
 
@@ -63,10 +63,10 @@ def test_countless_names_share_one_place() -> None:
         desk.refuse(f"/node_{number}")
     assert len(desk.refusals.counts) == MAX_SOURCES + 1
     assert desk.refusals.counts[OTHERS] == 2 * MAX_SOURCES
-    assert len(desk.lines) == MOST_LINES
+    assert len(desk.lines) == MAX_LINES
     desk.refusals.flush()
-    assert len(desk.lines) == 2 * MOST_LINES + 1
-    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MAX_SOURCES - MOST_LINES
+    assert len(desk.lines) == 2 * MAX_LINES + 1
+    assert sum(map(numbers_in, desk.lines[MAX_LINES:])) == 3 * MAX_SOURCES - MAX_LINES
 
 
 def numbers_in(line: str) -> int:
@@ -79,9 +79,9 @@ def test_many_sources_are_reported_again_after_a_second() -> None:
     for second in range(3):
         for number in range(100):
             desk.refuse(f"/node_{number}", at=second * SECOND)
-    assert len(desk.lines) == 3 * MOST_LINES
+    assert len(desk.lines) == 3 * MAX_LINES
     desk.refuse("/node_0", at=0)  # a restarted run
-    assert len(desk.lines) == 3 * MOST_LINES + 1
+    assert len(desk.lines) == 3 * MAX_LINES + 1
 
 
 def test_a_line_stays_one_line_and_short() -> None:
@@ -89,7 +89,7 @@ def test_a_line_stays_one_line_and_short() -> None:
     desk.refuse("/arm\n\x1b[2J", "x" * 10_000_000)
     desk.refusals.flush()
     (line,) = desk.lines
-    assert len(line) == LONGEST_LINE
+    assert len(line) == MAX_LINE_LENGTH
     assert line.startswith("refused /arm??[2J: xxx")
     desk.refuse("/a" * 100_000)
     assert list(desk.refusals.counts) == ["/arm??[2J", f"{'/a' * 200}"[:397] + "..."]

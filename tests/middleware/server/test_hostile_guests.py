@@ -20,9 +20,17 @@ from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import clients as clients_module
 from cellwright.middleware.server import server as server_module
-from cellwright.middleware.server.clients import BEHIND, FULL, LONGEST_HELLO, MAX_CLIENTS, ClientConnection
+from cellwright.middleware.server.clients import BEHIND, FULL, MAX_CLIENTS, MAX_HELLO_BYTES, ClientConnection
 from cellwright.middleware.server.requests import MAX_PENDING_ADVANCES, MAX_SUBSCRIPTIONS
-from cellwright.middleware.wire.frames import LONGEST_FRAME, LONGEST_SAID, Decoder, Frame, Kind, advance, hello
+from cellwright.middleware.wire.frames import (
+    MAX_CLIENT_FRAME_BYTES,
+    MAX_FRAME_BYTES,
+    Decoder,
+    Frame,
+    Kind,
+    advance,
+    hello,
+)
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
 from tests.middleware.server.talk import Hall, Talker, as_json, served
 from tests.waiting import TIMEOUT, wait_until
@@ -48,8 +56,8 @@ def rude(hall: Hall, data: bytes) -> Talker:
         (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "bytes long"),
         (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(100), "bytes long"),  # TLS
         (b"SSH-2.0-OpenSSH_9.2p1\r\n", "bytes long"),
-        (struct.pack("<I", LONGEST_HELLO + 1), "bytes long"),
-        (hello("/a", "cdr").encode() + struct.pack("<I", LONGEST_SAID + 1), "bytes long"),
+        (struct.pack("<I", MAX_HELLO_BYTES + 1), "bytes long"),
+        (hello("/a", "cdr").encode() + struct.pack("<I", MAX_CLIENT_FRAME_BYTES + 1), "bytes long"),
         (struct.pack("<I", 1 << 31) + b"x" * 40, "bytes long"),
         (Frame(Kind.SUBSCRIBE, 1, "/clock").encode(), "must be HELLO"),
         (Frame(Kind.WELCOME).encode(), "must be HELLO"),
@@ -76,7 +84,7 @@ def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> N
         assert hall.server.guests == ("/other",)
 
 
-class Watch:
+class PeriodicCallback:
     """Clock for the reports about clients, which the test moves."""
 
     def __init__(self) -> None:
@@ -87,13 +95,13 @@ class Watch:
 
 
 @pytest.fixture
-def watch(monkeypatch: pytest.MonkeyPatch) -> Watch:
-    made = Watch()
+def watch(monkeypatch: pytest.MonkeyPatch) -> PeriodicCallback:
+    made = PeriodicCallback()
     monkeypatch.setattr(clients_module, "time", made)
     return made
 
 
-def test_who_is_cut_off_is_reported_once_a_second(watch: Watch) -> None:
+def test_who_is_cut_off_is_reported_once_a_second(watch: PeriodicCallback) -> None:
     with served(Cell(KITTING)) as hall:
         for _ in range(20):
             rude(hall, b"rubbish " * 4)
@@ -224,7 +232,7 @@ def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: p
         assert hall.lines[0].startswith("/deaf does not read as fast as it is told: ")
         assert sum(client.has_waiting for client in hall.server._clients) == 1
         assert all(len(client._out) < FULL + BEHIND for client in hall.server._clients)
-        assert hall.server.is_anybody_behind
+        assert hall.server.is_client_behind
         other.wait_until(lambda: len(other.messages(5)) == ticks)
 
 
@@ -367,7 +375,7 @@ def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(clients_module, "MAX_INCOMPLETE", 2 << 20)
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
-        half = struct.pack("<I", LONGEST_SAID) + bytes(LONGEST_SAID // 2)
+        half = struct.pack("<I", MAX_CLIENT_FRAME_BYTES) + bytes(MAX_CLIENT_FRAME_BYTES // 2)
         others = [hall.guest(f"/half_{number}") for number in range(3)]
         for client in others:
             rest = memoryview(half)
@@ -401,18 +409,18 @@ def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: p
     with served(cell) as hall:
         client = hall.guest()
         client.ask(Frame(Kind.SUBSCRIBE, 5, "/huge"))
-        message = String("x" * (LONGEST_FRAME + 1))
+        message = String("x" * (MAX_FRAME_BYTES + 1))
         for _ in range(3):
             huge.publish(message)
         hall.server.wait(0.0)
         (line,) = hall.lines
-        assert line.startswith(f"/me cannot be told: a frame of {LONGEST_FRAME + 21} bytes is too long")
+        assert line.startswith(f"/me cannot be told: a frame of {MAX_FRAME_BYTES + 21} bytes is too long")
         assert line.endswith("(and 2 more since the last report)")
         huge.publish(String("small"))
         client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
-def test_of_many_that_are_cut_off_some_are_named(watch: Watch) -> None:
+def test_of_many_that_are_cut_off_some_are_named(watch: PeriodicCallback) -> None:
     with served(Cell(KITTING)) as hall:
         for number in range(30):
             rude(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.wire.frames import (
-    LONGEST_FRAME,
+    MAX_FRAME_BYTES,
     Decoder,
     Frame,
     FrameError,
@@ -62,7 +62,7 @@ def test_what_came_before_garbage_is_given_out() -> None:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (struct.pack("<I", LONGEST_FRAME + 1), "bytes long"),
+        (struct.pack("<I", MAX_FRAME_BYTES + 1), "bytes long"),
         (struct.pack("<IBIHHH", 11, Kind.CALL, 1, 5, 0, 0), "longer than itself"),
         (struct.pack("<IBIHHH", 11, 200, 1, 0, 0, 0), "200"),
         (struct.pack("<IBIHHH", 12, Kind.CALL, 1, 1, 0, 0) + b"\xff", "no frame"),
@@ -81,7 +81,7 @@ def test_what_does_not_fit_is_not_written(frame: Frame) -> None:
 
 def test_a_frame_that_is_too_long_is_not_written() -> None:
     with pytest.raises(FrameError, match="too long"):
-        Frame(Kind.MESSAGE, payload=bytes(LONGEST_FRAME)).encode()
+        Frame(Kind.MESSAGE, payload=bytes(MAX_FRAME_BYTES)).encode()
 
 
 def test_hello_says_who_and_how() -> None:

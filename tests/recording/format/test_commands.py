@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.engine.clock import Clock
-from cellwright.middleware.bus import Bus, Given, How
+from cellwright.middleware.bus import Bus, ExternalInput, InputKind
 from cellwright.middleware.messages.standard import Bool
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse
 from cellwright.recording.format.commands import Command, note_commands
@@ -49,15 +49,15 @@ def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
     with pytest.raises(RejectedCommandError):
         bus.publish("/hear", Bool(data=False), node="/b")
     bus.call("/serve", SetBoolRequest(data=True), node="/c")
-    bus.note(Given(How.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
+    bus.note(ExternalInput(InputKind.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
     with pytest.raises(RejectedCommandError):
         bus.publish("/hear", SetBoolRequest(data=True), node="/e")  # of the wrong type
     assert done == [(True, "/a", 1), (False, "/b", 2), (True, "/c", 3)]
     assert [(each.tick, each.how, each.name, each.type, each.node, each.stamp) for each in commands] == [
-        (7, How.PUBLISH, "/hear", "std_msgs/Bool", "/a", 99),
-        (7, How.PUBLISH, "/hear", "std_msgs/Bool", "/b", 99),
-        (7, How.CALL, "/serve", "std_srvs/SetBool", "/c", 99),
-        (7, How.EXTRA, "cellwright/place", "", "/d", 99),
+        (7, InputKind.PUBLISH, "/hear", "std_msgs/Bool", "/a", 99),
+        (7, InputKind.PUBLISH, "/hear", "std_msgs/Bool", "/b", 99),
+        (7, InputKind.CALL, "/serve", "std_srvs/SetBool", "/c", 99),
+        (7, InputKind.EXTRA, "cellwright/place", "", "/d", 99),
     ]
     leave()
     bus.publish("/hear", Bool(data=True))
@@ -70,7 +70,7 @@ def test_what_was_noted_can_be_done_again() -> None:
     with pytest.raises(RejectedCommandError):
         bus.publish("/hear", Bool(data=False), node="/b")
     bus.call("/serve", SetBoolRequest(data=False), node="/c")
-    bus.note(Given(How.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
+    bus.note(ExternalInput(InputKind.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
     again, _, done, _ = noted()
     asked: list[Any] = []
     for command in commands:
@@ -83,13 +83,13 @@ def test_what_was_noted_can_be_done_again() -> None:
 
 @given(
     tick=st.integers(0, 1 << 60),
-    how=st.sampled_from(How),
+    how=st.sampled_from(InputKind),
     words=st.tuples(st.text(), st.text(), st.text()),
     data=st.binary(),
     stamp=st.none() | st.integers(),
 )
 def test_a_command_is_the_same_after_it_was_kept(
-    tick: int, how: How, words: tuple[str, str, str], data: bytes, stamp: int | None
+    tick: int, how: InputKind, words: tuple[str, str, str], data: bytes, stamp: int | None
 ) -> None:
     command = Command(tick, how, *words, data, stamp)
     assert Command.decode(command.encode()) == command
@@ -114,11 +114,11 @@ def test_what_is_not_even_json_is_refused(text: str) -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        Command(1, How.PUBLISH, "/hear", "std_msgs/Bool", "/n", b""),
-        Command(1, How.PUBLISH, "/hear", "no_such/Type", "/n", b"\0\1\0\0\1"),
-        Command(1, How.CALL, "/serve", "std_msgs/Bool", "/n", b"\0\1\0\0\1"),
-        Command(1, How.EXTRA, "cellwright/place", "", "/n", b"[1]"),
-        Command(1, How.EXTRA, "cellwright/place", "", "/n", b"\xff"),
+        Command(1, InputKind.PUBLISH, "/hear", "std_msgs/Bool", "/n", b""),
+        Command(1, InputKind.PUBLISH, "/hear", "no_such/Type", "/n", b"\0\1\0\0\1"),
+        Command(1, InputKind.CALL, "/serve", "std_msgs/Bool", "/n", b"\0\1\0\0\1"),
+        Command(1, InputKind.EXTRA, "cellwright/place", "", "/n", b"[1]"),
+        Command(1, InputKind.EXTRA, "cellwright/place", "", "/n", b"\xff"),
     ],
 )
 def test_a_command_that_makes_no_sense_says_so_in_a_line(command: Command) -> None:

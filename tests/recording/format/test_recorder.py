@@ -16,7 +16,7 @@ from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording, recorded_frames
 from cellwright.recording.format.recorder import Recorder
 from cellwright.rendering.scene import Scene
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError
 from tests.cell.devices.workers import FakeWorker
@@ -96,7 +96,7 @@ def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
 
 def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
-    taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
+    taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
     with Recording(recorded[0]) as recording:
         assert recording.scene == encode_scene(taker.scene)
         assert decode_scene(recording.scene).name == "whole"

@@ -2,13 +2,13 @@ from __future__ import annotations
 
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import frame_bytes
-from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.rendering.scene.scene import is_whole_frame
 from tests.recording.replay.memory import SECOND, Memory, frame_at, recording, said, seen
 
 
 def test_a_frame_is_that_of_the_moment() -> None:
-    cursor = Sight(recording(3))
+    cursor = FrameCursor(recording(3))
 
     cursor.seek(7 * SECOND // 5)
 
@@ -19,7 +19,7 @@ def test_a_frame_is_that_of_the_moment() -> None:
 
 
 def test_without_frames_there_is_none() -> None:
-    cursor = Sight(Memory([]))
+    cursor = FrameCursor(Memory([]))
 
     cursor.seek(0)
 
@@ -34,7 +34,7 @@ def test_a_whole_frame_is_looked_for_far_back() -> None:
         for each in memory.list
         if each.topic != FRAME or each.time == 0 or not is_whole_frame(frame_bytes(each.data))
     ]
-    cursor = Sight(memory)
+    cursor = FrameCursor(memory)
 
     cursor.seek(60 * SECOND)
 
@@ -49,7 +49,7 @@ def test_a_damaged_frame_costs_what_follows_until_the_next_whole_one() -> None:
     index = next(n for n, each in enumerate(memory.list) if each.topic == FRAME and each.time > SECOND // 2)
     memory.list.insert(index, damaged)
     memory.list.append(memory.list[-1]._replace(topic=FRAME, data=b"no message at all"))
-    cursor = Sight(memory)
+    cursor = FrameCursor(memory)
 
     cursor.seek(2 * SECOND)
 
@@ -59,7 +59,7 @@ def test_a_damaged_frame_costs_what_follows_until_the_next_whole_one() -> None:
 
 
 def test_a_panel_that_is_no_object_shows_nothing() -> None:
-    cursor = Sight(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
+    cursor = FrameCursor(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
 
     for time in (0, 1, 2):
         cursor.seek(time)

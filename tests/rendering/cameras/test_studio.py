@@ -13,13 +13,13 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import PendingPicture, Studio
+from cellwright.rendering.cameras.studio import PendingPicture, RenderService
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
 
 
-def ask(studio: Studio) -> PendingPicture | None:
+def ask(studio: RenderService) -> PendingPicture | None:
     return studio.ask(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
 
 
@@ -30,7 +30,7 @@ def room() -> Simulation:
     return make_simulation(spec)
 
 
-def process_of(studio: Studio) -> Any:
+def process_of(studio: RenderService) -> Any:
     return studio._worker._process  # type: ignore[union-attr]
 
 
@@ -39,7 +39,7 @@ def process_of(studio: Studio) -> Any:
 def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, way)
     simulation = room()
-    studio = Studio(simulation)
+    studio = RenderService(simulation)
     requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
@@ -59,7 +59,7 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
 @pytest.mark.slow
 def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
-    studio = Studio(room(), report=lines.append)
+    studio = RenderService(room(), report=lines.append)
     pending = ask(studio)
     assert pending is not None
     assert studio.fetch(pending) is not None
@@ -88,7 +88,7 @@ def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
         workers.append(FakeWorker(scene))
         return workers[-1]
 
-    studio = Studio(room(), start)
+    studio = RenderService(room(), start)
     ask(studio)
     del studio
     gc.collect()
@@ -96,7 +96,7 @@ def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
 
 
 def test_cameras_of_one_tick_share_its_frame() -> None:
-    studio = Studio(simulation := room(), FakeWorker)
+    studio = RenderService(simulation := room(), FakeWorker)
     for _ in range(2):
         ask(studio)
     simulation.step()

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from cellwright.rendering.scene import Frame
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 
 XML = """
 <mujoco>
@@ -36,12 +36,12 @@ XML = """
 """
 
 
-def small() -> tuple[Any, Any, SceneTaker]:
+def small() -> tuple[Any, Any, SceneCapture]:
     """Return the engine's model and data, and the capture of their scenes."""
     model = mujoco.MjModel.from_xml_string(XML)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    return model, data, SceneTaker(model, name="small")
+    return model, data, SceneCapture(model, name="small")
 
 
 def frames(bodies: int) -> st.SearchStrategy[Frame]:

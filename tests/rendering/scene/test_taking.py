@@ -9,7 +9,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.config.robot.robots import load_robot
 from cellwright.rendering.scene import Form, Layer
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import Frame
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import load_trial
@@ -55,7 +55,7 @@ def test_what_cannot_be_seen_at_all_is_left_out() -> None:
 def test_a_frame_says_where_bodies_are_and_which_are_there_to_be_seen() -> None:
     model, data, _ = small()
     ball = model.body("ball").id
-    taker = SceneTaker(model, hidden=lambda: [ball])
+    taker = SceneCapture(model, hidden=lambda: [ball])
     data.joint("swing").qpos[0] = np.pi / 2
     mujoco.mj_kinematics(model, data)
     frame = taker.frame(data, 7)
@@ -66,7 +66,7 @@ def test_a_frame_says_where_bodies_are_and_which_are_there_to_be_seen() -> None:
     assert taker.index(0) == taker.index(model.body("stand").id) == 0
 
 
-def _places(taker: SceneTaker, frame: Frame) -> Any:
+def _places(taker: SceneCapture, frame: Frame) -> Any:
     bodies = [Pose(tuple(row[:3].tolist()), tuple(row[3:].tolist())) for row in frame.poses]
     return np.array([(bodies[shape.body] @ shape.pose).position for shape in taker.scene.shapes])
 
@@ -80,7 +80,7 @@ def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
     for _ in range(50):
         simulation.step()
     simulation.refresh()
-    taker = SceneTaker(simulation.model, hidden=served.out_of_sight)
+    taker = SceneCapture(simulation.model, hidden=served.hidden_bodies)
     frame = taker.frame(simulation.data, simulation.now)
     drawn = simulation.model.geom_rgba[:, 3] > 0
     assert _places(taker, frame) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
@@ -88,7 +88,7 @@ def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
 
 def test_parts_out_of_play_are_not_shown() -> None:
     cell = Cell(load_trial("lesson"))
-    taker = SceneTaker(cell.simulation.model, hidden=cell.out_of_sight)
+    taker = SceneCapture(cell.simulation.model, hidden=cell.hidden_bodies)
     cell.simulation.refresh()
     frame = taker.frame(cell.simulation.data, 0)
     for part in cell.parts.all:
@@ -99,7 +99,7 @@ def test_parts_out_of_play_are_not_shown() -> None:
 def test_what_is_shown_is_looked_at_in_each_frame() -> None:
     simulation = Cell(load_trial("lesson")).simulation
     hidden: list[int] = []
-    taker = SceneTaker(simulation.model, hidden=lambda: hidden)
+    taker = SceneCapture(simulation.model, hidden=lambda: hidden)
     bodies = [simulation.model.body(name).id for name in taker.scene.bodies[1:3]]
     shown = []
     for now in ([], bodies[:1], bodies[:1], bodies, []):

@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.remote.hosting import read_report
-from cellwright.running.remote.program import AgentExit, Parting
+from cellwright.running.remote.program import AgentExit, ExitReason
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('{"parting": "returned", "error": ""}', AgentExit(Parting.RETURNED)),
-        ('{"parting": "crashed", "error": "a\\nb"}', AgentExit(Parting.CRASHED, "a\nb")),
-        (r'{"parting": "crashed", "error": "\ud800\u001b[2J"}', AgentExit(Parting.CRASHED, r"\ud800\x1b[2J")),
+        ('{"parting": "returned", "error": ""}', AgentExit(ExitReason.RETURNED)),
+        ('{"parting": "crashed", "error": "a\\nb"}', AgentExit(ExitReason.CRASHED, "a\nb")),
+        (r'{"parting": "crashed", "error": "\ud800\u001b[2J"}', AgentExit(ExitReason.CRASHED, r"\ud800\x1b[2J")),
         ('{"parting": "refused", "error": "no map"}', "no map"),
         ('{"parting": "refused", "error": ""}', "the agent could not be made"),
         ('{"parting": "gone", "error": ""}', ""),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.remote import program
-from cellwright.running.remote.program import Parting
+from cellwright.running.remote.program import ExitReason
 from cellwright.util.errors import RunEndedError
 
 
@@ -20,4 +20,4 @@ def test_a_run_that_is_over_before_its_agent_has_come_is_no_crash(
     monkeypatch.setattr(program, "SocketTransport", over)
     report = tmp_path / "report.json"
     program.main(["socket", "127.0.0.1", "1", "/agent", "lesson", str(report), "30"])
-    assert json.loads(report.read_text()) == {"parting": Parting.RUN_ENDED, "error": ""}
+    assert json.loads(report.read_text()) == {"parting": ExitReason.RUN_ENDED, "error": ""}

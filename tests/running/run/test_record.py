@@ -88,5 +88,5 @@ def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
     with Recording(tmp_path / "a.mcap") as recording:
         assert recording.is_complete
         assert recording.end == {"outcome": "broken off"}
-    assert not cell.bus.on_given
+    assert not cell.bus.on_input
     assert not cell.simulation.on_reset

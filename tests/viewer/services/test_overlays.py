@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
 from cellwright.viewer.services.scene import SceneServices, ServedScene
@@ -16,8 +16,8 @@ from tests.cells import BARE, KITTING, SENSORS, WHOLE
 from tests.robot.robots import two_arms
 
 
-def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneTaker]:
-    taker = SceneTaker(served.simulation.model)
+def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneCapture]:
+    taker = SceneCapture(served.simulation.model)
     return json.loads(json.dumps(served.scene_metadata(taker.index))), taker
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.wire.frames import LONGEST_FRAME, Kind
+from cellwright.middleware.wire.frames import MAX_FRAME_BYTES, Kind
 from cellwright.middleware.wire.frames import Frame as Said
 from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene, is_whole_frame
 from cellwright.viewer.services import scene as onlookers
@@ -47,7 +47,7 @@ def test_parts_that_are_not_in_play_are_not_shown() -> None:
     scene = decode_scene(services.scene({})[1])
     frame = decode_frame(services.frame({})[1])
     hidden = {scene.bodies[index] for index in np.flatnonzero(~frame.shown)}
-    out = {cell.simulation.model.body(body).name for body in cell.out_of_sight()}
+    out = {cell.simulation.model.body(body).name for body in cell.hidden_bodies()}
     assert out
     assert hidden == out & set(scene.bodies)
 
@@ -161,7 +161,7 @@ def test_frames_go_on_after_reset() -> None:
 def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
     cell = Cell(KITTING, competition=False)
     scene = ServedScene(cell)
-    scene.__dict__["scene"] = bytes(LONGEST_FRAME)
+    scene.__dict__["scene"] = bytes(MAX_FRAME_BYTES)
     with served(cell) as hall:
         SceneServices(scene).offer(hall.server)
         answer = hall.guest().ask(Said(Kind.CALL, 5, SCENE, payload=b"{}"))

@@ -16,7 +16,7 @@ from websockets.sync.connection import Connection
 from websockets.typing import Origin
 
 from cellwright.util.errors import UsageError
-from cellwright.viewer.web.access import MAX_UNFINISHED, Door
+from cellwright.viewer.web.access import MAX_UNFINISHED, AccessGuard
 from cellwright.viewer.web.program import Server
 from tests.waiting import TIMEOUT, wait_until
 
@@ -24,8 +24,8 @@ SECRET = "a1b2c3"
 
 
 @contextmanager
-def door(token: str = "") -> Iterator[Door]:
-    found = Door("127.0.0.1", 0, token=token)
+def door(token: str = "") -> Iterator[AccessGuard]:
+    found = AccessGuard("127.0.0.1", 0, token=token)
     try:
         yield found
     finally:
@@ -33,7 +33,7 @@ def door(token: str = "") -> Iterator[Door]:
 
 
 @contextmanager
-def page(token: str = "") -> Iterator[Door]:
+def page(token: str = "") -> Iterator[AccessGuard]:
     """Access guard with viser behind it."""
     with door(token) as found:
         with found.guards_viser():
@@ -42,7 +42,7 @@ def page(token: str = "") -> Iterator[Door]:
         server.stop()
 
 
-def refusal(found: Door, path: str = "/", **headers: str) -> str:
+def refusal(found: AccessGuard, path: str = "/", **headers: str) -> str:
     return found.refusal(path, Headers({"Host": f"127.0.0.1:{found.port}", **headers}))
 
 
@@ -86,12 +86,12 @@ def test_two_hosts_are_none() -> None:
 
 def test_the_network_needs_a_token() -> None:
     with pytest.raises(UsageError, match="open to the network: a page there needs a token"):
-        Door("0.0.0.0", 0)
+        AccessGuard("0.0.0.0", 0)
 
 
 def test_a_port_in_use_is_left_alone() -> None:
     with door() as first:
-        second = Door("127.0.0.1", first.port)
+        second = AccessGuard("127.0.0.1", first.port)
         second.socket.close()
         assert first.port < second.port <= first.port + 20
 
@@ -99,7 +99,7 @@ def test_a_port_in_use_is_left_alone() -> None:
 @pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70_000), ("no such host.invalid", 0), ("192.0.2.1", 0)])
 def test_no_place_to_listen(host: str, port: int) -> None:
     with pytest.raises(UsageError):
-        Door(host, port, token=SECRET)
+        AccessGuard(host, port, token=SECRET)
 
 
 def test_viser_stands_behind_the_door() -> None:
@@ -151,7 +151,7 @@ def test_messages_of_a_browser_end_no_other() -> None:
             assert good.recv(timeout=TIMEOUT)
 
 
-def _has_dropped(found: Door, count: int) -> bool:
+def _has_dropped(found: AccessGuard, count: int) -> bool:
     return found.incoming.dropped == count
 
 

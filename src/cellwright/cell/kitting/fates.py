@@ -119,7 +119,7 @@ class Fate:
 
 
 @dataclass(frozen=True, slots=True)
-class PartNow:
+class PartSnapshot:
     """A part of the cell at the time when a tray is judged.
 
     Attributes:
@@ -194,7 +194,7 @@ class HandlingRecord:
         self._history_of(name).removed = by
 
     def judge(
-        self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
+        self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartSnapshot], now: int
     ) -> tuple[Fate | None, ...]:
         """Find and keep the fates of the parts that a judged kit lacks.
 
@@ -253,7 +253,7 @@ class HandlingRecord:
         return self._parts.setdefault(name, _History())
 
 
-def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
+def _fate(part: PartSnapshot, history: _History, tray_id: str, now: int) -> Fate:
     """Return the fate of a part that was handled and is not among the judged ones."""
     lies = None if history.removed else part.position
     held = history.held if history.taken is None else now - history.taken
@@ -261,7 +261,7 @@ def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
     return Fate(kind, part.name, history.position, history.let_go, held, tray.partition("::")[0], lies, part.is_faulty)
 
 
-def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str]:
+def _kind(part: PartSnapshot, history: _History, tray_id: str) -> tuple[FateKind, str]:
     """Return the kind of fate, and the tray that it refers to."""
     if history.removed is not None:
         is_wall = history.removed is Removal.DELETION_WALL

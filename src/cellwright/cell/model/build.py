@@ -59,11 +59,11 @@ def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
 
 _HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
 
-MOST_SHAPES = 20_000
+MAX_SHAPES = 20_000
 """Maximum number of shapes of all parts of a cell together."""
 _MANY_PARTS = 400
 """Above this number the engine must not choose its memory: it would grow with the square of the number of parts."""
-_MOST_MEMORY = 1 << 30
+_MAX_MEMORY = 1 << 30
 """Memory of the engine for contacts and constraints [bytes]."""
 
 
@@ -154,9 +154,9 @@ def build_world(trial: Trial) -> World:
     own = {name: own_part_type(name, model) for name, model in trial.part_models.items()}
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = list(_plan(trial, kinds))
-    if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
+    if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MAX_SHAPES:
         raise DescriptionError(
-            [f"{trial.name}: its parts have {shapes} shapes together; at most {MOST_SHAPES} are built"]
+            [f"{trial.name}: its parts have {shapes} shapes together; at most {MAX_SHAPES} are built"]
         )
     furniture.add_floor(spec)
     furniture.add_bins(spec)
@@ -175,7 +175,7 @@ def build_world(trial: Trial) -> World:
         add_part(spec, part.name, part.kind, part.start or slot)
         _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
     if len(planned) > _MANY_PARTS:
-        spec.memory = _MOST_MEMORY
+        spec.memory = _MAX_MEMORY
     try:
         model = spec.compile()
     except ValueError as error:

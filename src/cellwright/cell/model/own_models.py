@@ -14,7 +14,7 @@ from cellwright.cell.model.parts import PartType
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.meshes import read_mesh
 from cellwright.config.models.model import Furniture, Model, ModelShape, ModelShapeKind
-from cellwright.config.models.reader import FARTHEST_REACH
+from cellwright.config.models.reader import MAX_PART_EXTENT
 from cellwright.config.trial.trial import Trial
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Mesh, Role, Shape, Touch, add_mesh, add_shape, bounds
@@ -142,8 +142,8 @@ def own_part_type(name: str, model: Model) -> OwnPartType:
     if form.mass <= 0:
         raise ModelFileError(f"{model.mjcf}: no mass in it; give one beside the file [kg]")
     reach = max(hypot(*corner) for corner in bounds(form.touched))
-    if model.mjcf is not None and reach > FARTHEST_REACH:
-        limit = f"a part keeps within {FARTHEST_REACH:g} m"
+    if model.mjcf is not None and reach > MAX_PART_EXTENT:
+        limit = f"a part keeps within {MAX_PART_EXTENT:g} m"
         raise ModelFileError(f"{model.mjcf}: reaches {reach:.2f} m from its origin; {limit}")
     # collision shapes are drawn, unless there are visual ones
     seen = () if form.seen == form.touched else form.seen

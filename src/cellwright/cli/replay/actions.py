@@ -22,7 +22,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.recording.format.format import COMMAND, FRAME, PANEL, STATE_HASH
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay import verify
-from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.recording.replay.rebuild import rebuild
 from cellwright.recording.replay.verify import Answer, Moment, Verdict
 from cellwright.rendering.camera import VIEWS, Camera
@@ -30,7 +30,7 @@ from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.scene.scene import decode_scene
-from cellwright.rendering.video import Made, Video
+from cellwright.rendering.video import Video, VideoFigures
 from cellwright.rendering.video_options import VideoOptions, period_of
 from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
 from cellwright.running.run import PageOptions, ServerOptions, Session, versions
@@ -259,12 +259,12 @@ def film_recording(
     until: float | None,
     warn: Callable[[str], None],
     on_progress: Callable[[float], None] | None,
-) -> Made:
+) -> VideoFigures:
     """Make a video of a recording between two times [s]; `on_progress` receives the progress, 0..1."""
     begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
     end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
     scene = _scene(recording)
-    sight = Sight(recording)
+    sight = FrameCursor(recording)
     sight.seek(begin)
     coming = recording.messages((FRAME, PANEL), start=begin + 1, until=end + 1)
     newest = next(coming, None)

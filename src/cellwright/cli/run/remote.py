@@ -14,7 +14,7 @@ from cellwright.clients.agents.agent import find_agent
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.running.remote.hosting import NODE
-from cellwright.running.remote.program import Parting, run_agent
+from cellwright.running.remote.program import ExitReason, run_agent
 from cellwright.running.run import DRIVE
 from cellwright.util.errors import UsageError
 
@@ -45,7 +45,7 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     document = result["document"]
     score = document["score"]["total"]
     enough = min_score is None or score >= min_score
-    ended_well = worked.parting in (Parting.RETURNED, Parting.RUN_ENDED)
+    ended_well = worked.parting in (ExitReason.RETURNED, ExitReason.RUN_ENDED)
     status = DONE if document["competition_state"] == "done" and ended_well and enough else NOT_DONE
     if as_json:
         typer.echo(json.dumps(document | {"agent": agent, "error": worked.error, "exit_status": status}, indent=2))

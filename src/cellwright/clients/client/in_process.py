@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from cellwright.engine.loop import StopCondition
-from cellwright.middleware.bus import Direction, Later, Served
+from cellwright.middleware.bus import Direction, PendingResponse, Served
 from cellwright.util.errors import RunEndedError
 
 Callback = Callable[[Any], None]
@@ -137,7 +137,7 @@ class InProcess:
         self._refuse_if_closed()
         self.cell.simulation.settle_inbox()
         response = self.cell.bus.call(service, request, node=self.node)
-        if not isinstance(response, Later):
+        if not isinstance(response, PendingResponse):
             return response
         while response.response is None:
             if self.cell.simulation.now >= self.stop.deadline:

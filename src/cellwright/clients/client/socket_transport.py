@@ -18,7 +18,7 @@ from cellwright.clients.client.in_process import Callback, deliver_all
 from cellwright.middleware import messages
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.wire.frames import (
-    LONGEST_SAID,
+    MAX_CLIENT_FRAME_BYTES,
     QUIET,
     Decoder,
     Frame,
@@ -104,7 +104,7 @@ class Connection:
         if self._end is not None:
             raise RunEndedError(self._end)
         try:
-            data = frame.encode(LONGEST_SAID)
+            data = frame.encode(MAX_CLIENT_FRAME_BYTES)
         except FrameError as error:
             raise UsageError(str(error)) from None
         self._send(data)

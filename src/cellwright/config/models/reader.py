@@ -204,7 +204,7 @@ def extent(shape: ModelShape) -> float:
 
 MIN_MASS, MAX_MASS = 1e-3, 100.0
 """Bounds of a part's mass [kg]."""
-FARTHEST_REACH = 0.22
+MAX_PART_EXTENT = 0.22
 """Maximum distance of a part's surface from its origin [m]: waiting parts stand 0.45 m apart."""
 MAX_FURNITURE = 200
 MAX_TYPES = 200
@@ -238,8 +238,8 @@ def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
         elif model.mass is not None and not MIN_MASS <= model.mass <= MAX_MASS:
             message = f"a mass of {model.mass:g} kg; a part has {MIN_MASS:g} to {MAX_MASS:g} kg"
             reader.problems.error(body.entries.get("mass", entry), message)
-        elif (farthest := max(map(extent, model.shapes), default=0.0)) > FARTHEST_REACH:
-            message = f"reaches {farthest:.2f} m from its origin; a part keeps within {FARTHEST_REACH:g} m"
+        elif (farthest := max(map(extent, model.shapes), default=0.0)) > MAX_PART_EXTENT:
+            message = f"reaches {farthest:.2f} m from its origin; a part keeps within {MAX_PART_EXTENT:g} m"
             reader.problems.error(entry, message)
         else:
             found[name] = model

@@ -5,7 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, Kind
 from cellwright.util import errors
 from cellwright.util.errors import CellwrightError
 
@@ -88,7 +88,7 @@ AT_ONCE = 32 << 20
 """The same for bytes that were not offered to it yet: one tick may have pictures of several cameras."""
 
 MAX_WAITING = 256 << 20  # bytes that may wait for all clients together
-LONGEST_HELLO = 1 << 16  # bytes of the longest frame that is accepted before HELLO
+MAX_HELLO_BYTES = 1 << 16  # bytes of the longest frame that is accepted before HELLO
 _PIECE = 1 << 16
 
 
@@ -117,7 +117,7 @@ class ClientConnection:
         self.came = time.monotonic()  # wall time of its connection [s]
         self.stuck_since: float | None = None
         """Wall time [s] since which it takes nothing of what waits for it; None if it does."""
-        self._decoder = Decoder(LONGEST_HELLO)
+        self._decoder = Decoder(MAX_HELLO_BYTES)
         self._frames: Iterator[Frame] | None = None
         self._out = bytearray()
         self._left = 0  # bytes of it that were offered and not taken
@@ -155,7 +155,7 @@ class ClientConnection:
     def greet(self, node: str, encoding: str) -> None:
         """Set its name and encoding, and accept longer frames from now on."""
         self.node, self.encoding = node, encoding
-        self._decoder.max_bytes = LONGEST_SAID
+        self._decoder.max_bytes = MAX_CLIENT_FRAME_BYTES
 
     def read(self) -> None:
         """Read what has arrived. A client that has hung up is gone."""

@@ -11,7 +11,16 @@ from functools import cache, partial
 from typing import Any, TypeAlias
 
 from cellwright._package import VERSION
-from cellwright.middleware.bus import Bus, Direction, Given, How, Later, Served, TopicInfo, absolute
+from cellwright.middleware.bus import (
+    Bus,
+    Direction,
+    ExternalInput,
+    InputKind,
+    PendingResponse,
+    Served,
+    TopicInfo,
+    absolute,
+)
 from cellwright.middleware.interface.table import Pace
 from cellwright.middleware.messages import ENCODINGS, Message, ServiceType, definition, md5, message_type, type_of
 from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
@@ -255,7 +264,7 @@ class Requests:
                 raise RejectedCommandError(self.guarded[frame.name])
             arguments = frame.json()
             if acts:
-                self._cell.bus.note(Given(How.EXTRA, frame.name, arguments, frame.node or client.node))
+                self._cell.bus.note(ExternalInput(InputKind.EXTRA, frame.name, arguments, frame.node or client.node))
             answer = extra(arguments)
             if isinstance(answer, dict):
                 reply = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
@@ -270,7 +279,7 @@ class Requests:
         service: ServiceType | None = self._services.get(frame.name)
         request: Any = None if service is None else self._read(client, frame, service.request, service.name)
         response = self._cell.bus.call(frame.name, request, node=frame.node or client.node, is_decoded=True)
-        if isinstance(response, Later):
+        if isinstance(response, PendingResponse):
             if (
                 self._lockstep and response.response is None
             ):  # a client that does not advance time meanwhile would wait forever

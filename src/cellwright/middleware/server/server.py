@@ -186,7 +186,7 @@ class Server:
         Args:
             service: name.
             handler: takes a JSON object; returns one, or a tuple of one and bytes.
-            acts: it changes the cell; note its calls like commands (`Bus.on_given`).
+            acts: it changes the cell; note its calls like commands (`Bus.on_input`).
         """
         self._requests.extras[service] = handler, acts
 
@@ -199,12 +199,12 @@ class Server:
             self.key = self._requests.key = secrets.token_urlsafe(16)
         self._requests.guarded.update(dict.fromkeys(services, reason))
 
-    def wait(self, seconds: float, *, until_asked: bool = True) -> None:
+    def wait(self, seconds: float, *, until_request: bool = True) -> None:
         """Serve clients for some wall time.
 
         Args:
             seconds: wall time [s]; with 0 each client still has its turn.
-            until_asked: in lockstep, return as soon as an ADVANCE request is pending.
+            until_request: in lockstep, return as soon as an ADVANCE request is pending.
         """
         deadline = time.perf_counter() + seconds
         self._clients.ping()
@@ -221,13 +221,13 @@ class Server:
             if (
                 not in_time
                 or time.perf_counter() >= deadline
-                or (until_asked and self.lockstep and self.asked is not None)
+                or (until_request and self.lockstep and self.asked is not None)
             ):
                 break
         self._clients.remove_gone()
 
     @property
-    def is_anybody_behind(self) -> bool:
+    def is_client_behind(self) -> bool:
         """True if a client has to read before it can get more without loss."""
         return any(client.is_behind and not client.is_gone for client in self._clients)
 
@@ -243,7 +243,7 @@ class Server:
                 client.stop_reading()
         deadline = time.monotonic() + _END_TIMEOUT
         while any(client.is_leaving and not client.is_gone for client in self._clients) and time.monotonic() < deadline:
-            self.wait(_END_TIMEOUT / 10, until_asked=False)
+            self.wait(_END_TIMEOUT / 10, until_request=False)
         self._clients.remove_gone()
 
     def close(self, reason: str) -> None:

@@ -45,8 +45,8 @@ from typing import Any, Dict, Iterator, Tuple
 PROTOCOL = 1
 QUIET = "quiet"
 """In place of the type in SUBSCRIBE: the client only records messages and does not react, so time may go on."""
-LONGEST_FRAME = 16 << 20  # bytes of the longest frame that is accepted; no message of a cell comes near
-LONGEST_SAID = 3 << 20
+MAX_FRAME_BYTES = 16 << 20  # bytes of the longest frame that is accepted; no message of a cell comes near
+MAX_CLIENT_FRAME_BYTES = 3 << 20
 """Bytes of the longest frame that a client may send: the server buffers it, and time stands while it is read."""
 
 _LENGTH = struct.Struct("<I")
@@ -92,11 +92,11 @@ class Frame:
     node: str = ""
     payload: bytes = b""
 
-    def encode(self, max_bytes: int = LONGEST_FRAME) -> bytes:
+    def encode(self, max_bytes: int = MAX_FRAME_BYTES) -> bytes:
         """Return the frame as bytes, with its length in front.
 
         Raises:
-            FrameError: a number or a name does not fit, or it is too long; a client sends `LONGEST_SAID` bytes at most.
+            FrameError: a number or a name does not fit, or it is longer than `MAX_CLIENT_FRAME_BYTES` from a client.
         """
         name, type_name, node = self.name.encode(), self.type.encode(), self.node.encode()
         try:
@@ -146,7 +146,7 @@ class Frame:
 class Decoder:
     """Decoder of frames from pieces of a byte stream."""
 
-    def __init__(self, max_bytes: int = LONGEST_FRAME) -> None:
+    def __init__(self, max_bytes: int = MAX_FRAME_BYTES) -> None:
         self.max_bytes = max_bytes  # may change at any time; it applies to the frames that begin from then on
         self._waiting = bytearray()
 

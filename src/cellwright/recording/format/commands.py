@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright.engine.clock import Clock
-from cellwright.middleware.bus import Bus, Given, How
+from cellwright.middleware.bus import Bus, ExternalInput, InputKind
 from cellwright.middleware.messages import from_cdr, message_type, service_type, to_cdr, type_of
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 
@@ -34,7 +34,7 @@ class Command:
     """
 
     tick: int
-    how: How
+    how: InputKind
     name: str
     type: str
     node: str
@@ -42,13 +42,13 @@ class Command:
     stamp: int | None = None
 
     @staticmethod
-    def of(given: Given, tick: int, type_name: str, stamp: int | None = None) -> Command:
+    def of(given: ExternalInput, tick: int, type_name: str, stamp: int | None = None) -> Command:
         """Make a command of an external input.
 
         Raises:
             MessageError: a value does not fit its field.
         """
-        data = json.dumps(given.message).encode() if given.how is How.EXTRA else to_cdr(given.message)
+        data = json.dumps(given.message).encode() if given.how is InputKind.EXTRA else to_cdr(given.message)
         return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
 
     def message(self) -> Any:
@@ -58,12 +58,12 @@ class Command:
             RecordingError: the type is unknown, or the bytes do not fit it.
         """
         try:
-            if self.how is How.EXTRA:
+            if self.how is InputKind.EXTRA:
                 request = json.loads(self.data)
                 if not isinstance(request, dict):
                     raise MessageError("no JSON object")
                 return request
-            is_call = self.how is How.CALL
+            is_call = self.how is InputKind.CALL
             return from_cdr(self.data, service_type(self.type).request if is_call else message_type(self.type))
         except (CellwrightError, ValueError, RecursionError) as error:
             raise RecordingError(f"the command on {self.name} in tick {self.tick} makes no sense: {error}") from None
@@ -75,7 +75,7 @@ class Command:
             RecordingError: it cannot be decoded, or is something that cannot be done here.
         """
         message = self.message()
-        if self.how is How.EXTRA:
+        if self.how is InputKind.EXTRA:
             extra = (extras or {}).get(self.name)
             if extra is None:
                 raise RecordingError(f"{self.name} was asked for in tick {self.tick}, which cannot be done here")
@@ -83,7 +83,9 @@ class Command:
                 extra(message)
             return
         with suppress(CellwrightError):
-            (bus.call if self.how is How.CALL else bus.publish)(self.name, message, node=self.node, is_decoded=True)
+            (bus.call if self.how is InputKind.CALL else bus.publish)(
+                self.name, message, node=self.node, is_decoded=True
+            )
 
     def encode(self) -> str:
         """Encode as JSON."""
@@ -99,7 +101,7 @@ class Command:
         """
         try:
             values = json.loads(text)
-            how, data = How(values["kind"]), base64.b64decode(values["data"], validate=True)
+            how, data = InputKind(values["kind"]), base64.b64decode(values["data"], validate=True)
             tick, stamp, name, kind, node = (values[key] for key in ("tick", "stamp", "name", "type", "node"))
             if (
                 not all(isinstance(each, str) for each in (name, kind, node))
@@ -125,15 +127,15 @@ def note_commands(
         stamp: second clock for the time of arrival (see `Command.stamp`).
     """
 
-    def note(given: Given) -> None:
+    def note(given: ExternalInput) -> None:
         match given.how:
-            case How.PUBLISH:
+            case InputKind.PUBLISH:
                 type_name = type_of(type(given.message))
-            case How.CALL:
+            case InputKind.CALL:
                 type_name = bus.service(given.name).type.name
-            case How.EXTRA:
+            case InputKind.EXTRA:
                 type_name = ""
         take(Command.of(given, clock.tick, type_name, None if stamp is None else stamp()))
 
-    bus.on_given.append(note)
-    return partial(bus.on_given.remove, note)
+    bus.on_input.append(note)
+    return partial(bus.on_input.remove, note)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.engine.clock import Watch
+from cellwright.engine.clock import PeriodicCallback
 from cellwright.middleware.bus import Served, Subscription
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
@@ -17,7 +17,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command, note_commands
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.util.errors import CellwrightError
 
@@ -70,7 +70,7 @@ class Recorder:
         self._path, self._header = path, header
         self._attachments = dict(attachments or {})
         self._panel, self._report = panel, report
-        self._taker = SceneTaker(self._simulation.model, name=served.name, hidden=served.out_of_sight)
+        self._taker = SceneCapture(self._simulation.model, name=served.name, hidden=served.hidden_bodies)
         self._runs = 0
         self._is_over = False
         self.paths: list[Path] = []
@@ -188,7 +188,7 @@ class Recorder:
             self._write_text(names.PANEL, text)
 
     def _watch(self, name: str, period: Fraction, action: Callable[[int], None]) -> None:
-        watch: Watch = self._simulation.watch(f"recording: {name}", period, action, _LAST)
+        watch: PeriodicCallback = self._simulation.watch(f"recording: {name}", period, action, _LAST)
         self._leave.append(watch.cancel)
 
     def _write_text(self, topic: str, text: str) -> None:

@@ -32,7 +32,7 @@ from cellwright.middleware.messages.standard import (
 from cellwright.recording.format.format import EXPORT, FRAME, METADATA, RecordedTopic
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording, TimeRange
-from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.rendering.scene import SEEN, Form, Frame, Scene, Shape
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import CellwrightError, MessageError, UsageError
@@ -275,7 +275,7 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
     if markers.left_out:
         missing.append(f"{markers.left_out} meshes are left out: they are too large for markers")
     file.add(file.channel(MARKERS), span.begin, to_cdr(markers.message))
-    transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), Sight(recording)
+    transforms, channel, cursor = Transforms(scene.bodies), file.channel(TRANSFORMS), FrameCursor(recording)
     cursor.seek(span.begin - 1)
 
     def write_frame(time: int) -> None:

@@ -11,7 +11,7 @@ from cellwright.util.errors import MessageError
 _SEARCH_RANGE = 2 * NANOSECONDS  # first range of the search for a whole frame [ns]
 
 
-class Sight:
+class FrameCursor:
     """Frame and panel at the playback position.
 
     Frames are kept as bytes and decoded on request: fast playback shows few of them.

@@ -17,7 +17,7 @@ from cellwright.middleware.messages import Message, from_cdr, message_type
 from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, Recording
-from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
 WHY_NOT = "this is a recording: it plays what was, and hears no commands"
@@ -84,7 +84,7 @@ class Recorded(Device):
     def __init__(self, source: Recording, *, report: Callable[[str], None] = lambda _line: None) -> None:
         super().__init__(source.header.name)
         self.source = source
-        self.cursor = Sight(source)
+        self.cursor = FrameCursor(source)
         self.cuts = 0
         """Number of seeks; frames before and after one are unrelated."""
         self.unreadable = 0
@@ -144,7 +144,7 @@ class Recorded(Device):
         self._next = next(self._coming, _NOTHING)
         return now
 
-    def out_of_sight(self) -> tuple[int, ...]:
+    def hidden_bodies(self) -> tuple[int, ...]:
         """Return the ids of hidden bodies: none, as a recording has no bodies of the engine."""
         return ()
 

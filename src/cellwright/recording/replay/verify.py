@@ -16,7 +16,7 @@ from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
 from cellwright.recording.format.reader import Recording, frame_bytes
 from cellwright.recording.replay.rebuild import Rebuilt
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import Frame, decode_frame
 from cellwright.util.errors import MessageError, RecordingError, SimulationError
 
@@ -152,7 +152,7 @@ def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int],
         on_progress: called with the simulation time [ns], often.
     """
     simulation = rebuilt.served.simulation
-    taker = SceneTaker(simulation.model, hidden=rebuilt.served.out_of_sight)
+    taker = SceneCapture(simulation.model, hidden=rebuilt.served.hidden_bodies)
 
     def now() -> Moment:
         return Moment(simulation.clock.tick, simulation.now)

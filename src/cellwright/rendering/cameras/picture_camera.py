@@ -20,7 +20,7 @@ from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Drawn, PendingPicture, Studio
+from cellwright.rendering.cameras.studio import Drawn, PendingPicture, RenderService
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -115,7 +115,7 @@ class PictureCamera(Sensor[Picture]):
     default_period: ClassVar[Fraction] = Fraction(1, 10)
 
     def __init__(
-        self, description: Camera, studio: Studio, *, report: Callable[[str], None] = lambda _line: None
+        self, description: Camera, studio: RenderService, *, report: Callable[[str], None] = lambda _line: None
     ) -> None:
         requested_backend()  # an unknown backend is refused now, not with the first picture
         period = 1 / Fraction(repr(description.rate))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import VIEWS, Pinhole
 from cellwright.rendering.picture import PictureRequest
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import Frame, Scene
 from cellwright.util.errors import RenderingError
 from cellwright.util.pose import Pose, Vector3
@@ -55,7 +55,7 @@ def start_worker(scene: Scene) -> RenderWorker:
     return RenderWorker(scene)
 
 
-class Studio:
+class RenderService:
     """Render service for the frames of a simulation.
 
     Args:
@@ -79,7 +79,7 @@ class Studio:
         self._about = about
         self._hidden = hidden
         self._report = report
-        self._taker: SceneTaker | None = None
+        self._taker: SceneCapture | None = None
         self._worker: RenderWorker | None = None
         self._frame: Frame | None = None
         self._tick = -1
@@ -92,7 +92,7 @@ class Studio:
         if self._is_broken:
             return None
         if self._taker is None:
-            self._taker = SceneTaker(self._simulation.model, hidden=self._hidden)
+            self._taker = SceneCapture(self._simulation.model, hidden=self._hidden)
         if self._worker is None:
             self._worker = worker = self._start(self._taker.scene)
             # for a cell that is not closed, too; pictures that are not fetched delay nothing
@@ -130,7 +130,7 @@ class Studio:
             self._end()
             self._worker = None
 
-    def _this_frame(self, taker: SceneTaker) -> Frame:
+    def _this_frame(self, taker: SceneCapture) -> Frame:
         """Frame of this tick, shared by its cameras."""
         simulation = self._simulation
         simulation.refresh()

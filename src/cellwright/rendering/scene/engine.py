@@ -22,7 +22,7 @@ _TYPES = {
 _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
 
-class SceneTaker:
+class SceneCapture:
     """Capture of a model: its scene, with this name, and frames of its state.
 
     `hidden` returns the engine's ids of bodies that are hidden now.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.middleware.bus import Later
+from cellwright.middleware.bus import PendingResponse
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.robot.node import RobotNode
@@ -73,7 +73,7 @@ class Rig:
         """Send the robot home; return the time [s] and the reason of a failure, empty for none."""
         begun = self.node.simulation.time
         answer: Any = self.node.bus.call("/io_teleop_reset_robot", TriggerRequest(), node=NODE)
-        if isinstance(answer, Later):
+        if isinstance(answer, PendingResponse):
             while answer.response is None:
                 self.step()
             answer = answer.response

@@ -17,7 +17,7 @@ from cellwright.cell.kitting.effects import CompetitionState
 from cellwright.clients.agents.agent import AgentError
 from cellwright.clients.client.client import Client
 from cellwright.middleware import wire as link
-from cellwright.running.remote.program import REFUSED, AgentExit, Parting
+from cellwright.running.remote.program import REFUSED, AgentExit, ExitReason
 from cellwright.running.run import Outcome, Program, Session, final_outcome, wait_for_kits
 from cellwright.util.errors import RunEndedError, UsageError, showable
 from cellwright.util.files import open_to_read
@@ -98,8 +98,8 @@ class AgentProcess(ChildProcess):
         if self._said and not was_there:
             raise AgentError(self._said)
         if self._was_ended:  # it did not notice that its run is over
-            return AgentExit(Parting.RUN_ENDED)
-        return AgentExit(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
+            return AgentExit(ExitReason.RUN_ENDED)
+        return AgentExit(ExitReason.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
 
 
 def read_report(path: Path) -> AgentExit | str:
@@ -111,7 +111,7 @@ def read_report(path: Path) -> AgentExit | str:
         if isinstance(said, dict) and isinstance(error := said.get("error"), str):
             if said.get("parting") == REFUSED:
                 return showable(error) or "the agent could not be made"
-            return AgentExit(Parting(str(said.get("parting"))), showable(error))
+            return AgentExit(ExitReason(str(said.get("parting"))), showable(error))
     return ""
 
 
@@ -194,9 +194,9 @@ class RemoteAgent(Program):
         ended = child.worked(was_there=was_there or has_begun)
         if outcome == Outcome.UNSTABLE:
             return Outcome.UNSTABLE, error
-        if ended.parting is Parting.CRASHED:
+        if ended.parting is ExitReason.CRASHED:
             return Outcome.CRASHED, ended.error
-        if ended.parting is Parting.RETURNED:
+        if ended.parting is ExitReason.RETURNED:
             client = Client(session.transport(NODE))
             with contextlib.suppress(RunEndedError), contextlib.closing(client):
                 wait_for_kits(cell, client)

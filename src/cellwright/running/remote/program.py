@@ -25,7 +25,7 @@ from cellwright.util.errors import CellwrightError, RunEndedError
 from cellwright.util.process import end_despite_threads
 
 
-class Parting(StrEnum):
+class ExitReason(StrEnum):
     """Reason for which an agent left its cell."""
 
     RETURNED = "returned"
@@ -38,7 +38,7 @@ class Parting(StrEnum):
 class AgentExit:
     """End of an agent's work: how it left its cell, and the error it failed with."""
 
-    parting: Parting
+    parting: ExitReason
     error: str = ""
 
 
@@ -46,17 +46,17 @@ def run_agent(
     agent: Agent, transport: Transport, afterwards: Callable[[Client], None] = lambda _client: None
 ) -> AgentExit:
     """Let an agent work a cell, and close its connection; this raises none of the agent's errors."""
-    parting, error = Parting.RETURNED, ""
+    parting, error = ExitReason.RETURNED, ""
     try:
         client = Client(transport)
         call_agent(agent, client)
         afterwards(client)
     except RunEndedError:
-        parting = Parting.RUN_ENDED  # the normal end of a program that works until it is stopped
+        parting = ExitReason.RUN_ENDED  # the normal end of a program that works until it is stopped
     except KeyboardInterrupt:
-        parting = Parting.INTERRUPTED
+        parting = ExitReason.INTERRUPTED
     except BaseException as raised:  # whatever it is, it is reported
-        parting, error = Parting.CRASHED, agent_traceback(raised, __file__)
+        parting, error = ExitReason.CRASHED, agent_traceback(raised, __file__)
     finally:
         transport.close()
     return AgentExit(parting, error)
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str]) -> None:
         else:
             transport = SocketTransport((host, int(port)), node=node)
     except RunEndedError:  # the run was a short one
-        said = {"parting": Parting.RUN_ENDED, "error": ""}
+        said = {"parting": ExitReason.RUN_ENDED, "error": ""}
     except CellwrightError as error:
         said = {"parting": REFUSED, "error": str(error)}
     else:

@@ -15,7 +15,7 @@ from pathlib import Path
 from cellwright.cell.cell import Cell
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest, Progress, render, save_png
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions
 from cellwright.running.run.options import RecordOptions
 from cellwright.running.run.targets import CellTarget, SessionState, at, cell_result, outcome_word
@@ -179,7 +179,7 @@ def _save_opengl_picture(file: Path, cell: Cell, camera: Camera) -> None:
     from cellwright.rendering.worker import RenderWorker  # slow to load
 
     cell.simulation.refresh()
-    taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
+    taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
     frame = taker.frame(cell.simulation.data, cell.simulation.now)
     with RenderWorker(taker.scene) as worker:
         picture = worker.colour(frame, PictureRequest(camera, WIDTH, HEIGHT, samples=4)).result()

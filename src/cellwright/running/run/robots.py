@@ -29,7 +29,7 @@ from cellwright.viewer.window import Window
 if TYPE_CHECKING:
     from cellwright.rendering.picture import Progress
     from cellwright.rendering.video_options import VideoOptions
-    from cellwright.viewer.filming import Filming
+    from cellwright.viewer.filming import VideoRecorder
 
 _RESET = "/io_teleop_reset_robot"
 
@@ -111,15 +111,15 @@ class RobotTarget(Target):
         text = urdf_text(self.node.config)
         return dict(ros_parameters(text, node=self.identity.node, sim_time=self.identity.tells_time))
 
-    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
+    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:
         """Return a video of the whole robot at its present place, with the time in a corner."""
-        from cellwright.viewer.filming import Filming
+        from cellwright.viewer.filming import VideoRecorder
 
         node = self.node
         model, data = node.simulation.model, node.simulation.data
         heading = robot_heading(node.world, data) + TURN
         camera = options.camera or camera_on(model, data, heading, TILT, options.width, options.height)
-        return Filming(
+        return VideoRecorder(
             node,
             options,
             camera=camera,

@@ -300,7 +300,7 @@ class Session(SessionState):
             and self.target.runs_from_start
             and not self.restart_requested
         ):
-            self.server.wait(_LAST_POLL, until_asked=False)
+            self.server.wait(_LAST_POLL, until_request=False)
         return result
 
     def client(self, node: str = "/client") -> NodeClient:
@@ -400,7 +400,7 @@ class Session(SessionState):
                 and not (self.restart_requested or self.stop.is_requested)
             ):
                 assert self.server is not None
-                self.server.wait(_POLL_PERIOD, until_asked=False)
+                self.server.wait(_POLL_PERIOD, until_request=False)
         except KeyboardInterrupt:
             return False
         return self.restart_requested

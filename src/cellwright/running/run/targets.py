@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from cellwright.recording.format.format import RecordingHeader
     from cellwright.recording.format.recorder import Recorder
     from cellwright.rendering.video_options import VideoOptions
-    from cellwright.viewer.filming import Filming
+    from cellwright.viewer.filming import VideoRecorder
     from cellwright.viewer.services.control import Control
 
 
@@ -250,7 +250,7 @@ class Target:
         """Parameters for the parameter server of ROS 1."""
         return {}
 
-    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
+    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:
         """Return a video of it, not started.
 
         Raises:
@@ -439,9 +439,9 @@ class CellTarget(Target):
 
         return dict(parameters(self.node.trial, competition=self.node.in_competition))
 
-    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> Filming:
+    def film(self, options: VideoOptions, *, waits: bool, report: Callable[[str], None]) -> VideoRecorder:
         """Return a video of the cell, with time, points and the agent's activity in a corner."""
-        from cellwright.viewer.filming import Filming  # slow to load
+        from cellwright.viewer.filming import VideoRecorder  # slow to load
 
         cell = self.node
 
@@ -451,7 +451,7 @@ class CellTarget(Target):
             return "   ".join(word for word in (*words, cell.intention.text) if word)
 
         camera = options.camera or VIEWS["overview"]
-        return Filming(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
+        return VideoRecorder(cell, options, camera=camera, caption=caption, waits=waits, warn=report)
 
     @contextmanager
     def events(self, events: RunEvents, more: Mapping[str, Any]) -> Iterator[Callable[[], None]]:

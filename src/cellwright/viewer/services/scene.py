@@ -25,7 +25,7 @@ import numpy as np
 
 from cellwright.middleware.bus import Served
 from cellwright.middleware.server import Server
-from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.viewer.services.control import Control, Tell, offer_panel
 from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
@@ -119,9 +119,9 @@ class ServedScene:
         return found
 
     @cached_property
-    def _taker(self) -> SceneTaker:
+    def _taker(self) -> SceneCapture:
         """Made for the first request: most simulations have no viewer."""
-        return SceneTaker(self._served.simulation.model, name=self._served.name, hidden=self._served.out_of_sight)
+        return SceneCapture(self._served.simulation.model, name=self._served.name, hidden=self._served.hidden_bodies)
 
 
 class SceneServices:

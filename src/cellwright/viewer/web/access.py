@@ -176,7 +176,7 @@ _TRIES = 20  # ports to try, from the requested one
 _OWN_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 
 
-class Door:
+class AccessGuard:
     """Access guard: listening socket and request checks.
 
     Args:

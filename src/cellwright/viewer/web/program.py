@@ -19,7 +19,7 @@ from typing import Any, TextIO
 import viser
 
 from cellwright.util.errors import CellwrightError
-from cellwright.viewer.web.access import Door
+from cellwright.viewer.web.access import AccessGuard
 from cellwright.viewer.web.cell_panels import CellPanels
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.overlays import Axes, Beams, Contacts, Names, ToolPaths
@@ -57,7 +57,7 @@ def main() -> int:
         return 0
     options: dict[str, Any] = json.loads(line)
     try:
-        door = Door(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
+        door = AccessGuard(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
         with door.guards_viser():
             server = Server(door.host, door.port, label=str(options.get("title", "Cellwright")), verbose=False)
         door.incoming.follow(server.gui)

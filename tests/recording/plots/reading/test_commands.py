@@ -5,7 +5,7 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import How
+from cellwright.middleware.bus import InputKind
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.plots.reading.reader import Commands
@@ -25,7 +25,7 @@ def test_each_name_with_its_times(called: list[str]) -> None:
 def test_a_command_as_it_is_recorded() -> None:
     reader = Commands()
     command = Command(
-        tick=7, how=How.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
+        tick=7, how=InputKind.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
     )
     reader.take(message(0.5, String(data=command.encode())))
     (track,) = reader.tracks()

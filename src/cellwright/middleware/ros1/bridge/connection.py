@@ -10,7 +10,7 @@ from collections import deque
 from typing import Any, Callable
 
 from cellwright.middleware.ros1.bridge.loop import Callback, Loop, MissingError, nothing, report
-from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, Kind, hello
 
 
 def address_of(text: str) -> tuple[str, int]:
@@ -209,7 +209,7 @@ class LinkClient:
             if answered is not None:
                 self._answers[number] = answered
         try:
-            self._connection.send(Frame(kind, number, **fields).encode(LONGEST_SAID))
+            self._connection.send(Frame(kind, number, **fields).encode(MAX_CLIENT_FRAME_BYTES))
         except FrameError:
             with self._lock:
                 self._answers.pop(number, None)

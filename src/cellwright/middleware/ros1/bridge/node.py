@@ -24,7 +24,7 @@ from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.tcpros_pubsub import TCPROSSub
 
 from cellwright.middleware.ros1.bridge.loop import MissingError, nothing, report
-from cellwright.middleware.wire.frames import LONGEST_SAID
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES
 
 MAX_REQUEST_BYTES = 1 << 20  # longest request; those of nodes and masters have some hundreds of bytes
 
@@ -51,7 +51,7 @@ def limit_requests() -> None:
 _LENGTH = struct.Struct("<I")
 
 
-def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = LONGEST_SAID) -> None:
+def limit_messages(on_oversize: Callable[[str], None], max_bytes: int = MAX_CLIENT_FRAME_BYTES) -> None:
     """Reset connections that announce a message of more bytes than `max_bytes`.
 
     Threads of rospy call `on_oversize` with the name of the topic.

@@ -50,7 +50,15 @@ from cellwright.middleware.ros1.bridge.ros_client import (
 )
 from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.ros1.bridge.tcpros import raw_type
-from cellwright.middleware.wire.frames import LONGEST_FRAME, Decoder, Frame, FrameError, Kind, read_advance, time_frame
+from cellwright.middleware.wire.frames import (
+    MAX_FRAME_BYTES,
+    Decoder,
+    Frame,
+    FrameError,
+    Kind,
+    read_advance,
+    time_frame,
+)
 
 DECLARE = "relay:type"
 """Service of the relay itself: the client declares a type that it will publish, as JSON: type, md5, definition."""
@@ -59,7 +67,7 @@ PATIENCE = 5.0  # time for connections to be established, and for messages to ar
 _NAP = 0.002
 _SIMULATOR_NAP = 0.05
 _LOOK_AFTER = 0.5
-_MOST_LOOKS = 10
+_MAX_LOOKS = 10
 _CLOCK_BYTES = 8
 
 
@@ -113,11 +121,11 @@ class Relay:
     def _look_after(self) -> None:
         """Check that the cell still exists; end if it has signed off, or if master and sign are gone."""
         try:
-            self._looks = _MOST_LOOKS if is_simulator_gone(self._master, self._sign) else 0
+            self._looks = _MAX_LOOKS if is_simulator_gone(self._master, self._sign) else 0
         except MasterGoneError:
             heard = self._heard.get(self._sign)
             self._looks = self._looks + 1 if heard is not None and not heard.is_connected else 0
-        if self._looks >= _MOST_LOOKS:
+        if self._looks >= _MAX_LOOKS:
             self.end("the cell has ended")
         else:
             self._loop.later(_LOOK_AFTER, self._look_after)
@@ -321,7 +329,7 @@ def serve(node: str, patience: float, sign: str) -> int:
     master.wait(patience)
     welcome = _wait_for_simulator(master, node, end, sign)
     tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
-    limit_messages(tally.count, LONGEST_FRAME // 2)
+    limit_messages(tally.count, MAX_FRAME_BYTES // 2)
     begin_node(node)
     rospy.on_shutdown(lambda: loop.stop(0))
     welcome["time"] = _time(master, node, welcome, end)

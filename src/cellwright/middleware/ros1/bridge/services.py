@@ -26,7 +26,7 @@ from cellwright.middleware.ros1.bridge.loop import Loop
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_TYPE, DeliveryCounter, read_step_request, step_response
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes
 from cellwright.middleware.ros1.bridge.topics import CommandTopic
-from cellwright.middleware.wire.frames import LONGEST_SAID, Frame, FrameError, Kind, advance, read_time
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Frame, FrameError, Kind, advance, read_time
 
 NO_ANSWER = "ServiceFailedError"  # error of a service without an answer; it is reported without a reason
 _LENGTH = struct.Struct("<I")
@@ -102,7 +102,7 @@ class Caller:
 
     def _read(self, data: bytes) -> None:
         self._data += data
-        if len(self._data) > LONGEST_SAID + _LENGTH.size:
+        if len(self._data) > MAX_CLIENT_FRAME_BYTES + _LENGTH.size:
             self._connection.close()
         self._handle()
 
@@ -112,7 +112,7 @@ class Caller:
         if self._is_busy or self._connection.is_closed or len(data) < _LENGTH.size:
             return
         (length,) = _LENGTH.unpack_from(data)
-        if length > LONGEST_SAID:
+        if length > MAX_CLIENT_FRAME_BYTES:
             self._connection.close()
             return
         end = _LENGTH.size + length

@@ -19,7 +19,7 @@ NODE = "/robot_state_publisher"
 PLACES = ("/usr/lib/robot_state_publisher", "/opt/ros/*/lib/robot_state_publisher")
 HOW_TO_GET_IT = "ros-robot-state-publisher in Debian, ros-noetic-robot-state-publisher in Ubuntu"
 
-_LONGEST_PAUSE = 30.0
+_MAX_PAUSE = 30.0
 _STAYED = 10.0
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _EXPECTED = re.compile(r"root link \S+ has an inertia")
@@ -110,6 +110,6 @@ class StatePublisher:
         if self._is_stopping:
             return
         stayed = time.monotonic() - self._began >= _STAYED
-        self._pause = 1.0 if stayed else min(_LONGEST_PAUSE, 2 * self._pause)
+        self._pause = 1.0 if stayed else min(_MAX_PAUSE, 2 * self._pause)
         report(f"robot_state_publisher has ended with status {status}; it is started again in {self._pause:g} s")
         self._loop.later(self._pause, self._start)

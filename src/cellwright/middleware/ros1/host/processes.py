@@ -17,7 +17,7 @@ from cellwright.middleware import wire as link
 
 _TETHER = Path(link.__file__).with_name("tether.py")
 _PIECE = 1 << 16
-_LONGEST_LINE = 1 << 14
+_MAX_LINE_LENGTH = 1 << 14
 _NAP = 0.01  # [s]
 
 KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)  # Windows has no SIGKILL
@@ -42,7 +42,7 @@ class Lines:
         except OSError:
             return False
         *lines, rest = (self._rest + data).split(b"\n")
-        self._rest = rest[:_LONGEST_LINE]
+        self._rest = rest[:_MAX_LINE_LENGTH]
         for line in lines:
             text = line.decode(errors="replace").rstrip()
             if text:
