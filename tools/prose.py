@@ -154,7 +154,7 @@ def sentences(text: str) -> Iterator[str]:
         if (not line.strip() or _ENTRY.match(line) or line.lstrip().startswith((">>>", "..."))) and paragraph:
             yield from _SENTENCE_END.split(" ".join(paragraph))
             paragraph = []
-        if line.strip() and not line.lstrip().startswith((">>>", "...")):
+        if line.strip() and not line.lstrip().startswith((">>>", "...", "|")):
             paragraph.append(line.strip())
 
 
