@@ -6,7 +6,7 @@ import socket
 import subprocess
 import sys
 
-from cellwright.middleware.wire.frames import Decoder, Frame, Kind, hello
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, hello
 
 
 def listening(address: tuple[str, int], topic: str, encoding: str) -> subprocess.Popen[str]:
@@ -25,10 +25,10 @@ def count(host: str, port: int, topic: str, encoding: str) -> int:
     """Listen until the connection ends; return the number of messages."""
     with socket.create_connection((host, port)) as connection:
         connection.sendall(hello("/listener", encoding).encode())
-        connection.sendall(Frame(Kind.SUBSCRIBE, 1, topic).encode())
+        connection.sendall(Frame(FrameKind.SUBSCRIBE, 1, topic).encode())
         decoder, found = Decoder(), 0
         while data := connection.recv(1 << 18):
-            found += sum(frame.kind is Kind.MESSAGE for frame in decoder.feed(data))
+            found += sum(frame.kind is FrameKind.MESSAGE for frame in decoder.feed(data))
     return found
 
 

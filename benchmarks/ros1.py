@@ -26,7 +26,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.rate_control import RealTimePacer
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerResponse
@@ -54,7 +54,7 @@ def bench_cell() -> Cell:
     cell.bus.serve("/bench/ask", "std_srvs/Trigger", lambda _request, _node: TriggerResponse(success=True))
     arm = cast("Arm", cell.arm)
     names = [f"joint_{number}" for number in range(7)]
-    row = Row(name=JOINTS["1 kHz"], type="sensor_msgs/JointState", about="", rate=Fraction(1000))
+    row = Endpoint(name=JOINTS["1 kHz"], type="sensor_msgs/JointState", about="", rate=Fraction(1000))
 
     def state() -> Message:
         return joint_state(names, *arm.read(), time=arm.simulation.now)

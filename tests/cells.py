@@ -21,7 +21,7 @@ from cellwright.config.trial.trial import (
     Options,
     Order,
     Part,
-    Sensor,
+    SensorConfig,
     Trial,
 )
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
@@ -80,13 +80,13 @@ def _raised(pose: Pose, height: float) -> Pose:
 
 
 SENSORS = (
-    Sensor("break_beam_1", "break_beam", Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))),
-    Sensor("proximity_sensor_1", "proximity_sensor", Pose((0.95, 2.6, 0.92))),
-    Sensor(
+    SensorConfig("break_beam_1", "break_beam", Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))),
+    SensorConfig("proximity_sensor_1", "proximity_sensor", Pose((0.95, 2.6, 0.92))),
+    SensorConfig(
         "laser_profiler_1", "laser_profiler", Pose.from_rpy((1.21, 4.0, 1.64), (-math.pi, math.pi / 2, math.pi / 2))
     ),
-    Sensor("logical_camera_1", "logical_camera", Pose.from_rpy((-0.3, 0.23, 1.4), (0.0, math.pi / 2, 0.0))),
-    Sensor("logical_camera_2", "logical_camera", Pose.from_rpy((0.3, 3.15, 1.5), (0.0, math.pi / 2, 0.0))),
+    SensorConfig("logical_camera_1", "logical_camera", Pose.from_rpy((-0.3, 0.23, 1.4), (0.0, math.pi / 2, 0.0))),
+    SensorConfig("logical_camera_2", "logical_camera", Pose.from_rpy((0.3, 3.15, 1.5), (0.0, math.pi / 2, 0.0))),
 )
 
 BARE = Trial("bare", options=Options(insert_agvs=False))

@@ -14,7 +14,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows
 from cellwright.clients.client.in_process import Transport
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import Kind
+from cellwright.middleware.interface.table import EndpointKind
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import VacuumGripperControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
@@ -34,7 +34,11 @@ SENSORS = tuple(
 TRIAL = replace(WHOLE, sensors=SENSORS, orders=(order(), order(1, start_time=0.4)))
 
 TOPICS = sorted(
-    {row.name for row in rows(TRIAL, competition=True) if row.kind is Kind.TOPIC and row.direction is Direction.OUT}
+    {
+        row.name
+        for row in rows(TRIAL, competition=True)
+        if row.kind is EndpointKind.TOPIC and row.direction is Direction.OUT
+    }
 )
 
 Action = tuple[str, Any]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import Competition, Kind, Row
+from cellwright.middleware.interface.table import CompetitionMode, Endpoint, EndpointKind
 from cellwright.middleware.messages import md5
 from cellwright.middleware.messages.types import short_name, sources
 
@@ -36,13 +36,13 @@ comes at its camera's own rate, and only while somebody listens.
 """
 
 
-def markdown(rows: Iterable[Row]) -> str:
+def markdown(rows: Iterable[Endpoint]) -> str:
     """Return rows as tables: published topics, subscribed topics, actions and services."""
-    kinds: Sequence[tuple[str, Kind, Direction]] = (
-        ("Topics from the cell", Kind.TOPIC, Direction.OUT),
-        ("Topics to the cell", Kind.TOPIC, Direction.IN),
-        ("Actions", Kind.ACTION, Direction.IN),
-        ("Services", Kind.SERVICE, Direction.IN),
+    kinds: Sequence[tuple[str, EndpointKind, Direction]] = (
+        ("Topics from the cell", EndpointKind.TOPIC, Direction.OUT),
+        ("Topics to the cell", EndpointKind.TOPIC, Direction.IN),
+        ("Actions", EndpointKind.ACTION, Direction.IN),
+        ("Services", EndpointKind.SERVICE, Direction.IN),
     )
     all_rows = tuple(rows)
     parts = []
@@ -73,10 +73,10 @@ def contract_page() -> str:
     return "\n".join((INTRODUCTION, markdown(GEAR), cameras, types, types_table()))
 
 
-def _table(rows: Sequence[Row], *, rated: bool) -> str:
+def _table(rows: Sequence[Endpoint], *, rated: bool) -> str:
     columns = ["name", "type", "rate", "latched", "QoS in ROS 2", "there", "what it is", "in competition mode"]
     missing = set() if rated else {"rate", "latched"}
-    if rows[0].kind is not Kind.TOPIC:
+    if rows[0].kind is not EndpointKind.TOPIC:
         missing.add("QoS in ROS 2")
     head = [column for column in columns if column not in missing]
     lines = [_line(head), "|" + "---|" * len(head)]
@@ -84,7 +84,7 @@ def _table(rows: Sequence[Row], *, rated: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _cells(row: Row) -> dict[str, str]:
+def _cells(row: Endpoint) -> dict[str, str]:
     return {
         "name": f"`{row.name}`",
         "type": f"`{row.type}`",
@@ -93,7 +93,7 @@ def _cells(row: Row) -> dict[str, str]:
         "QoS in ROS 2": row.qos.text,
         "there": row.where.value,
         "what it is": row.about,
-        "in competition mode": "" if row.competition is Competition.SAME else row.competition.value,
+        "in competition mode": "" if row.competition is CompetitionMode.SAME else row.competition.value,
     }
 
 

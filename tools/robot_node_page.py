@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import Kind, Row
+from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.robot.interface import IO_TELEOP
 
 BEGIN, END = "<!-- topics -->\n", "<!-- end of topics -->\n"
@@ -21,12 +21,18 @@ def tables() -> str:
     """Return the node's published topics, its subscribed topics, and its services."""
     parts = []
     for title, kind, direction in (
-        ("It says", Kind.TOPIC, Direction.OUT),
-        ("It hears", Kind.TOPIC, Direction.IN),
-        ("Services", Kind.SERVICE, Direction.IN),
+        ("It says", EndpointKind.TOPIC, Direction.OUT),
+        ("It hears", EndpointKind.TOPIC, Direction.IN),
+        ("Services", EndpointKind.SERVICE, Direction.IN),
     ):
         rows = [row for row in IO_TELEOP if (row.kind, row.direction) == (kind, direction)]
-        missing = set() if direction is Direction.OUT else {"rate"} if kind is Kind.TOPIC else {"rate", "QoS in ROS 2"}
+        missing = (
+            set()
+            if direction is Direction.OUT
+            else {"rate"}
+            if kind is EndpointKind.TOPIC
+            else {"rate", "QoS in ROS 2"}
+        )
         columns = [column for column, name in enumerate(_HEAD) if name not in missing]
         lines = [[_HEAD[column] for column in columns], ["---" for _ in columns]]
         lines += [[_cells(row)[column] for column in columns] for row in rows]
@@ -42,7 +48,7 @@ def renewed(page: str) -> str:
     return f"{before}{BEGIN}{tables()}{END}{after}"
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: Endpoint) -> tuple[str, ...]:
     rate = f"{row.rate_text}, latched" if row.latch else row.rate_text
     return (f"`{row.name}`", f"`{row.type}`", rate, row.qos.text, row.where.value, row.about, row.source)
 

@@ -17,7 +17,7 @@ from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.layout import BIN_PART_HEIGHT
-from cellwright.config.trial.trial import NO_TIME_LIMIT, BeltPart, Kit, KitObject, Order, Part, Sensor, Trial
+from cellwright.config.trial.trial import NO_TIME_LIMIT, BeltPart, Kit, KitObject, Order, Part, SensorConfig, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.util.pose import Pose
 
@@ -34,10 +34,10 @@ KITS = tuple(Kit(f"order_0_kit_{number}", (KitObject(ROD.type, Pose()),)) for nu
 """Only the first is ever sent, so that the order stays open."""
 
 SENSORS = (
-    Sensor("break_beam_1", "break_beam", Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))),
-    Sensor("proximity_sensor_1", "proximity_sensor", Pose((0.95, 2.6, 0.92))),
-    Sensor("logical_camera_1", "logical_camera", Pose.from_rpy((-0.3, 0.23, 1.4), (0.0, math.pi / 2, 0.0))),
-    Sensor(
+    SensorConfig("break_beam_1", "break_beam", Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))),
+    SensorConfig("proximity_sensor_1", "proximity_sensor", Pose((0.95, 2.6, 0.92))),
+    SensorConfig("logical_camera_1", "logical_camera", Pose.from_rpy((-0.3, 0.23, 1.4), (0.0, math.pi / 2, 0.0))),
+    SensorConfig(
         "laser_profiler_1", "laser_profiler", Pose.from_rpy((1.21, 4.0, 1.64), (-math.pi, math.pi / 2, math.pi / 2))
     ),
 )

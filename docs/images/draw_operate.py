@@ -10,7 +10,7 @@ from rich.console import Console
 
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.operators.exercise import Shape, Wave, exercise
+from cellwright.clients.operators.exercise import Wave, WaveShape, exercise
 from cellwright.clients.operators.keyboard import Jog, Keyboard
 from cellwright.clients.operators.plots import tracking_svg
 from cellwright.clients.operators.robot import JointLimits, OperatedRobot, ServiceCaller
@@ -26,7 +26,9 @@ session = Session(InProcess(node, node="/operator"))
 robot = OperatedRobot(session)
 limits = JointLimits.of(node.config.robot)
 
-steps = [exercise(robot, "J_arm_r_04", Wave.lasting(shape, 0.3, 0.5, 4.0)) for shape in (Shape.SINE, Shape.STEP)]
+steps = [
+    exercise(robot, "J_arm_r_04", Wave.lasting(shape, 0.3, 0.5, 4.0)) for shape in (WaveShape.SINE, WaveShape.STEP)
+]
 (FOLDER / "operate-signal.svg").write_text(tracking_svg(steps), encoding="utf-8")
 
 keyboard = Keyboard(robot, Jog(robot, limits), ServiceCaller(lambda: session))

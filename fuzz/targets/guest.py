@@ -15,7 +15,7 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server.clients import MAX_HELLO_BYTES, ClientConnection
 from cellwright.middleware.server.requests import Requests
-from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
+from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, FrameKind, advance, hello
 from fuzz.verdict import FindingError
 
 MAX_SIZE = 6000
@@ -35,11 +35,11 @@ def seeds() -> Iterator[bytes]:
     way = joint_trajectory(["elbow_joint"], [trajectory_point([1.0], time_from_start=10**9)])
     for frames in (
         [greeting],
-        [greeting, Frame(Kind.SUBSCRIBE, 1, "/clock"), Frame(Kind.UNSUBSCRIBE, 1)],
-        [greeting, Frame(Kind.SUBSCRIBE, 1, "/ariac/orders", QUIET, "/gazebo"), advance(2, 10**9, each_tick=True)],
-        [greeting, Frame(Kind.PUBLISH, 3, "/ariac/arm/command", payload=to_cdr(way))],
-        [greeting, Frame(Kind.CALL, 4, "/ariac/start_competition", payload=to_cdr(TriggerRequest()))],
-        [greeting, Frame(Kind.CALL, 4, "/ariac/agv1", node="/you", payload=to_cdr(AGVControlRequest("kit")))],
+        [greeting, Frame(FrameKind.SUBSCRIBE, 1, "/clock"), Frame(FrameKind.UNSUBSCRIBE, 1)],
+        [greeting, Frame(FrameKind.SUBSCRIBE, 1, "/ariac/orders", QUIET, "/gazebo"), advance(2, 10**9, each_tick=True)],
+        [greeting, Frame(FrameKind.PUBLISH, 3, "/ariac/arm/command", payload=to_cdr(way))],
+        [greeting, Frame(FrameKind.CALL, 4, "/ariac/start_competition", payload=to_cdr(TriggerRequest()))],
+        [greeting, Frame(FrameKind.CALL, 4, "/ariac/agv1", node="/you", payload=to_cdr(AGVControlRequest("kit")))],
     ):
         yield b"".join(frame.encode() for frame in frames)
 
@@ -67,7 +67,7 @@ def attempt(data: bytes) -> None:
         client.close()
         theirs.close()
     for frame in Decoder().feed(said):
-        if frame.kind is Kind.REFUSED and frame.text().startswith("the cell failed"):
+        if frame.kind is FrameKind.REFUSED and frame.text().startswith("the cell failed"):
             raise FindingError(frame.text())
     if requests.asked or any(info.subscribers.count("/me") for info in cell.bus.topics()):
         raise FindingError("something of a guest that is gone was left")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from cellwright.cell.interface.rows import GEAR
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import Kind
+from cellwright.middleware.interface.table import EndpointKind
 from cellwright.middleware.messages import (
     Message,
     checked,
@@ -34,9 +34,9 @@ WORDS = (
     "\xff\xff\xff\xff",
 )
 
-_HEARD = [row for row in (*GEAR, *IO_TELEOP) if row.direction is Direction.IN and row.kind is not Kind.ACTION]
+_HEARD = [row for row in (*GEAR, *IO_TELEOP) if row.direction is Direction.IN and row.kind is not EndpointKind.ACTION]
 TYPES: list[type[Message]] = sorted(
-    {service_type(row.type).request if row.kind is Kind.SERVICE else message_type(row.type) for row in _HEARD},
+    {service_type(row.type).request if row.kind is EndpointKind.SERVICE else message_type(row.type) for row in _HEARD},
     key=lambda each: each.__msgtype__,
 )
 """Types of all messages that either interface receives."""

@@ -42,8 +42,7 @@ from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.web.access import AccessGuard
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.program import Server as PageServer
-from cellwright.viewer.web.program import features
+from cellwright.viewer.web.program import ViserServer, features
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
@@ -81,7 +80,7 @@ class World:
         scene.offer_viewer_services(self._server, served, tell, Control(RateControl(1.0), reset=reset))
         self._door = AccessGuard("127.0.0.1", 0)
         with self._door.guards_viser(), contextlib.redirect_stdout(io.StringIO()):
-            self.viser = PageServer(self._door.host, self._door.port, verbose=False)
+            self.viser = ViserServer(self._door.host, self._door.port, verbose=False)
         self._door.incoming.follow(self.viser.gui)
         self._page = Page(self.viser, self._server.address, features())
         self._all = self._page.features

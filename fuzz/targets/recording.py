@@ -26,7 +26,7 @@ from cellwright.recording.format.reader import Recording, recorded_frames
 from cellwright.recording.plots.reading.plot_data import load_plot_data
 from cellwright.recording.replay.playback import Recorded
 from cellwright.recording.replay.rebuild import unpacked_files
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 from fuzz.verdict import FindingError, check_lines
@@ -41,7 +41,7 @@ _CHUNK = struct.Struct("<QQQI")
 
 _SCENE = Scene("small", ("world", "vacuum_gripper_link"), (), ())
 _POSES = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (2, 1))
-_FRAME = np.frombuffer(Frame(0, _POSES, np.ones(2, bool)).encode(), np.uint8)
+_FRAME = np.frombuffer(SceneFrame(0, _POSES, np.ones(2, bool)).encode(), np.uint8)
 _TEXTS = {
     names.COMMAND: Command(3, InputKind.PUBLISH, "/talk", "std_msgs/String", "/me", to_cdr(String("go"))).encode(),
     names.PANEL: '{"clock": {"time": 1.0}, "score": {"total": 1.0}, "trays": [{"number": 1, "parts": [{"name": "a", '

@@ -8,9 +8,17 @@ from contextlib import suppress
 
 import numpy as np
 
-from cellwright.middleware.wire.frames import Frame as WireFrame
-from cellwright.middleware.wire.frames import FrameError, Kind, data_frame
-from cellwright.rendering.scene.scene import Form, Frame, Layer, Scene, Shape, decode_frame, decode_scene, encode_scene
+from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind, data_frame
+from cellwright.rendering.scene.scene import (
+    Scene,
+    SceneFrame,
+    SceneShape,
+    ShapeLayer,
+    ShapeType,
+    decode_frame,
+    decode_scene,
+    encode_scene,
+)
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose
 from fuzz.verdict import FindingError
@@ -18,13 +26,13 @@ from fuzz.verdict import FindingError
 MAX_SIZE = 3000
 WORDS = ("sequence", "digest", "about", "\0\0\0\0", "\2\0\0\0", "\1\0\0\0", "{}")
 _POSES = np.array([[0, 0, 0, 1, 0, 0, 0]] * 3, np.float32)
-_BEFORE = Frame(0, _POSES, np.ones(3, bool))
-_SHAPE = Shape(1, Form.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), Layer.BOTH)
+_BEFORE = SceneFrame(0, _POSES, np.ones(3, bool))
+_SHAPE = SceneShape(1, ShapeType.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), ShapeLayer.BOTH)
 
 
 def seeds() -> Iterator[bytes]:
     """Yield a scene, a whole frame, and changes."""
-    moved = Frame(1, _POSES + np.float32(0.5), np.array([True, True, False]))
+    moved = SceneFrame(1, _POSES + np.float32(0.5), np.array([True, True, False]))
     for data in (
         encode_scene(Scene("small", ("world", "ball", "part"), (_SHAPE,), ())),
         _BEFORE.encode(),
@@ -38,7 +46,7 @@ def seeds() -> Iterator[bytes]:
 def attempt(data: bytes) -> None:
     """Read the bytes as the payload of an answer, and the data after its JSON as a scene and as a frame."""
     try:
-        said, rest = WireFrame(Kind.DATA, payload=data).data()
+        said, rest = Frame(FrameKind.DATA, payload=data).data()
     except FrameError as error:
         if not str(error).isprintable():
             raise FindingError(f"a line that cannot be read: {error!s:.200}") from None

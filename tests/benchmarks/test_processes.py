@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.listener import count
 from benchmarks.processes import Served, end, free_port, ros1_environment
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.util.errors import UsageError
 
 
@@ -50,8 +50,8 @@ def test_messages_are_counted_until_the_cell_is_gone() -> None:
             connection, _ = cell.accept()
             with connection:
                 for number in range(3):
-                    connection.sendall(Frame(Kind.MESSAGE, 1, payload=bytes([number])).encode())
-                connection.sendall(Frame(Kind.TIME, 0).encode())
+                    connection.sendall(Frame(FrameKind.MESSAGE, 1, payload=bytes([number])).encode())
+                connection.sendall(Frame(FrameKind.TIME, 0).encode())
                 connection.shutdown(socket.SHUT_WR)
                 while connection.recv(1 << 16):
                     pass

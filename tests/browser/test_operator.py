@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
-from cellwright.viewer.web.connection import Link
+from cellwright.viewer.web.connection import ServerConnection
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue
@@ -30,7 +30,7 @@ class Robot:
 
     def __init__(self, address: tuple[str, int], url: str) -> None:
         self.url = url
-        self.link = Link(address, node="/test")
+        self.link = ServerConnection(address, node="/test")
 
     def panel(self) -> dict[str, Any]:
         """State of the robot."""

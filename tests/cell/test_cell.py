@@ -12,7 +12,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState
-from cellwright.config.trial.trial import Options, Sensor, Trial
+from cellwright.config.trial.trial import Options, SensorConfig, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.snapshot import (
     CheckpointError,
@@ -236,4 +236,4 @@ def test_a_cell_without_agvs_can_still_be_competed_in() -> None:
 
 def test_a_sensor_that_would_speak_over_the_cell_is_refused() -> None:
     with pytest.raises(UsageError, match="sensor 'orders': it would publish sensor_msgs/Range on /ariac/orders"):
-        Cell(replace(BARE, sensors=(Sensor("orders", "proximity_sensor", Pose()),)))
+        Cell(replace(BARE, sensors=(SensorConfig("orders", "proximity_sensor", Pose()),)))

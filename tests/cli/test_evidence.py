@@ -9,7 +9,7 @@ import pytest
 from cellwright.cell.kitting.kit_score import Fit, KitScore, PartFinding, Verdict
 from cellwright.cell.kitting.scorer import Averages, GameScore, OrderScore
 from cellwright.cli.run.command import finals_score
-from cellwright.config.trial.trial import Sensor, Trial
+from cellwright.config.trial.trial import SensorConfig, Trial
 from cellwright.util.files import read_json_lines
 from cellwright.util.pose import Pose
 from tests.cli.conftest import CommandLine
@@ -87,7 +87,7 @@ def test_a_log_or_averages_that_are_not_valid_are_refused(
 def test_points_in_no_time_have_no_score_in_the_finals(capsys: pytest.CaptureFixture[str]) -> None:
     placed = PartFinding("gear_part", Pose(), Verdict.PLACED, Fit("bin5|gear_part_1", 0.0, 1.0, 0.0))
     order = OrderScore("order_0", (KitScore("order_0_kit_0", is_submitted=True, parts=(placed,)),))
-    trial = Trial("t", sensors=(Sensor("a", "break_beam", Pose()),))
+    trial = Trial("t", sensors=(SensorConfig("a", "break_beam", Pose()),))
     assert finals_score(trial, GameScore((order,)), Averages(100.0, (1.0,))) is None
     assert capsys.readouterr().err == "warning: the trial has no score: order 'order_0' earned 3.0 points in 0.0 s\n"
     timed = replace(order, time_taken=10**9)

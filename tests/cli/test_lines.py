@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli import output
-from cellwright.engine.loop import Pace
+from cellwright.engine.loop import PaceFigures
 
 
 class Served:
@@ -50,9 +50,9 @@ def test_a_default_port_in_use_is_reported() -> None:
 
 
 def test_the_pace_has_its_unit() -> None:
-    stood = Pace(0.5, 0.0123, 2.04)
+    stood = PaceFigures(0.5, 0.0123, 2.04)
     assert output.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
-    assert output.pace_text(Pace(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
+    assert output.pace_text(PaceFigures(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
 
 
 def test_a_line_is_said_as_it_is() -> None:

@@ -10,21 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.engine import loop as loops
-from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
-from cellwright.middleware.wire.frames import Frame, Kind, advance, read_time
+from cellwright.middleware.wire.frames import Frame, FrameKind, advance, read_time
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import RESET, Talk
 from tests.waiting import wait_until
 
 SECOND = 1_000_000_000
-CALL = Frame(Kind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
+CALL = Frame(FrameKind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
 
 
-def run_until(loop: Loop, deadline: int) -> None:
+def run_until(loop: SimulationLoop, deadline: int) -> None:
     """Let time pass up to a time [ns]."""
     loop.stop = StopCondition(deadline)
     loop.run()
@@ -41,7 +41,9 @@ def moving() -> Talk:
 def answer(client: Talker, number: int) -> Frame | None:
     """Return the answer to a client's request so far, or None."""
     client.listen()
-    return next((frame for frame in client.heard if frame.number == number and frame.kind is not Kind.MESSAGE), None)
+    return next(
+        (frame for frame in client.heard if frame.number == number and frame.kind is not FrameKind.MESSAGE), None
+    )
 
 
 def answered(client: Talker, number: int) -> Frame:
@@ -72,10 +74,10 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
     with served(talk.node) as hall:
         client = hall.guest()
         wall = Wall(hall)
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         monkeypatch.setattr(hall.server, "wait", wall.wait)
         monkeypatch.setattr(loops, "time", wall)
-        loop = Loop(talk.node.simulation, hall.server, on_poll=lambda: polls.append(wall.time))
+        loop = SimulationLoop(talk.node.simulation, hall.server, on_poll=lambda: polls.append(wall.time))
         loop.pacer = RealTimePacer(talk.node.simulation, loop.rate, clock=wall.perf_counter, sleep=loop._serve)
         run_until(loop, SECOND // 2)
         assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
@@ -87,7 +89,7 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
 def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        loop = Loop(talk.node.simulation, hall.server, rate=None)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
 
         watch = talk.node.simulation.watch(
             "tenth", Fraction(10) * talk.node.simulation.clock.timestep, lambda _: stop()
@@ -106,12 +108,12 @@ def test_a_slow_answer_delays_no_other_client() -> None:
     with served(talk.node) as hall:
         waiting, other = hall.guest("/waiting"), hall.guest("/other")
         waiting.say(CALL)
-        loop = Loop(talk.node.simulation, hall.server, rate=None)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
         begun = talk.node.simulation.now
         run_until(loop, begun + SECOND // 10)
         assert answer(waiting, 7) is None
         message = to_cdr(joint_state(["waist"], [0.5], time=0))
-        assert other.ask(Frame(Kind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is Kind.DONE
+        assert other.ask(Frame(FrameKind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is FrameKind.DONE
         run_until(loop, begun + 2 * SECOND)
         found = answered(waiting, 7)
         assert from_cdr(found.payload, TriggerResponse).success
@@ -124,7 +126,7 @@ def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
     with served(talk.node) as hall:
         gone, other = hall.guest("/gone"), hall.guest("/other")
         gone.say(CALL)
-        loop = Loop(talk.node.simulation, hall.server, rate=None)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
         begun = talk.node.simulation.now
         run_until(loop, begun + SECOND // 10)
         gone.connection.close()
@@ -141,12 +143,12 @@ def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> No
     with served(talk.node, lockstep=True) as hall:
         client = hall.guest()
         client.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
-        loop = Loop(talk.node.simulation, hall.server, rate=None, patience=0.05)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, patience=0.05)
         run_until(loop, begun + SECOND // 10)
         granted = answered(client, 8)
         assert read_time(granted) == begun + SECOND // 10
         pending = answered(client, 7)
-        assert pending.kind is Kind.DONE
+        assert pending.kind is FrameKind.DONE
         client.heard.remove(pending)
         assert answer(client, 7) is None
         client.say(advance(9, begun + 3 * SECOND, each_tick=False))
@@ -159,8 +161,8 @@ def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() ->
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
         client = hall.guest()
-        client.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
-        loop = Loop(talk.node.simulation, hall.server, rate=None, on_poll=lambda: stop_after_the_answer())
+        client.say(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, on_poll=lambda: stop_after_the_answer())
 
         def stop_after_the_answer() -> None:
             if answer(client, 8) is not None:
@@ -177,20 +179,22 @@ def test_a_node_that_ends_answers_first() -> None:
     with served(talk.node) as hall:
         client = hall.guest()
         client.say(CALL)
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))  # its answer shows that the call has arrived
+        client.ask(
+            Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states")
+        )  # its answer shows that the call has arrived
         talk.node.close()
         hall.server.close("the node has stopped")
         wait_until(lambda: client.is_over, "end of the connection", seen=lambda: client.heard, between=client.listen)
         found, ended = client.heard
         assert from_cdr(found.payload, TriggerResponse).message == "the node has stopped"
-        assert ended.kind is Kind.ENDED
+        assert ended.kind is FrameKind.ENDED
 
 
 def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
     talk = Talk()
     with served(talk.node) as hall:
         client = hall.guest()
-        client.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        client.say(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         tempo, ticks, polls = RateControl(None, paused=True), list[int](), 0
 
         def poll() -> None:
@@ -202,7 +206,7 @@ def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
             if ticks[-2:] == [3, 3] or ticks[-1] > 3:
                 loop.stop.request()
 
-        loop = Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll)
         run_until(loop, SECOND)
         answered(client, 5)
     assert ticks[:2] == [0, 0]
@@ -222,7 +226,7 @@ def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
                 tempo.resume()
 
         client.say(advance(8, SECOND // 10, each_tick=False))
-        loop = Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, patience=0.05)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, patience=0.05)
         run_until(loop, SECOND // 10)
         granted = answered(client, 8)
         assert read_time(granted) == SECOND // 10
@@ -236,7 +240,9 @@ def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> Non
         talk = moving()
         with served(talk.node) as hall:
             end = talk.node.simulation.now + SECOND // 10
-            Loop(talk.node.simulation, hall.server, rate=tempo, on_poll=on_poll, stop=StopCondition(end)).run()
+            SimulationLoop(
+                talk.node.simulation, hall.server, rate=tempo, on_poll=on_poll, stop=StopCondition(end)
+            ).run()
         return talk.node.simulation.state_hash()
 
     tempo, left = RateControl(50.0), list(changes)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cellwright.rendering.scene import Form, Frame, Layer, Scene, Shape
+from cellwright.rendering.scene import Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.required import cannot_run
@@ -13,19 +13,19 @@ BALL = Scene(
     "ball",
     ("world", "ball"),
     (
-        Shape(0, Form.PLANE, (0, 0, 1), AT_HOME, (0.7, 0.7, 0.7, 1), Layer.BOTH),
-        Shape(1, Form.SPHERE, (0.5, 0, 0), AT_HOME, (0.9, 0.1, 0.1, 1), Layer.BOTH),
-        Shape(1, Form.BOX, (2, 2, 2), AT_HOME, (0.1, 0.9, 0.1, 1), Layer.TOUCH),
+        SceneShape(0, ShapeType.PLANE, (0, 0, 1), AT_HOME, (0.7, 0.7, 0.7, 1), ShapeLayer.BOTH),
+        SceneShape(1, ShapeType.SPHERE, (0.5, 0, 0), AT_HOME, (0.9, 0.1, 0.1, 1), ShapeLayer.BOTH),
+        SceneShape(1, ShapeType.BOX, (2, 2, 2), AT_HOME, (0.1, 0.9, 0.1, 1), ShapeLayer.TOUCH),
     ),
     (),
 )
 
 
-def ball_at(x: float, y: float, z: float, *, shown: bool = True, time: int = 0) -> Frame:
+def ball_at(x: float, y: float, z: float, *, shown: bool = True, time: int = 0) -> SceneFrame:
     poses = np.zeros((2, 7), np.float32)
     poses[:, 3] = 1
     poses[1, :3] = x, y, z
-    return Frame(time, poses, np.array([True, shown]))
+    return SceneFrame(time, poses, np.array([True, shown]))
 
 
 def skip_without_opengl(worker: RenderWorker) -> None:

@@ -2,19 +2,19 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.picture import Layer, edge_pixels, pixel_points
+from cellwright.rendering.picture import SurfaceLayer, edge_pixels, pixel_points
 from cellwright.rendering.raycast import Hits
 
 WIDTH, HEIGHT = 6, 4
 COUNT = WIDTH * HEIGHT
 
 
-def flat_layer() -> Layer:
+def flat_layer() -> SurfaceLayer:
     """Layer of one level grey surface."""
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     zeros = np.zeros(COUNT, np.float32)
     albedo = np.full((COUNT, 3), 0.5, np.float32)
-    return Layer(Hits(np.zeros(COUNT, np.int32), np.ones(COUNT), up), albedo, zeros, zeros, WIDTH)
+    return SurfaceLayer(Hits(np.zeros(COUNT, np.int32), np.ones(COUNT), up), albedo, zeros, zeros, WIDTH)
 
 
 def around(row: int, column: int) -> set[int]:

@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import CastRenderer, PictureRequest
-from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene import Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.pose import Pose
 from tests.rendering.scenes_of_shapes import AT_HOME, ball_at, skip_without_opengl
@@ -18,9 +18,9 @@ SCENE = Scene(
     "glass",
     ("world", "pane"),
     (
-        Shape(0, Form.PLANE, (0, 0, 1), AT_HOME, (0.7, 0.7, 0.7, 1), Layer.BOTH),
-        Shape(0, Form.BOX, (0.2, 0.2, 0.2), Pose((0, 2, 0.2)), (0.1, 0.2, 0.9, 1), Layer.BOTH),
-        Shape(1, Form.BOX, (0.5, 0.01, 0.5), AT_HOME, (0.9, 0.1, 0.1, 0.3), Layer.LOOKS),
+        SceneShape(0, ShapeType.PLANE, (0, 0, 1), AT_HOME, (0.7, 0.7, 0.7, 1), ShapeLayer.BOTH),
+        SceneShape(0, ShapeType.BOX, (0.2, 0.2, 0.2), Pose((0, 2, 0.2)), (0.1, 0.2, 0.9, 1), ShapeLayer.BOTH),
+        SceneShape(1, ShapeType.BOX, (0.5, 0.01, 0.5), AT_HOME, (0.9, 0.1, 0.1, 0.3), ShapeLayer.LOOKS),
     ),
     (),
 )

@@ -1,20 +1,20 @@
 import numpy as np
 import pytest
 
-from cellwright.rendering.picture import Layer, spread
+from cellwright.rendering.picture import SurfaceLayer, spread
 from cellwright.rendering.raycast import Hits
 
 WIDTH, HEIGHT = 4, 3
 COUNT = WIDTH * HEIGHT
 
 
-def numbered_layer() -> Layer:
+def numbered_layer() -> SurfaceLayer:
     """Layer with another geom in every pixel: pixel n sees n / 100 of the lamp and n / 50 of the sky."""
     number = np.arange(COUNT)
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     hits = Hits(number.astype(np.int32), np.ones(COUNT), up)
     key, sky = (number / 100).astype(np.float32), (number / 50).astype(np.float32)
-    return Layer(hits, np.zeros((COUNT, 3), np.float32), key, sky, WIDTH)
+    return SurfaceLayer(hits, np.zeros((COUNT, 3), np.float32), key, sky, WIDTH)
 
 
 def one_hit(geom: int, normal: tuple[float, float, float] = (0, 0, 1)) -> Hits:

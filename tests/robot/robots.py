@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from cellwright.config.robot.config import Arm, Gripper, Posture, RobotConfig
+from cellwright.config.robot.config import ArmConfig, GripperConfig, Posture, RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, Mimic, RobotModel
 from cellwright.util.pose import Pose
 
@@ -68,10 +68,10 @@ def two_arms() -> RobotConfig:
         urdf_path=Path("two_arms.urdf"),
         base_pose=Pose((0.0, 0.0, 0.5)),
         arms=(
-            Arm(("shoulder_right", "elbow_right", "wrist_right"), "tip_right", (0.5, -1.0, 0.2)),
-            Arm(("shoulder_left", "elbow_left", "wrist_left"), "tip_left", (0.5, -1.0, -0.2)),
+            ArmConfig(("shoulder_right", "elbow_right", "wrist_right"), "tip_right", (0.5, -1.0, 0.2)),
+            ArmConfig(("shoulder_left", "elbow_left", "wrist_left"), "tip_left", (0.5, -1.0, -0.2)),
         ),
-        grippers=(Gripper(("finger_right",)), Gripper(("finger_left",))),
+        grippers=(GripperConfig(("finger_right",)), GripperConfig(("finger_left",))),
         head=Posture(("head",), (0.1,)),
         head_axes=(2,),
         dorsal=Posture(("lift",), (0.1,)),

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.config.robot.config import Camera
+from cellwright.config.robot.config import CameraConfig
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
 
 SMALL = {"img_width": 64, "img_height": 48}
 BEFORE = {"pos_offset": [2.0, 0.0, 0.3], "target_offset": [0.0, 0.0, 0.0]}
 CAMERAS = (
-    Camera("first_person", {"name": "first_person", **SMALL, **BEFORE}),
-    Camera("hand_eye", {"name": "hand_eye", **SMALL, "up_axis": "x"}),
-    Camera("first_person", {"name": "first_person"}),
+    CameraConfig("first_person", {"name": "first_person", **SMALL, **BEFORE}),
+    CameraConfig("hand_eye", {"name": "hand_eye", **SMALL, "up_axis": "x"}),
+    CameraConfig("first_person", {"name": "first_person"}),
 )
 TANDEM = load_robot("tandem", lambda _line: None)
 TOPIC = "/io_teleop/camera_first_person"

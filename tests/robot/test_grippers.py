@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cellwright.config.robot.config import End, Gripper
+from cellwright.config.robot.config import GripperConfig, RangeEnd
 from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.grippers import GripperRange
 from cellwright.robot.node import RobotNode
@@ -18,23 +18,23 @@ FINGERS = ("finger_right", "finger_left")  # of two hands, for each is a joint o
 RANGE = (0.0, 0.04)
 
 
-def made(*open_ends: End) -> tuple[GripperRange, Array]:
+def made(*open_ends: RangeEnd) -> tuple[GripperRange, Array]:
     """Return a gripper of two joints, and an array for the positions of all joints of its robot."""
     robot = two_arms().robot
     numbers = {joint.name: number for number, joint in enumerate(robot.driven)}
-    return GripperRange(Gripper(FINGERS, open_ends), robot, numbers), np.zeros(len(numbers))
+    return GripperRange(GripperConfig(FINGERS, open_ends), robot, numbers), np.zeros(len(numbers))
 
 
 @pytest.mark.parametrize(
     ("open_ends", "opened", "half", "closed"),
     [
         ((), [0.0, 0.0], [0.01, 0.01], [0.04, 0.04]),
-        ((End.UPPER, End.UPPER), [0.04, 0.04], [0.03, 0.03], [0.0, 0.0]),
-        ((End.UPPER, End.LOWER), [0.04, 0.0], [0.03, 0.01], [0.0, 0.04]),
+        ((RangeEnd.UPPER, RangeEnd.UPPER), [0.04, 0.04], [0.03, 0.03], [0.0, 0.0]),
+        ((RangeEnd.UPPER, RangeEnd.LOWER), [0.04, 0.0], [0.03, 0.01], [0.0, 0.04]),
     ],
 )
 def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
-    open_ends: tuple[End, ...], opened: list[float], half: list[float], closed: list[float]
+    open_ends: tuple[RangeEnd, ...], opened: list[float], half: list[float], closed: list[float]
 ) -> None:
     gripper, positions = made(*open_ends)
     for status, expected in ((0.0, opened), (0.25, half), (1.0, closed), (1.5, closed)):
@@ -44,7 +44,7 @@ def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
 
 
 def test_a_robot_goes_home_with_its_grippers_open() -> None:
-    config = replace(two_arms(), grippers=(Gripper(FINGERS[:1], (End.UPPER,)), Gripper(FINGERS[1:])))
+    config = replace(two_arms(), grippers=(GripperConfig(FINGERS[:1], (RangeEnd.UPPER,)), GripperConfig(FINGERS[1:])))
     assert (config.home["finger_right"], config.home["finger_left"]) == (0.04, 0.0)
     findings = {finding.what: finding for finding in check_motion(RobotNode(config)).findings}
     assert findings["right gripper closes"].passed

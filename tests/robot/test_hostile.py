@@ -15,7 +15,7 @@ from cellwright.middleware.messages import message_type
 from cellwright.middleware.messages.conversions import floats
 from cellwright.middleware.messages.standard import Bool, Header, JointState, Point, Pose, PoseArray, Quaternion, Time
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import CellwrightError
 from tests.middleware.server.talk import served
@@ -97,8 +97,8 @@ def test_bytes_that_are_no_message() -> None:
         client = hall.guest()
         for number in range(1, 300):
             topic = PREFIX + str(draw.choice(sorted(TOPICS)))
-            frame = Frame(Kind.PUBLISH, number, topic, payload=draw.bytes(int(draw.integers(0, 200))))
-            assert client.ask(frame).kind in (Kind.DONE, Kind.REFUSED)
+            frame = Frame(FrameKind.PUBLISH, number, topic, payload=draw.bytes(int(draw.integers(0, 200))))
+            assert client.ask(frame).kind in (FrameKind.DONE, FrameKind.REFUSED)
             talk.steps()
         assert len(hall.server.guests) == 1
     assert talk.node.refused > 200

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.robot.config import Gripper
+from cellwright.config.robot.config import GripperConfig
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, gripper_ranges, hand_joints
 from tests.robot.robots import bare, two_arms
@@ -24,7 +24,7 @@ def test_a_hand_is_what_hangs_below_the_wrist() -> None:
 
 
 def test_without_arms_it_is_the_gripper() -> None:
-    config = replace(CONFIG, arms=(), grippers=(Gripper(("finger_left",)),))
+    config = replace(CONFIG, arms=(), grippers=(GripperConfig(("finger_left",)),))
     assert hand_joints(config, RIGHT) == frozenset({"finger_left"})
     assert hand_joints(config, LEFT) == frozenset()
 
@@ -46,7 +46,7 @@ def test_the_humanoid_has_all_joints_of_its_hands_and_not_only_those_of_the_grip
 
 @given(st.floats(0.0, 1.0))
 def test_a_status_comes_back_from_the_positions_that_it_asks_for(status: float) -> None:
-    gripper = GripperRange(Gripper(("finger_left", "head")), CONFIG.robot, NUMBERS)
+    gripper = GripperRange(GripperConfig(("finger_left", "head")), CONFIG.robot, NUMBERS)
     positions = np.zeros(len(NUMBERS))
     positions[gripper.joints] = gripper.positions(status)
     assert gripper.status(positions) == pytest.approx(status, abs=1e-12)
@@ -54,13 +54,13 @@ def test_a_status_comes_back_from_the_positions_that_it_asks_for(status: float) 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.floats(-100.0, 100.0))
 def test_whatever_is_said_it_is_between_open_and_closed(status: float, position: float) -> None:
-    gripper = GripperRange(Gripper(("finger_left",)), CONFIG.robot, NUMBERS)
+    gripper = GripperRange(GripperConfig(("finger_left",)), CONFIG.robot, NUMBERS)
     assert 0.0 <= gripper.positions(status)[0] <= 0.04
     assert 0.0 <= gripper.status(np.full(len(NUMBERS), position)) <= 1.0
 
 
 def test_joints_without_limits_and_those_that_follow_have_no_part() -> None:
-    gripper = GripperRange(Gripper(("wheel", "thumb_left", "antenna")), CONFIG.robot, NUMBERS)
+    gripper = GripperRange(GripperConfig(("wheel", "thumb_left", "antenna")), CONFIG.robot, NUMBERS)
     assert gripper.positions(1.0).tolist() == []
     assert gripper.status(np.ones(len(NUMBERS))) == 0.0
     assert len(gripper_ranges(CONFIG.grippers, CONFIG.robot, NUMBERS)) == 2

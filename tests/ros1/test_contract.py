@@ -14,7 +14,7 @@ from cellwright.cell.interface.rows import rows
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import Kind
+from cellwright.middleware.interface.table import EndpointKind
 from cellwright.middleware.messages import md5
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
@@ -76,13 +76,13 @@ def graph(cell: Ground) -> tuple[dict[str, list[str]], dict[str, list[str]], dic
 def test_the_table_of_the_project_says_the_same() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     found = {
-        (row.name, "service" if row.kind is Kind.SERVICE else "topic", row.type, md5(row.type))
+        (row.name, "service" if row.kind is EndpointKind.SERVICE else "topic", row.type, md5(row.type))
         for row in rows(trial, competition=False)
-        if row.kind is not Kind.ACTION and not row.name.startswith(OURS)
+        if row.kind is not EndpointKind.ACTION and not row.name.startswith(OURS)
     }
     assert found == {(case["name"], case["kind"], case["type"], case["md5"]) for case in CASES}
     for row in rows(trial, competition=False):
-        if row.kind is Kind.TOPIC and not row.name.startswith(OURS):
+        if row.kind is EndpointKind.TOPIC and not row.name.startswith(OURS):
             (case,) = [case for case in TOPICS if case["name"] == row.name]
             assert case["direction"] == ("out" if row.direction is Direction.OUT else "in"), row.name
             assert case.get("latch", False) == row.latch, row.name

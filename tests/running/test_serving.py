@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.wire.frames import Decoder, Frame, Kind, advance, hello, read_time
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello, read_time
 from tests.waiting import TIMEOUT
 from tests.warm import WarmProcess, warm_start
 
@@ -69,7 +69,7 @@ def test_it_serves_until_a_signal_and_prints_the_score(number: int, tmp_path: Pa
         assert welcome.json()["trial"] == "lesson"
         status, out, _ = ended(process, number)
         (end,) = hear(connection, decoder)
-        assert end.kind is Kind.ENDED
+        assert end.kind is FrameKind.ENDED
     assert status == 0
     assert "score       0 of 12 points" in out
     assert "pace " in out
@@ -105,7 +105,7 @@ def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path:
         socket.create_connection(address, timeout=TIMEOUT) as connection,
     ):
         connection.sendall(hello("/me", "ros1").encode())
-        connection.sendall(Frame(Kind.CALL, 1, "/ariac/end_competition", "std_srvs/Trigger").encode())
+        connection.sendall(Frame(FrameKind.CALL, 1, "/ariac/end_competition", "std_srvs/Trigger").encode())
         out, _ = process.communicate(timeout=TIMEOUT)
     result = json.loads(out)
     assert (process.returncode, result["competition_state"], result["outcome"]) == (0, "done", "done")

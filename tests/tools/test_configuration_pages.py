@@ -15,13 +15,13 @@ from cellwright.config.trial import gear2017, orders, parts, sensors, settings
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import (
     ArmSettings,
-    Camera,
     CellSettings,
     JointGains,
     JointTolerance,
     Options,
+    PictureCameraConfig,
     PictureNoise,
-    Sensor,
+    SensorConfig,
     Trial,
 )
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -94,7 +94,7 @@ PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
 
 REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "sections": (PLACES["sections"][0], "", None),
-    "sensors": (sensors.SENSOR, "", Sensor),
+    "sensors": (sensors.SENSOR, "", SensorConfig),
     "options": (parts.OPTIONS, "", Options),
     "orders": (orders.ORDER, "", None),
     "bins": (parts.BIN, "", None),
@@ -106,7 +106,7 @@ REFERENCE: dict[str, tuple[Keys, str, type | None]] = {
     "gains": (settings.GAINS, "arm.gains.<joint>.", JointGains),
     "constraints": (settings.CONSTRAINTS, "arm.constraints.", ArmSettings),
     "tolerances": (settings.TOLERANCE, "arm.constraints.<joint>.", JointTolerance),
-    "own-sensors": (sensors.CAMERA, "", Camera),
+    "own-sensors": (sensors.CAMERA, "", PictureCameraConfig),
     "own-noise": (sensors.NOISE, "noise.", PictureNoise),
     "robot": (robots.ENTRIES, "", None),
     "robot-base-pose": (robots.BASE_POSES, "base_pose.", None),

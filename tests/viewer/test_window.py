@@ -17,7 +17,7 @@ import pytest
 
 from cellwright.clients.assembled.process import STATE_SERVICE
 from cellwright.clients.client.socket_transport import SocketTransport
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
@@ -122,7 +122,7 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
     node = RobotNode(two_arms(), sim_time=True, safety=SafetySettings(start_guard=0.2, max_age=1.0))
     server = Server(node, port=0)
     RobotServices(node).offer_state(server)
-    loop = Loop(node.simulation, server)
+    loop = SimulationLoop(node.simulation, server)
     thread = threading.Thread(target=loop.run)
     thread.start()
     data, slider = mujoco.MjData(node.world.model), node.world.model.actuator("head").id
@@ -156,7 +156,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
 
     server.offer(STATE_SERVICE, state)
     shown = Window(node.world.model, server.address, sliders=True)
-    loop = Loop(node.simulation, server)
+    loop = SimulationLoop(node.simulation, server)
     wait_until(lambda: len(requests) > 20 or not shown.is_running, "questions of the window", between=loop.tick)
     assert shown.is_running, capfd.readouterr().err
     os.kill(shown._process.pid, signal.SIGSTOP)

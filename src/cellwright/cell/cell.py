@@ -15,8 +15,8 @@ from cellwright.cell.devices.kit_tray import DemoTray, KitTray
 from cellwright.cell.devices.logical_camera import (
     TRAY_TYPE,
     LogicalCamera,
+    ModelSnapshot,
     QualityControlSensor,
-    Scene,
     SceneModel,
     collision_geoms,
 )
@@ -24,17 +24,15 @@ from cellwright.cell.devices.parts import Overlaps, Parts
 from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor, RangeSensor
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.interface.action import TrajectoryAction
-from cellwright.cell.interface.commands import Commands
+from cellwright.cell.interface.commands import CellCommands
 from cellwright.cell.interface.devices import CellDevices, Intention
 from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_device, make_plugin_sensor
-from cellwright.cell.interface.publications import Publications
+from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.arm import CUP_GEOM
 from cellwright.cell.model.build import World, build_world
-from cellwright.config.trial.trial import Camera as CameraDescription
-from cellwright.config.trial.trial import Sensor as SensorDescription
-from cellwright.config.trial.trial import ServoProfile, Trial
+from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig, ServoProfile, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Device, Simulation
@@ -140,13 +138,13 @@ class Cell(CellDevices):
         self.in_competition = competition
         """True if the cell refuses what a competition refuses."""
         self.bus = Bus(lambda: self.simulation.now, report)
-        handlers: list[Device] = [Publications(self)]
+        handlers: list[Device] = [CellPublications(self)]
         if self.arm is not None:
             handlers.append(TrajectoryAction(self.arm))
         for each in handlers:
             self.simulation.add(each)
         table = rows(trial, competition=competition)
-        bind(self.bus, self.simulation, table, (Commands(self, self.world.own_types), *handlers))
+        bind(self.bus, self.simulation, table, (CellCommands(self, self.world.own_types), *handlers))
         bind_plugin_sensors(self.bus, self)
         for description in trial.devices:
             self.simulation.add(make_plugin_device(description, self))
@@ -210,8 +208,10 @@ class Cell(CellDevices):
         """Return the SHA-256 of the whole state: engine, events, devices, referee and score."""
         return self.simulation.state_hash()
 
-    def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:
-        if isinstance(description, CameraDescription):
+    def _make_sensor(
+        self, description: SensorConfig, scene: ModelSnapshot, report: Callable[[str], None]
+    ) -> Sensor[Any]:
+        if isinstance(description, PictureCameraConfig):
             return PictureCamera(description, self.studio, report=report)
         if description.type == "logical_camera":
             return LogicalCamera(description.name, description.pose, scene)
@@ -232,7 +232,7 @@ class Cell(CellDevices):
         self.competition.on_effect.append(begin)
         return demo
 
-    def _make_scene(self) -> Scene:
+    def _make_scene(self) -> ModelSnapshot:
         model = self.world.model
         models = [SceneModel(part.name, part.type, part.body, part.geoms) for part in self.world.parts]
         for number, tray in self.trays.items():
@@ -241,4 +241,4 @@ class Cell(CellDevices):
             models.append(
                 SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
             )
-        return Scene(model, self.simulation.data, models, self.trial.part_models)
+        return ModelSnapshot(model, self.simulation.data, models, self.trial.part_models)

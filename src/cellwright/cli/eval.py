@@ -21,12 +21,12 @@ from cellwright.cli.output import FOLD, RIGHT, note, say, table, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import Camera
+from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.rendering.backend import requested_backend
 from cellwright.running.evaluation import summary
 from cellwright.running.evaluation.evaluate import Evaluation, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
-from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, Limits, usable_processors
+from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, RunLimits, usable_processors
 from cellwright.running.evaluation.report import report
 from cellwright.running.evaluation.result import Result, ResultsFile
 
@@ -184,7 +184,7 @@ def evaluate(
     """
     with options.errors_of("--min-score"):
         threshold = None if min_score is None else summary.Threshold.read(min_score)
-    limits = Limits(
+    limits = RunLimits(
         _within("--time-limit", time_limit, 0.1, options.LATEST),
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
@@ -221,7 +221,7 @@ def evaluate(
 
 
 def _work(
-    jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console, *, records: bool
+    jobs: Sequence[Job], store: ResultsFile, limits: RunLimits, workers: int, console: Console, *, records: bool
 ) -> tuple[list[Result], list[str]]:
     """Return the results of the jobs that have one, in the jobs' order; and why there were no more, if it failed."""
     with EvalProgress(console, jobs) as progress:
@@ -250,7 +250,7 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
         trial = options.load(parts)
-        if any(isinstance(each, Camera) for each in trial.sensors):
+        if any(isinstance(each, PictureCameraConfig) for each in trial.sensors):
             requested_backend()  # an unknown backend is reported once, and not by every run
         entries.append((name, parts, trial, reach(trial)))
     how_often = Counter(trial.name for _, _, trial, _ in entries)

@@ -26,9 +26,9 @@ from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.clients.operators import playback
-from cellwright.clients.operators.exercise import Exercise, Shape, StepResponse, Wave, check_signal, exercise
+from cellwright.clients.operators.exercise import Exercise, JointStepResponse, Wave, WaveShape, check_signal, exercise
 from cellwright.clients.operators.keyboard import Jog, Keyboard
-from cellwright.clients.operators.playback import Recorder, Targets, read_targets
+from cellwright.clients.operators.playback import JointRecorder, Targets, read_targets
 from cellwright.clients.operators.plots import Curve, terminal_plot, tracking_svg
 from cellwright.clients.operators.robot import (
     JOINT_STATES,
@@ -45,7 +45,7 @@ from cellwright.config.robot.robots import bundled, load_robot
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.engine.loop import StopCondition
 from cellwright.middleware.ros1.host import installation
-from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient
 from cellwright.middleware.ros1.host.ros1 import node_name
 from cellwright.middleware.server import DEFAULT_PORT
 from cellwright.middleware.server.server import LOOPBACK
@@ -57,7 +57,7 @@ PARAMETER = "robot_description"
 def described_limits(environment: Mapping[str, str]) -> JointLimits:
     """Return the limits of the robot at the ROS master of an environment; none if there is no readable one."""
     try:
-        text = Master(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
+        text = MasterClient(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
         if not isinstance(text, str):
             return JointLimits()
         with tempfile.TemporaryDirectory() as folder:
@@ -227,7 +227,7 @@ def csv_text(exercises: Sequence[Exercise]) -> str:
     return "".join(lines)
 
 
-def _step(step: StepResponse | None) -> list[str]:
+def _step(step: JointStepResponse | None) -> list[str]:
     if step is None:
         return ["", "", "", ""]
     overshoot = f"{100 * step.overshoot:.1f} %"
@@ -248,13 +248,13 @@ def signal(
         ),
     ],
     wave: Annotated[
-        Shape,
+        WaveShape,
         option(
             "SHAPE",
             "`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
             WHAT,
         ),
-    ] = Shape.SINE,
+    ] = WaveShape.SINE,
     amplitude: Annotated[float, option("A", "How far [rad; m]; below 0, downwards first.", WHAT)] = 0.1,
     frequency: Annotated[float, option("F", "Periods a second [Hz].", WHAT)] = 0.5,
     duration: Annotated[float, option("T", "How long for each joint [s]; made whole periods.", WHAT)] = 4.0,
@@ -515,7 +515,7 @@ def record(
     failures: list[str] = []
     with link.robot() as robot:
         session, stop = robot.session, StopCondition()
-        recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
+        recorder = JointRecorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
         length = float("inf") if duration is None else duration
         end = session.time + length + _MAX_SILENCE
         with stopped_by_signals(stop.request):

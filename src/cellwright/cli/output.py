@@ -18,7 +18,7 @@ from cellwright.util.errors import showable
 from cellwright.util.files import write_whole
 
 if TYPE_CHECKING:
-    from cellwright.engine.loop import Pace
+    from cellwright.engine.loop import PaceFigures
     from cellwright.middleware.server import Server
     from cellwright.running.run import Session
 
@@ -97,7 +97,7 @@ def ready_line(name: str, server: Server, speed: float | None) -> str:
     return f"ready: {name} at {host}:{port}{in_use}, {pace}"
 
 
-def pace_text(pace: Pace) -> str:
+def pace_text(pace: PaceFigures) -> str:
     """Return how time kept up with the wall clock, in words."""
     stood = f", time stood {pace.stood:.1f} s for clients that were behind" if pace.stood else ""
     return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"

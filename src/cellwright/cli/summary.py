@@ -105,7 +105,7 @@ class RunProgress:
         """Print the events inside a cell."""
         self._node = cell
         limit = cell.trial.time_limit if self._until is None else self._until
-        log, handler = logging.getLogger(), _LogLines(self.line)
+        log, handler = logging.getLogger(), _LineHandler(self.line)
         level = log.level
         log.addHandler(handler)
         log.setLevel(self._level)
@@ -154,7 +154,7 @@ class RunProgress:
             self.line(text)
 
 
-class _LogLines(logging.Handler):
+class _LineHandler(logging.Handler):
     """Logging handler that passes records on, a line at a time."""
 
     def __init__(self, say: Callable[[str], None]) -> None:

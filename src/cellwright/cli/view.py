@@ -23,7 +23,7 @@ from cellwright.running.run import PageOptions, RunOptions, ServerOptions
 from cellwright.running.run import session as sessions
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PAGE, PANEL
-from cellwright.viewer.web.connection import Link
+from cellwright.viewer.web.connection import ServerConnection
 
 _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
 
@@ -73,7 +73,7 @@ def view_served(address: tuple[str, int], page_settings: PageOptions, console: C
 
 def served_name(address: tuple[str, int]) -> str:
     """Return the name of the node of a server, if a page can show it."""
-    link = Link(address, node=f"{PAGE}asks")
+    link = ServerConnection(address, node=f"{PAGE}asks")
     try:
         return str(link.ask(PANEL)["name"])
     except (CellwrightError, KeyError) as error:

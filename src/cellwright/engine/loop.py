@@ -90,7 +90,7 @@ class ClientService(Protocol):
 
 
 @dataclass(frozen=True)
-class Pace:
+class PaceFigures:
     """Pace of a run, compared with the wall clock."""
 
     factor: float
@@ -101,7 +101,7 @@ class Pace:
     """Total wall time [s] for which time stood for clients that were behind."""
 
 
-class Loop:
+class SimulationLoop:
     """Loop that steps a simulation and serves clients, also while time stands.
 
     In lockstep, time advances up to the time that a client requests, or to the tick in which a message is sent to it.
@@ -143,11 +143,11 @@ class Loop:
         self.pacer = RealTimePacer(simulation, self.rate, sleep=self._serve)
 
     @property
-    def pace(self) -> Pace | None:
+    def pace(self) -> PaceFigures | None:
         """Pace so far; None if time does not follow the wall clock."""
         if self.rate.speed is None or (self._service is not None and self._service.lockstep):
             return None
-        return Pace(self.pacer.factor, self.pacer.worst, self.pacer.stood)
+        return PaceFigures(self.pacer.factor, self.pacer.worst, self.pacer.stood)
 
     def run(self) -> None:
         """Step the simulation until the stop condition holds.

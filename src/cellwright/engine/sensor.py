@@ -47,7 +47,7 @@ _FIRST_RANK = 10_000  # after the topics that need no sensor
 
 
 @dataclass(slots=True, eq=False)
-class _Listener(Generic[R]):
+class _ReadingListener(Generic[R]):
     """Listener that gets readings measured after `since` [ns]."""
 
     callback: Callable[[R], None]
@@ -105,7 +105,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._enabled = enabled
         self._chance: SampleNoise | None = None
         self._rank = _FIRST_RANK
-        self._listeners: list[_Listener[R]] = []
+        self._listeners: list[_ReadingListener[R]] = []
         self._pending_readings: deque[R] = deque()
         self._watches: list[PeriodicCallback] = []
 
@@ -175,7 +175,7 @@ class Sensor(Device, ABC, Generic[R]):
         Returns:
             A function that ends it; further calls do nothing.
         """
-        listener = _Listener(callback, self.simulation.now)
+        listener = _ReadingListener(callback, self.simulation.now)
         self._listeners.append(listener)
         self._arm()
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.shading import HORIZON, LINE, LINE_SHADE, TILE, background, to_screen
 from cellwright.util.pose import Vector3
@@ -50,7 +50,7 @@ class EngineRenderer:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._target)
         self._target.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
-    def colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+    def colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
         """Return a picture (height, width, 3), sRGB.
 
         It is drawn up to three times as wide and high, and then downscaled. That smooths the edges of shadows;
@@ -82,7 +82,7 @@ class EngineRenderer:
                 total += large[row::times, column::times]
         return (total // times**2).astype(np.uint8)[::-1]
 
-    def depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
+    def depth(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.float32]:
         """See `CastRenderer.depth`."""
         self._place(frame, request, depth=True)
         self._drawn.nlight = 0
@@ -92,7 +92,7 @@ class EngineRenderer:
         depth[nearness[::-1] <= 0] = np.inf
         return depth
 
-    def _place(self, frame: Frame, request: PictureRequest, *, depth: bool) -> None:
+    def _place(self, frame: SceneFrame, request: PictureRequest, *, depth: bool) -> None:
         """Move the bodies and the camera to their poses."""
         camera, aspect = request.camera, request.width / request.height
         self._scene.show(frame)

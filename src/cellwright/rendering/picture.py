@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.raycast import Hits, RayCaster
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.shading import Shader, Surfaces, disc_lamp, openness, sky, to_screen
 from cellwright.util.errors import UsageError
@@ -36,7 +36,7 @@ _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1
 
 
 @dataclass(frozen=True, slots=True)
-class Layer:
+class SurfaceLayer:
     """One surface per pixel (n,) of some rows of a picture, row by row, with its share of lamp and sky, 0..1.
 
     The colours `albedo` (n, 3) are linear; `width` is the picture's, in pixels.
@@ -74,12 +74,12 @@ class Layer:
         return key, sky
 
 
-def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], rows: range, width: int) -> Layer:
+def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], rows: range, width: int) -> SurfaceLayer:
     """Return the layer of the surfaces hit by rays in `directions` (len(rows) * width, 3), for rows of a picture."""
     points = shader.eye + directions * np.where(np.isfinite(hits.distance), hits.distance, 0.0)[:, None]
     key = openness(shader.caster, shader.key, hits, points, rows, width)
     sky = openness(shader.caster, shader.sky, hits, points, rows, width)
-    return Layer(hits, shader.albedo(hits, directions), key, sky, width)
+    return SurfaceLayer(hits, shader.albedo(hits, directions), key, sky, width)
 
 
 def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> tuple[NDArray[np.int64], Hits]:
@@ -90,7 +90,11 @@ def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> 
 
 
 def light_seen(
-    shader: Shader, layers: Sequence[Layer], pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.float64]
+    shader: Shader,
+    layers: Sequence[SurfaceLayer],
+    pixels: NDArray[np.int64],
+    hits: Hits,
+    directions: NDArray[np.float64],
 ) -> NDArray[np.float32]:
     """Return the light (n, 3), linear, along rays within the `pixels` (n,) of a picture that hit `hits`.
 
@@ -106,7 +110,7 @@ def light_seen(
 
 
 def _light_of(
-    shader: Shader, layer: Layer, pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.float64]
+    shader: Shader, layer: SurfaceLayer, pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     key, sky = layer.borrow(pixels, hits)
     return shader.colour(hits, directions, shader.albedo(hits, directions), key, sky)
@@ -125,7 +129,7 @@ _COSINE = 0.95  # between the normals of neighbouring pixels
 _COLOUR = 0.02  # between their colours, linear
 
 
-def edge_pixels(layer: Layer) -> NDArray[np.int64]:
+def edge_pixels(layer: SurfaceLayer) -> NDArray[np.int64]:
     """Return the pixels (k,) that differ from one of four neighbours in geom, colour or normal."""
     shape = (layer.height, layer.width)
     geom = layer.hits.geom.reshape(shape)
@@ -367,7 +371,7 @@ class CastRenderer:
     def __init__(self, scene: Scene) -> None:
         self._scene = EngineScene(scene)
 
-    def colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+    def colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
         """Return a picture (height, width, 3), sRGB."""
         self._scene.show(frame)
         camera, about = request.camera, request.about or request.camera.target
@@ -375,7 +379,7 @@ class CastRenderer:
         model, data = self._scene.model, self._scene.data
         return render(model, data, camera, request.width, request.height, samples=request.samples, lamp=(x, y, z))
 
-    def depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
+    def depth(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.float32]:
         """Return the depths (height, width) [m] along the camera's line of sight.
 
         They are infinite where there is nothing. Translucent surfaces are ignored.

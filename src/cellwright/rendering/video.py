@@ -8,7 +8,7 @@ from typing import TypeAlias
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP, PictureRequest
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.video_options import RATE, VideoOptions, check_video_size
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from cellwright.util.pose import Vector3
@@ -73,7 +73,7 @@ class Video:
         frames = self.taken + self.dropped
         return {"file": str(self.file), "length": float(frames / RATE), "frames": frames, "dropped": self.dropped}
 
-    def take(self, frame: Frame, camera: Camera, caption: str = "", *, waits: bool = True) -> bool:
+    def take(self, frame: SceneFrame, camera: Camera, caption: str = "", *, waits: bool = True) -> bool:
         """Add a frame to the video; return whether it was added. A video that has ended takes no more.
 
         Args:

@@ -11,7 +11,7 @@ from cellwright.config.robot.model import RobotModel
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.bus import PendingResponse
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
@@ -336,7 +336,7 @@ class Homing(Device):
         self._answer("the node has begun anew")
         self.set_stepping(False)
 
-    def go_home(self, _row: Row, _request: TriggerRequest, node: str) -> Any:
+    def go_home(self, _row: Endpoint, _request: TriggerRequest, node: str) -> Any:
         """Handle a call: fail at once if the robot may not move, else respond at home. Two calls share one motion."""
         commander = self._commander
         if commander.is_stopped:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
 from cellwright.robot.base import Base
@@ -63,7 +63,7 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
     return values[:count]
 
 
-class Commands:
+class RobotCommands:
     """Handlers of the topics and services that clients send to; grippers are right, left."""
 
     def __init__(self, config: RobotConfig, commander: Commander, grippers: Sequence[GripperRange], base: Base) -> None:
@@ -71,7 +71,7 @@ class Commands:
         self._grippers, self._base = tuple(grippers), base
         self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
 
-    def _follow(self, row: Row, message: Any, node: str, *, hand: int | None = None) -> None:
+    def _follow(self, row: Endpoint, message: Any, node: str, *, hand: int | None = None) -> None:
         """Follow targets of joints, either of one hand or of any."""
         topic, allowed, targets = row.name, None if hand is None else self._hands[hand], joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
@@ -113,7 +113,7 @@ class Commands:
                 strange[name] = "is no joint of this robot"
         commander.notices.log_unknown(topic, strange)
 
-    def target_grippers(self, row: Row, message: Any, node: str) -> None:
+    def target_grippers(self, row: Endpoint, message: Any, node: str) -> None:
         """Move the grippers to the requested statuses."""
         topic = row.name
         values = gripper_statuses(message, len(self._grippers))
@@ -135,16 +135,16 @@ class Commands:
 
         self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
 
-    def move_base(self, row: Row, message: Any, node: str) -> None:
+    def move_base(self, row: Endpoint, message: Any, node: str) -> None:
         """Turn and move the base."""
         self._commander.take(row.name, node, 0, lambda: self._base.command(message.data.tolist()))
 
-    def stop(self, _row: Row, message: Any, node: str) -> None:
+    def stop(self, _row: Endpoint, message: Any, node: str) -> None:
         """Stop on true; false comes from a button that is not pressed, and clears nothing."""
         if message.data:
             self._commander.stop(f"emergency stop by {node or 'a client'}")
 
-    def clear_stop(self, _row: Row, _request: TriggerRequest, node: str) -> TriggerResponse:
+    def clear_stop(self, _row: Endpoint, _request: TriggerRequest, node: str) -> TriggerResponse:
         """End an emergency stop."""
         commander = self._commander
         if not commander.is_stopped:
@@ -153,7 +153,7 @@ class Commands:
         commander.notices.log(f"emergency stop cleared by {node or 'a client'}")
         return TriggerResponse(success=True, message="the robot stays where it is until the next command")
 
-    def set_enabled(self, _row: Row, request: SetBoolRequest, node: str) -> SetBoolResponse:
+    def set_enabled(self, _row: Endpoint, request: SetBoolRequest, node: str) -> SetBoolResponse:
         """Take commands, or none."""
         commander = self._commander
         if request.data and commander.is_stopped:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.simulation import Device
-from cellwright.robot.servos import Array, JointReadings, JointServos
+from cellwright.robot.servos import Array, JointArrays, JointServos
 from cellwright.util import plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
 
@@ -31,7 +31,7 @@ class Driver(Protocol):
         """Move to these positions; called before a step, and only when they have changed."""
         ...
 
-    def read(self) -> JointReadings:
+    def read(self) -> JointArrays:
         """Return the current readings; called after a step."""
         ...
 
@@ -47,7 +47,7 @@ FIRST_READING_TIMEOUT = 10.0
 
 _IDLE_INTERVAL = 0.05  # [s] between two readings while the node is idle
 _JOIN_TIMEOUT = 0.5  # [s]
-_COLUMNS = ", ".join(JointReadings._fields[:-1]) + " and " + JointReadings._fields[-1]
+_COLUMNS = ", ".join(JointArrays._fields[:-1]) + " and " + JointArrays._fields[-1]
 
 
 class DriverError(CellwrightError):
@@ -85,7 +85,7 @@ class LiveDriver:
         """Number of readings."""
         still = np.zeros(len(self.joints))
         start = np.array([config.start.get(name, 0.0) for name in self.joints])
-        self._readings = JointReadings(start, still, still)
+        self._readings = JointArrays(start, still, still)
         self._targets: Array | None = None
         self._fault = ""
         self._is_holding = False
@@ -125,7 +125,7 @@ class LiveDriver:
                 self._targets = targets[self._places].copy()
         self._awake.set()
 
-    def read(self) -> JointReadings:
+    def read(self) -> JointArrays:
         """Return the newest readings."""
         self._awake.set()
         return self._readings
@@ -167,11 +167,11 @@ class LiveDriver:
             self.count += 1
             self._heard = time.monotonic()
 
-    def _checked(self, found: JointReadings) -> JointReadings:
-        if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointReadings._fields):
+    def _checked(self, found: JointArrays) -> JointArrays:
+        if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointArrays._fields):
             raise DriverError(f"read() is to give three things, {_COLUMNS}, and it gave {_describe_value(found)}")
         columns = []
-        for name, old, values in zip(JointReadings._fields, self._readings, found, strict=True):
+        for name, old, values in zip(JointArrays._fields, self._readings, found, strict=True):
             if np.ndim(values) != 1:
                 problem = f"{name}: {_describe_value(values)}"
                 raise DriverError(f"read() is to give {_COLUMNS}, each a number for each joint; {problem}")
@@ -184,7 +184,7 @@ class LiveDriver:
             column = old.copy()
             column[self._places] = given
             columns.append(column)
-        return JointReadings(*columns)
+        return JointArrays(*columns)
 
     def _fail(self, reason: str) -> None:
         with self._lock:

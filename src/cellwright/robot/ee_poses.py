@@ -10,7 +10,7 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.simulation import Device, Simulation, State
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages.conversions import header, nanoseconds, pose_message
 from cellwright.middleware.messages.standard import Pose as PoseMessage
 from cellwright.middleware.messages.standard import PoseArray
@@ -30,7 +30,7 @@ MIN_QUATERNION_LENGTH = 1e-6
 
 
 @dataclass
-class _Arm:
+class _ArmTarget:
     """An arm and its target pose; it has no motion while `target` is None."""
 
     numbers: Array
@@ -59,7 +59,7 @@ class EePoses(Device):
     ) -> None:
         super().__init__("ee poses")
         self._config, self._commander, self._message_time, self._caps = config, commander, message_time, caps
-        self._arms: list[_Arm] = []
+        self._arms: list[_ArmTarget] = []
 
     def attach(self, simulation: Simulation) -> None:
         """Look up joints and links."""
@@ -87,7 +87,7 @@ class EePoses(Device):
                 caps=self._caps,
             )
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=int)
-            self._arms.append(_Arm(numbers, solver, reference, np.array(arm.home)))
+            self._arms.append(_ArmTarget(numbers, solver, reference, np.array(arm.home)))
 
     def reset(self) -> None:
         """End all motions."""
@@ -156,7 +156,7 @@ class EePoses(Device):
             arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
             arm.positions = np.array(positions)
 
-    def target_ee_poses(self, row: Row, message: PoseArray, node: str) -> None:
+    def target_ee_poses(self, row: Endpoint, message: PoseArray, node: str) -> None:
         """Move the tips to poses.
 
         A `frame_id` that names a link of the robot gives the frame of the poses, at that link's current pose. Any

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from cellwright.config.robot.config import Gripper, RobotConfig
+from cellwright.config.robot.config import GripperConfig, RobotConfig
 from cellwright.config.robot.model import RobotModel
 from cellwright.robot.servos import Array
 
@@ -17,7 +17,7 @@ class GripperRange:
     out.
     """
 
-    def __init__(self, gripper: Gripper, robot: RobotModel, numbers: Mapping[str, int]) -> None:
+    def __init__(self, gripper: GripperConfig, robot: RobotModel, numbers: Mapping[str, int]) -> None:
         joints = [robot.joint(name) for name in gripper.joints if name in numbers]
         used = [each for each in joints if not each.mimic and math.isfinite(each.limits.upper - each.limits.lower)]
         self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
@@ -40,7 +40,7 @@ class GripperRange:
 
 
 def gripper_ranges(
-    grippers: Sequence[Gripper], robot: RobotModel, numbers: Mapping[str, int]
+    grippers: Sequence[GripperConfig], robot: RobotModel, numbers: Mapping[str, int]
 ) -> tuple[GripperRange, ...]:
     """Return the ranges of all grippers, in their order."""
     return tuple(GripperRange(gripper, robot, numbers) for gripper in grippers)

@@ -13,13 +13,21 @@ from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import BEST_EFFORT, Kind, Pace, Row, Where, says, takes
+from cellwright.middleware.interface.table import (
+    BEST_EFFORT,
+    Availability,
+    Endpoint,
+    EndpointKind,
+    Timing,
+    accepts,
+    publishes,
+)
 
 NODE = "/sim_robot_controller_node"
 """Default name of the node in ROS: that of the vendor's general node."""
 
-TOPIC, SERVICE = Kind.TOPIC, Kind.SERVICE
-ALWAYS, ARMS, GRIPPERS = Where.ALWAYS, Where.ARMS, Where.GRIPPERS
+TOPIC, SERVICE = EndpointKind.TOPIC, EndpointKind.SERVICE
+ALWAYS, ARMS, GRIPPERS = Availability.ALWAYS, Availability.ARMS, Availability.GRIPPERS
 JOINTS, POSES = "sensor_msgs/JointState", "geometry_msgs/PoseArray"
 TARGET_EE_POSES = "/io_teleop/target_ee_poses"
 
@@ -30,55 +38,55 @@ OWN = "Cellwright"
 
 # fmt: off
 IO_TELEOP = (
-    says("/clock", "rosgraph_msgs/Clock", Pace.EACH_STEP, Where.SIMULATED_TIME,
+    publishes("/clock", "rosgraph_msgs/Clock", Timing.EACH_STEP, Availability.SIMULATED_TIME,
          "Simulation time.", handler="clock", source=OWN),
-    says("/io_teleop/joint_states", JOINTS, 100, ALWAYS,
+    publishes("/io_teleop/joint_states", JOINTS, 100, ALWAYS,
          "All joints that are not fixed, by URDF name in the order of their indices.",
          handler="joint_states", source=NODE_OF_TIME),
-    says("/io_teleop/applied_joint_cmd", JOINTS, 100, ALWAYS,
+    publishes("/io_teleop/applied_joint_cmd", JOINTS, 100, ALWAYS,
          "The targets that the joints really follow, after limits and safety.", handler="applied_targets", source=OWN),
-    says("/io_teleop/gripper_states", JOINTS, 100, GRIPPERS,
+    publishes("/io_teleop/gripper_states", JOINTS, 100, GRIPPERS,
          "How far each gripper is closed, 0 to 1: right, left.", handler="gripper_states", source=ADOPTERS),
-    says("/io_teleop/state_ee_poses", POSES, 100, ARMS,
+    publishes("/io_teleop/state_ee_poses", POSES, 100, ARMS,
          "Where the tips of the arms are: right, left; in the frame of `controller_indices.base`.",
          handler="ee_poses", source=CONTROLLER),
-    says("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
+    publishes("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, Availability.EACH_CAMERA,
          "What a camera of the configuration sees, `rgb8`.", handler="colour_picture", source=OWN),
-    says("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
+    publishes("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, Availability.EACH_CAMERA,
          "How far away that is, along the line of sight in m, `32FC1`.", handler="depth_picture", source=OWN),
-    says("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Where.EACH_CAMERA,
+    publishes("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Availability.EACH_CAMERA,
          "The matrix of these pictures.", handler="camera_info", source=OWN),
-    says("/io_teleop/status", "cellwright_msgs/TeleopStatus", Pace.ON_EVENT, ALWAYS,
+    publishes("/io_teleop/status", "cellwright_msgs/TeleopStatus", Timing.ON_EVENT, ALWAYS,
          "Whether commands are taken, from whom, and what was refused.", latch=True, handler="status", source=OWN),
-    takes(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
+    accepts(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
           "Target positions by name, of any joints.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
-    takes(TOPIC, "/io_teleop/target_joint_from_vr", JOINTS, ALWAYS,
+    accepts(TOPIC, "/io_teleop/target_joint_from_vr", JOINTS, ALWAYS,
           "Target positions by name, from the headset (the head, say).",
           handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
-    takes(TOPIC, "/io_teleop/target_gripper_status", JOINTS, GRIPPERS,
+    accepts(TOPIC, "/io_teleop/target_gripper_status", JOINTS, GRIPPERS,
           "How far each gripper is to be closed, 0 to 1, in the order right, left; names count for nothing.",
           handler="target_grippers", qos=BEST_EFFORT, source=NODE_OF_TIME),
-    takes(TOPIC, "/io_teleop/target_finger_joints", JOINTS, ALWAYS,
+    accepts(TOPIC, "/io_teleop/target_finger_joints", JOINTS, ALWAYS,
           "Target positions of finger joints by name.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
-    takes(TOPIC, "/io_teleop/joint_cmd_finger_left", JOINTS, ALWAYS,
+    accepts(TOPIC, "/io_teleop/joint_cmd_finger_left", JOINTS, ALWAYS,
           "Target positions of finger joints of the left hand by name.",
           handler="target_left_hand", qos=BEST_EFFORT, source=ADOPTERS),
-    takes(TOPIC, "/io_teleop/joint_cmd_finger_right", JOINTS, ALWAYS,
+    accepts(TOPIC, "/io_teleop/joint_cmd_finger_right", JOINTS, ALWAYS,
           "Target positions of finger joints of the right hand by name.",
           handler="target_right_hand", qos=BEST_EFFORT, source=ADOPTERS),
-    takes(TOPIC, TARGET_EE_POSES, POSES, ARMS,
+    accepts(TOPIC, TARGET_EE_POSES, POSES, ARMS,
           "Where the tips of the arms are to go: right, left; in the frame of `controller_indices.base`.",
           handler="target_ee_poses", qos=BEST_EFFORT, source=NODE_OF_TIME),
-    takes(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Where.FREE_BASE,
+    accepts(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Availability.FREE_BASE,
           "By how much the base is to turn [rad] and to move along its own y axis [m].",
           handler="move_base", qos=BEST_EFFORT, source=NODE_OF_TIME),
-    takes(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
+    accepts(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
           "True: hold at once, and take no command until the stop is cleared.", handler="stop", source=OWN),
-    takes(SERVICE, "/io_teleop_reset_robot", "std_srvs/Trigger", ALWAYS,
+    accepts(SERVICE, "/io_teleop_reset_robot", "std_srvs/Trigger", ALWAYS,
           "Goes home; answers when the robot is there.", handler="go_home", source=NODE_OF_TIME),
-    takes(SERVICE, "/io_teleop/set_enabled", "std_srvs/SetBool", ALWAYS,
+    accepts(SERVICE, "/io_teleop/set_enabled", "std_srvs/SetBool", ALWAYS,
           "Takes commands, or none.", handler="set_enabled", source=OWN),
-    takes(SERVICE, "/io_teleop/clear_emergency_stop", "std_srvs/Trigger", ALWAYS,
+    accepts(SERVICE, "/io_teleop/clear_emergency_stop", "std_srvs/Trigger", ALWAYS,
           "Ends an emergency stop: the robot stays where it is until the next command.",
           handler="clear_stop", source=OWN),
 )
@@ -90,17 +98,17 @@ JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Directio
 
 def rows(
     config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
-) -> tuple[Row, ...]:
+) -> tuple[Endpoint, ...]:
     """Return the rows of a robot's node, with its working cameras, and /clock if it publishes its own time."""
     there = {
-        Where.ALWAYS: True,
-        Where.ARMS: bool(config.arms),
-        Where.GRIPPERS: bool(config.grippers),
-        Where.FREE_BASE: config.fixed_link is None,
-        Where.SIMULATED_TIME: sim_time,
+        Availability.ALWAYS: True,
+        Availability.ARMS: bool(config.arms),
+        Availability.GRIPPERS: bool(config.grippers),
+        Availability.FREE_BASE: config.fixed_link is None,
+        Availability.SIMULATED_TIME: sim_time,
     }
     found = [row for row in IO_TELEOP if there.get(row.where)]
-    found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Where.EACH_CAMERA]
+    found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Availability.EACH_CAMERA]
     return tuple(replace(row, node=node) for row in found)
 
 

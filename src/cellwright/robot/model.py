@@ -278,7 +278,7 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
     option.iterations = 100  # two are usual; up to fifty when many drives reach their limits at once
-    builder = _Builder(spec, config, is_touched=self_collision)
+    builder = _RobotBuilder(spec, config, is_touched=self_collision)
     with _refusing(config):
         builder.build()
     add_floor(spec)
@@ -306,7 +306,7 @@ def _refusing(config: RobotConfig) -> Iterator[None]:
         raise DescriptionError([Problem(Place(0, str(config.urdf_path), 0), "", message)]) from None
 
 
-class _Builder:
+class _RobotBuilder:
     def __init__(self, spec: Any, config: RobotConfig, *, is_touched: bool) -> None:
         self._spec, self._config, self._robot = spec, config, config.robot
         self._shapes = ShapeBuilder(spec, is_touched=is_touched)

@@ -13,12 +13,12 @@ from cellwright.middleware.interface.binding import bind
 from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
 from cellwright.robot.commander import Commander, Homing
-from cellwright.robot.commands import Commands
+from cellwright.robot.commands import RobotCommands
 from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
 from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.grippers import gripper_ranges
 from cellwright.robot.model import TIMESTEP, body_of, build_robot
-from cellwright.robot.publications import CameraTopics, Publications, add_cameras
+from cellwright.robot.publications import CameraTopics, RobotPublications, add_cameras
 from cellwright.robot.safety import TIP_SPEED, TIP_TURNING, CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
 from cellwright.util.pose import Pose
@@ -104,10 +104,10 @@ class RobotNode:
             """The working cameras of the configuration, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
             handlers = (
-                Commands(config, self.commander, grippers, self.base),
+                RobotCommands(config, self.commander, grippers, self.base),
                 self.homing,
                 self.ee_poses,
-                Publications(config.robot, self.driver, self.commander, grippers, message_time),
+                RobotPublications(config.robot, self.driver, self.commander, grippers, message_time),
                 CameraTopics(self.cameras, message_time),
             )
             bind(self.bus, self.simulation, table, handlers)

@@ -136,7 +136,7 @@ def _status_message(commander: Commander) -> str:
     return f"follows {', '.join(commanders)}" if commanders else "waits for commands"
 
 
-class Publications:
+class RobotPublications:
     """Handlers of the other published topics, with stamps by `message_time` [ns]; grippers are right, left."""
 
     def __init__(

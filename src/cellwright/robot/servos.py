@@ -42,7 +42,7 @@ class Motion(StrEnum):
     """At once, within a step, as in the original's later scripts."""
 
 
-class JointReadings(NamedTuple):
+class JointArrays(NamedTuple):
     """Readings of joints: positions [rad; m], velocities [rad/s; m/s], efforts [N m; N], in the order of indices."""
 
     positions: Array
@@ -149,12 +149,12 @@ class JointServos(Device):
             data.qpos[self._qpos[followers]] = data.ctrl[self._ctrl[followers]] = places
         self.simulation.touch()
 
-    def read(self) -> JointReadings:
+    def read(self) -> JointArrays:
         """Return the current readings, with the efforts of the drives in the newest step."""
         data, efforts = self.simulation.data, np.zeros(self.simulation.model.nv)
         rows, dofs = self._drives()
         efforts[dofs] = data.efc_force[rows]
-        return JointReadings(data.qpos[self._qpos], data.qvel[self._dof], efforts[self._dof])
+        return JointArrays(data.qpos[self._qpos], data.qvel[self._dof], efforts[self._dof])
 
     def drive(self) -> None:
         """Set the velocity of each drive at the end of this step."""

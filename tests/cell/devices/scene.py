@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 
-from cellwright.cell.devices.logical_camera import Scene, SceneModel, collision_geoms
+from cellwright.cell.devices.logical_camera import ModelSnapshot, SceneModel, collision_geoms
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose, Quaternion, Vector3
 
@@ -65,7 +65,7 @@ def make_simulation(
     return simulation
 
 
-def scene_of(simulation: Simulation, *models: tuple[str, str]) -> Scene:
+def scene_of(simulation: Simulation, *models: tuple[str, str]) -> ModelSnapshot:
     """Return a scene of (full name, type); a tray is nested in the AGV of its number."""
     model = simulation.model
     found = []
@@ -76,7 +76,7 @@ def scene_of(simulation: Simulation, *models: tuple[str, str]) -> Scene:
         found.append(
             SceneModel(name, kind, body, collision_geoms(model, body), nested_in=f"agv{number}" if is_tray else None)
         )
-    return Scene(model, simulation.data, found)
+    return ModelSnapshot(model, simulation.data, found)
 
 
 def move(simulation: Simulation, name: str, pose: Pose) -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cellwright.cell.devices.logical_camera import KNOWN_TYPES, CameraReading, Detection, Frame, LogicalCamera
+from cellwright.cell.devices.logical_camera import KNOWN_TYPES, CameraReading, Detection, LogicalCamera, TfFrame
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.devices.scene import add_agv, add_part, empty_spec, make_simulation, move, scene_of
@@ -87,7 +87,7 @@ def test_unknown_types_are_not_reported() -> None:
 def test_frames_carry_the_camera_s_name() -> None:
     _, camera = camera_over(Pose((1.0, 2.0, 1.2)), Pose((1.1, 2.0, 1.1)), name="logical_camera_2")
     reading = camera.read()
-    assert reading.frames[0] == Frame("world", "logical_camera_2_frame", ABOVE)
+    assert reading.frames[0] == TfFrame("world", "logical_camera_2_frame", ABOVE)
     assert [(frame.parent, frame.child) for frame in reading.frames[1:]] == [
         ("logical_camera_2_frame", "logical_camera_2_piston_rod_part_1_frame"),
         ("logical_camera_2_frame", "logical_camera_2_gear_part_clone_0_frame"),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import PictureRequest
-from cellwright.rendering.scene.scene import Frame, Scene
+from cellwright.rendering.scene.scene import Scene, SceneFrame
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.errors import RenderingError
 
@@ -29,7 +29,7 @@ class FakeWorker(RenderWorker):
         self.has_begun = True
         self.is_broken = False
         self.is_closed = False
-        self.asked: list[tuple[Frame, Camera, list[str]]] = []
+        self.asked: list[tuple[SceneFrame, Camera, list[str]]] = []
         self.fetched: list[int] = []
         self.ready = _Ready(self)
 
@@ -38,11 +38,11 @@ class FakeWorker(RenderWorker):
         """Number of requested pictures."""
         return len(self.asked)
 
-    def colour(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
+    def colour(self, frame: SceneFrame, asked: PictureRequest) -> Future[NDArray[np.uint8]]:
         self.asked.append((frame, asked.camera, ["colour"]))
         return _Picture(self, np.full((asked.height, asked.width, 3), frame.time // 1_000_000 % 256, np.uint8))
 
-    def depth(self, frame: Frame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
+    def depth(self, frame: SceneFrame, asked: PictureRequest) -> Future[NDArray[np.float32]]:
         camera = asked.camera
         if self.asked and self.asked[-1] == (frame, camera, ["colour"]):
             self.asked[-1][2].append("depth")

@@ -8,7 +8,7 @@ from typing import Any
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows as gear_rows
 from cellwright.middleware.bus import Bus, Direction, Served
-from cellwright.middleware.interface.table import Kind, Row
+from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.middleware.messages import message_type, service_type
 from cellwright.robot.interface import rows as teleop_rows
 from cellwright.robot.node import RobotNode
@@ -32,13 +32,13 @@ class Input:
         )
 
 
-def inputs(rows: tuple[Row, ...]) -> list[Input]:
+def inputs(rows: tuple[Endpoint, ...]) -> list[Input]:
     """Return the inputs of an interface; an action is five topics, which have rows of their own."""
-    return [_input(row) for row in rows if row.direction is Direction.IN and row.kind is not Kind.ACTION]
+    return [_input(row) for row in rows if row.direction is Direction.IN and row.kind is not EndpointKind.ACTION]
 
 
-def _input(row: Row) -> Input:
-    is_service = row.kind is Kind.SERVICE
+def _input(row: Endpoint) -> Input:
+    is_service = row.kind is EndpointKind.SERVICE
     message = service_type(row.type).request if is_service else message_type(row.type)
     return Input(row.name, message.__msgtype__, is_service)
 

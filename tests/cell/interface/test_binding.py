@@ -11,7 +11,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows
 from cellwright.config.trial.trial import Options, Trial
 from cellwright.middleware.bus import Direction
-from cellwright.middleware.interface.table import Kind, Pace, Row
+from cellwright.middleware.interface.table import Endpoint, EndpointKind, Timing
 from cellwright.middleware.messages.osrf_gear import ConveyorBeltControlRequest, ConveyorBeltState, SubmitTrayRequest
 from tests.cell.interface.goals import send
 from tests.cells import ARM_ONLY, BARE, KITTING, TRAY_1, WHOLE, Ear, call, run, start, way, with_timestep
@@ -26,7 +26,7 @@ TRIALS = (
 )
 
 
-def out_rows(trial: Trial, *, competition: bool) -> list[Row]:
+def out_rows(trial: Trial, *, competition: bool) -> list[Endpoint]:
     return [row for row in rows(trial, competition=competition) if row.rate is not None]
 
 
@@ -35,7 +35,7 @@ def out_rows(trial: Trial, *, competition: bool) -> list[Row]:
 def test_the_bus_has_what_the_table_has_and_nothing_else(trial: Trial, competition: bool) -> None:
     cell = Cell(trial, competition=competition)
     table = rows(trial, competition=competition)
-    topics = [row for row in table if row.kind is Kind.TOPIC]
+    topics = [row for row in table if row.kind is EndpointKind.TOPIC]
     assert {info.name for info in cell.bus.topics()} == {row.name for row in topics}
     for row in topics:
         info = cell.bus.topic(row.name)
@@ -47,14 +47,14 @@ def test_the_bus_has_what_the_table_has_and_nothing_else(trial: Trial, competiti
             assert info.rate == next(each.rate_text for each in topics if each.name == row.name)
         else:
             assert info.subscribers == ("/gazebo",)
-    services = {row.name: row.type for row in table if row.kind is Kind.SERVICE}
+    services = {row.name: row.type for row in table if row.kind is EndpointKind.SERVICE}
     assert {info.name: info.type.name for info in cell.bus.services()} == services
     assert cell.topics() == sorted({row.name for row in topics if row.direction is Direction.OUT})
 
 
-def expected_count(row: Row, timestep: Fraction, ticks: int) -> int | None:
+def expected_count(row: Endpoint, timestep: Fraction, ticks: int) -> int | None:
     """Return the number of messages of a periodic topic in `ticks` steps; None for a topic without a period."""
-    if row.rate is Pace.EACH_STEP:
+    if row.rate is Timing.EACH_STEP:
         return ticks
     if row.period is None:
         return None

@@ -14,7 +14,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import camera_rows, rows
 from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import Camera
+from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.middleware.messages import from_cdr, from_ros1, to_cdr, to_ros1
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.middleware.messages.standard import CameraInfo, Image, PointCloud, PointCloud2
@@ -104,7 +104,7 @@ def test_each_type_has_its_topics(shown: tuple[Cell, dict[str, list[Any]]]) -> N
 
 def test_rows_have_the_rate_of_their_camera() -> None:
     trial = load_trial(text=CELL.replace("rate: 20", "rate: 7.5")).trial
-    camera = next(each for each in trial.sensors if isinstance(each, Camera))
+    camera = next(each for each in trial.sensors if isinstance(each, PictureCameraConfig))
     assert {row.rate_text for row in camera_rows(camera)} == {"7.5 Hz"}
     assert set(camera_rows(camera)) < set(rows(trial, competition=True))
 

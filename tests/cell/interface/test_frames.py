@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.config.trial.trial import Sensor
+from cellwright.config.trial.trial import SensorConfig
 from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.util.pose import Pose, normalized
 from tests.cells import ARM_ONLY, BARE, WHOLE, Ear, run, run_to
@@ -108,8 +108,8 @@ def test_fixed_frames_of_a_cell_without_arm_and_sensors() -> None:
 
 def test_fixed_frames_are_named_as_in_the_original() -> None:
     sensors = (
-        Sensor("my_camera", "logical_camera", Pose((0.0, 0.0, 1.0))),
-        Sensor("logical_camera_beam", "break_beam", Pose((0.0, 0.0, 1.0))),
+        SensorConfig("my_camera", "logical_camera", Pose((0.0, 0.0, 1.0))),
+        SensorConfig("logical_camera_beam", "break_beam", Pose((0.0, 0.0, 1.0))),
     )
     tree = tree_of(Ear(Cell(replace(BARE, sensors=sensors)), "/tf_static"))
     assert "my_camera_frame" in tree

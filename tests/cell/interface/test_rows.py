@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.interface.rows import GEAR, rows
-from cellwright.config.trial.trial import BeltPart, Options, Sensor, SensorType, Trial
+from cellwright.config.trial.trial import BeltPart, Options, SensorConfig, SensorType, Trial
 from cellwright.middleware.bus import Bus, Direction
-from cellwright.middleware.interface.table import Competition, Kind, Pace, Row
+from cellwright.middleware.interface.table import CompetitionMode, Endpoint, EndpointKind, Timing
 from cellwright.middleware.messages import message_type, service_type
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -18,11 +18,11 @@ WHOLE = Trial(
     "whole",
     has_arm=True,
     sensors=(
-        Sensor("break_beam_1", "break_beam", Pose()),
-        Sensor("proximity_sensor_1", "proximity_sensor", Pose()),
-        Sensor("laser_profiler_1", "laser_profiler", Pose()),
-        Sensor("logical_camera_1", "logical_camera", Pose()),
-        Sensor("logical_camera_2", "logical_camera", Pose()),
+        SensorConfig("break_beam_1", "break_beam", Pose()),
+        SensorConfig("proximity_sensor_1", "proximity_sensor", Pose()),
+        SensorConfig("laser_profiler_1", "laser_profiler", Pose()),
+        SensorConfig("logical_camera_1", "logical_camera", Pose()),
+        SensorConfig("logical_camera_2", "logical_camera", Pose()),
     ),
     belt_parts=(BeltPart(1.0, "gear_part", Pose()),),
 )
@@ -78,15 +78,19 @@ SERVICES = {
 }
 
 
-def named(trial: Trial, *, competition: bool = False) -> dict[str, Row]:
+def named(trial: Trial, *, competition: bool = False) -> dict[str, Endpoint]:
     return {row.name: row for row in rows(trial, competition=competition)}
 
 
 def test_topics_from_the_cell() -> None:
-    out = [row for row in rows(WHOLE, competition=False) if (row.kind, row.direction) == (Kind.TOPIC, Direction.OUT)]
+    out = [
+        row
+        for row in rows(WHOLE, competition=False)
+        if (row.kind, row.direction) == (EndpointKind.TOPIC, Direction.OUT)
+    ]
     found: dict[str, tuple[str, object, bool]] = {}
     for row in out:
-        rate: object = row.rate.value if isinstance(row.rate, Pace) else row.rate
+        rate: object = row.rate.value if isinstance(row.rate, Timing) else row.rate
         if row.name == "/tf" and row.name in found:
             rate = (found["/tf"][1], rate)
         found[row.name] = (row.type, rate, row.latch)
@@ -94,29 +98,33 @@ def test_topics_from_the_cell() -> None:
 
 
 def test_topics_to_the_cell() -> None:
-    heard = [row for row in rows(WHOLE, competition=False) if (row.kind, row.direction) == (Kind.TOPIC, Direction.IN)]
+    heard = [
+        row for row in rows(WHOLE, competition=False) if (row.kind, row.direction) == (EndpointKind.TOPIC, Direction.IN)
+    ]
     assert {row.name: row.type for row in heard} == IN
     assert {(row.rate, row.latch, row.period, row.rate_text) for row in heard} == {(None, False, None, "")}
 
 
 def test_services_and_actions() -> None:
     found = rows(WHOLE, competition=False)
-    assert {row.name: row.type for row in found if row.kind is Kind.SERVICE} == SERVICES
-    actions = [(row.name, row.type) for row in found if row.kind is Kind.ACTION]
+    assert {row.name: row.type for row in found if row.kind is EndpointKind.SERVICE} == SERVICES
+    actions = [(row.name, row.type) for row in found if row.kind is EndpointKind.ACTION]
     assert actions == [("/ariac/arm/follow_joint_trajectory", "control_msgs/FollowJointTrajectory")]
-    assert all(row.direction is Direction.IN for row in found if row.kind is not Kind.TOPIC)
+    assert all(row.direction is Direction.IN for row in found if row.kind is not EndpointKind.TOPIC)
 
 
 def test_competition_mode() -> None:
     development, competition = named(WHOLE), named(WHOLE, competition=True)
     assert development.keys() - competition.keys() == {"/ariac/population/control"}
-    special = {name: row.competition for name, row in competition.items() if row.competition is not Competition.SAME}
+    special = {
+        name: row.competition for name, row in competition.items() if row.competition is not CompetitionMode.SAME
+    }
     assert special == {
-        "/ariac/trays": Competition.SILENCED,
-        "/ariac/conveyor/control": Competition.REFUSES,
-        "/ariac/submit_tray": Competition.REFUSES,
-        "/ariac/kit_tray_1/clear_tray": Competition.REFUSES,
-        "/ariac/kit_tray_2/clear_tray": Competition.REFUSES,
+        "/ariac/trays": CompetitionMode.SILENCED,
+        "/ariac/conveyor/control": CompetitionMode.REFUSES,
+        "/ariac/submit_tray": CompetitionMode.REFUSES,
+        "/ariac/kit_tray_1/clear_tray": CompetitionMode.REFUSES,
+        "/ariac/kit_tray_2/clear_tray": CompetitionMode.REFUSES,
     }
 
 
@@ -180,13 +188,13 @@ def test_rows_know_their_subject() -> None:
 
 
 @pytest.mark.parametrize("row", GEAR, ids=lambda row: row.name)
-def test_every_row_is_whole(row: Row) -> None:
+def test_every_row_is_whole(row: Endpoint) -> None:
     match row.kind:
-        case Kind.TOPIC:
+        case EndpointKind.TOPIC:
             message_type(row.type)
-        case Kind.SERVICE:
+        case EndpointKind.SERVICE:
             service_type(row.type)
-        case Kind.ACTION:
+        case EndpointKind.ACTION:
             message_type(f"{row.type}Action")
     assert row.about.endswith(".")
     assert row.source or not row.name.startswith("/ariac/"), "what the original has says where"
@@ -198,11 +206,11 @@ def test_every_row_is_whole(row: Row) -> None:
 def test_a_bus_takes_all_rows(competition: bool) -> None:
     bus = Bus(lambda: 0)
     for row in rows(WHOLE, competition=competition):
-        if row.kind is Kind.SERVICE:
+        if row.kind is EndpointKind.SERVICE:
             bus.serve(row.name, row.type, lambda _request, _node: None)
-        elif row.kind is Kind.TOPIC and row.direction is Direction.OUT:
+        elif row.kind is EndpointKind.TOPIC and row.direction is Direction.OUT:
             bus.advertise(row.name, row.type, latch=row.latch, rate=row.rate_text, node=row.node)
-        elif row.kind is Kind.TOPIC:
+        elif row.kind is EndpointKind.TOPIC:
             bus.listen(row.name, row.type, lambda _message, _node: None, node=row.node)
     assert {info.name: info.type for info in bus.topics()} == {name: OUT[name][0] for name in OUT} | IN
     assert len(bus.services()) == len(SERVICES) - competition
@@ -213,7 +221,7 @@ def test_a_bus_takes_all_rows(competition: bool) -> None:
     ("name", "kind"), [("orders", "break_beam"), ("trays", "logical_camera"), ("arm/command", "laser_profiler")]
 )
 def test_a_sensor_cannot_take_a_name_of_the_cell(name: str, kind: SensorType) -> None:
-    trial = Trial("", has_arm=True, sensors=(Sensor(name, kind, Pose()),))
+    trial = Trial("", has_arm=True, sensors=(SensorConfig(name, kind, Pose()),))
     with pytest.raises(UsageError, match=f"sensor '{name}': it would publish .* on /ariac/{name}, which carries"):
         rows(trial, competition=False)
 
@@ -239,7 +247,7 @@ def test_every_cell_has_its_contract(
         has_arm=arm,
         options=Options(insert_agvs=agvs),
         belt_parts=WHOLE.belt_parts if belt else (),
-        sensors=tuple(Sensor(name, kind, Pose()) for name, kind in sensors),
+        sensors=tuple(SensorConfig(name, kind, Pose()) for name, kind in sensors),
     )
     found = rows(trial, competition=competition)
     assert not any("{" in row.name for row in found)

@@ -18,7 +18,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
-from cellwright.config.trial.trial import Sensor
+from cellwright.config.trial.trial import SensorConfig
 from cellwright.util.pose import Pose
 from tests.cell.interface.test_frames import heard, in_world, matrix
 from tests.cell.interface.urdf_chain import joints_of, world_T
@@ -110,14 +110,14 @@ def test_a_cell_without_an_arm_has_its_fixed_frames() -> None:
 
 
 def test_two_frames_of_one_name_are_one_and_the_later_holds() -> None:
-    clash = Sensor("belt", "break_beam", Pose((5.0, 0.0, 0.0)))
+    clash = SensorConfig("belt", "break_beam", Pose((5.0, 0.0, 0.0)))
     joints = joints_of(robot_description(replace(BARE, sensors=(clash,))))
     (frame,) = [joint for joint in joints if joint.child == "belt_frame"]
     assert frame.origin[0, 3] == 5.0
 
 
 def test_a_name_cannot_break_the_text() -> None:
-    odd = Sensor('a"<b>&', "break_beam", Pose())
+    odd = SensorConfig('a"<b>&', "break_beam", Pose())
     assert 'a"<b>&_frame' in {joint.child for joint in joints_of(robot_description(replace(BARE, sensors=(odd,))))}
 
 

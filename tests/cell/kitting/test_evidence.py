@@ -22,7 +22,7 @@ from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.cell.kitting.scorer import Averages, Scorer, trial_score
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.trial import Order, Part, Sensor, Trial
+from cellwright.config.trial.trial import Order, Part, SensorConfig, Trial
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import kit, order, ordered, pose, thing
 
@@ -38,7 +38,7 @@ def judged(*contents: TrayObject, first: Order, more: tuple[Order, ...] = ()) ->
     scorer.begin(0)
     scorer.announce(first.order_id, 0)
     scorer.submit(first.kits[0].kit_type, contents, 10 * SECOND)
-    sensors = (Sensor("a", "logical_camera", Pose()), Sensor("b", "break_beam", Pose()))
+    sensors = (SensorConfig("a", "logical_camera", Pose()), SensorConfig("b", "break_beam", Pose()))
     trial = Trial("t", orders=orders, bin_parts=CELL, sensors=sensors)
     return evidence(trial, scorer.game_score(12 * SECOND), 12 * SECOND)
 
@@ -156,7 +156,7 @@ def test_the_fate_of_a_missing_part_is_given_in_words_and_as_values() -> None:
 
 def test_the_score_of_the_trial_is_given_term_by_term() -> None:
     found = judged(thing(), first=order(0, start_time=0.0))
-    sensors = (Sensor("a", "logical_camera", Pose()),)
+    sensors = (SensorConfig("a", "logical_camera", Pose()),)
     final = trial_score(sensors, [each.score for each in found.orders], Averages(500.0, (20.0,)))
     document = trial_score_to_json(final)
     assert (document["total"], document["cost_factor"], document["cost_points"]) == (7.5, 1.0, 1.5)

@@ -4,7 +4,7 @@ import pytest
 
 from cellwright.cell.kitting.kit_score import score_kit
 from cellwright.cell.kitting.scorer import Averages, OrderScore, system_cost, trial_score
-from cellwright.config.trial.trial import Sensor, SensorType
+from cellwright.config.trial.trial import SensorConfig, SensorType
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import filling, order
@@ -12,8 +12,8 @@ from tests.cell.kitting.builders import filling, order
 SECOND = 1_000_000_000
 
 
-def sensors(*types: SensorType) -> list[Sensor]:
-    return [Sensor(f"sensor_{number}", type_, Pose()) for number, type_ in enumerate(types)]
+def sensors(*types: SensorType) -> list[SensorConfig]:
+    return [SensorConfig(f"sensor_{number}", type_, Pose()) for number, type_ in enumerate(types)]
 
 
 def earned(number: int, parts: int, time_taken: int) -> OrderScore:
@@ -74,6 +74,8 @@ def test_a_dear_cell_loses_points() -> None:
         (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, (math.inf,)), "above 0, not inf"),
     ],
 )
-def test_what_has_no_score(cell: list[Sensor], orders: list[OrderScore], averages: Averages, message: str) -> None:
+def test_what_has_no_score(
+    cell: list[SensorConfig], orders: list[OrderScore], averages: Averages, message: str
+) -> None:
     with pytest.raises(UsageError, match=message):
         trial_score(cell, orders, averages)

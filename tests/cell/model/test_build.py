@@ -10,7 +10,17 @@ import pytest
 from cellwright.cell.model.arm import GRIPPER
 from cellwright.cell.model.build import World, build_world
 from cellwright.cell.model.frames import BIN_CENTRES, SHELF_SURFACE, TRAY_IDS
-from cellwright.config.trial.trial import BeltPart, CellSettings, Kit, KitObject, Options, Order, Part, Sensor, Trial
+from cellwright.config.trial.trial import (
+    BeltPart,
+    CellSettings,
+    Kit,
+    KitObject,
+    Options,
+    Order,
+    Part,
+    SensorConfig,
+    Trial,
+)
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
@@ -28,7 +38,10 @@ ORDERS = (
 FULL = Trial(
     "full",
     has_arm=True,
-    sensors=(Sensor("beam", "break_beam", Pose((1.6, 2.25, 0.91))), Sensor("eye", "logical_camera", Pose((0, 0, 2)))),
+    sensors=(
+        SensorConfig("beam", "break_beam", Pose((1.6, 2.25, 0.91))),
+        SensorConfig("eye", "logical_camera", Pose((0, 0, 2))),
+    ),
     options=Options(belt_population_cycles=2, fill_demo_tray=True),
     orders=ORDERS,
     bin_parts=(

@@ -8,7 +8,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.model.build import build_world
 from cellwright.cell.model.own_models import form_of, model_problems
 from cellwright.config.models.files import ModelFileError
-from cellwright.config.models.model import Model, ModelShape
+from cellwright.config.models.model import ModelShape, UserModel
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.engine.shapes import Role
@@ -81,7 +81,7 @@ def test_a_mesh_stands_where_its_file_says() -> None:
 
 def test_mass_is_shared_by_volume() -> None:
     shapes = (ModelShape("box", (0.1, 0.1, 0.1)), ModelShape("box", (0.1, 0.1, 0.3)))
-    assert [shape.share for shape in form_of("a", Model(shapes, 2.0)).touched] == pytest.approx([0.25, 0.75])
+    assert [shape.share for shape in form_of("a", UserModel(shapes, 2.0)).touched] == pytest.approx([0.25, 0.75])
 
 
 def test_all_shapes_come_into_the_engine() -> None:
@@ -92,7 +92,7 @@ def test_all_shapes_come_into_the_engine() -> None:
         ModelShape("capsule", (0.05, 0.1, 0)),
     )
     part = Part("bin7|my_part_1", "my_part", Pose((0, 0, 1)))
-    world = build_world(Trial("t", bin_parts=(part,), part_models={"my_part": Model(shapes, 1.0)}))
+    world = build_world(Trial("t", bin_parts=(part,), part_models={"my_part": UserModel(shapes, 1.0)}))
     (built,) = [each for each in world.parts if each.name == "bin7|my_part_1"]
     assert len(built.geoms) == 4
     assert built.shelf.position[2] == pytest.approx(0.5 + 0.1)

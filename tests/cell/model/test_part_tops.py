@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from cellwright.cell.model.arm_looks import CUP_FACE_RADIUS
 from cellwright.cell.model.own_models import form_of
 from cellwright.cell.model.part_tops import CLEARANCE, PartTop, part_tops
-from cellwright.config.models.model import Model, ModelShape
+from cellwright.config.models.model import ModelShape, UserModel
 from cellwright.util.pose import Pose
 from tests.own_parts import STEP_HEIGHT, write_step
 
 
 def tops(*shapes: ModelShape, mass: float = 0.5) -> tuple[PartTop, ...]:
-    return part_tops(form_of("my_part", Model(shapes, mass)))
+    return part_tops(form_of("my_part", UserModel(shapes, mass)))
 
 
 def top(*shapes: ModelShape) -> PartTop:

@@ -17,7 +17,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.rebuild import rebuild
-from cellwright.recording.replay.verify import Moment, Verdict, versions_that_differ
+from cellwright.recording.replay.verify import TickTime, VerificationResult, versions_that_differ
 from cellwright.util.errors import CellwrightError
 from tests.cli.conftest import CommandLine
 
@@ -186,15 +186,15 @@ def test_a_difference_is_reported_with_place_and_versions() -> None:
     from rich.console import Console
 
     text = StringIO()
-    verdict = Verdict(
-        begun=Moment(0, 0),
-        reached=Moment(10000, 2 * 10**10),
+    verdict = VerificationResult(
+        begun=TickTime(0, 0),
+        reached=TickTime(10000, 2 * 10**10),
         hashes=3,
         frames=700,
         commands=9,
-        equal_until=Moment(5000, 10**10),
-        different=Moment(10000, 2 * 10**10),
-        moved=Moment(6020, 12_040_000_000),
+        equal_until=TickTime(5000, 10**10),
+        different=TickTime(10000, 2 * 10**10),
+        moved=TickTime(6020, 12_040_000_000),
         bodies=("piston_rod_part_1", "wrist_3_link"),
         wall=2.0,
     )

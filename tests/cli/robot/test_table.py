@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli import robot as robot_table
-from cellwright.config.robot.config import End, RobotConfig
+from cellwright.config.robot.config import RangeEnd, RobotConfig
 from cellwright.config.robot.robots import load_robot
 
 
@@ -69,7 +69,7 @@ def test_a_robot_of_one_link(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatc
 
 def test_ends_and_bounds_of_the_file_are_shown(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     right, left = tandem.grippers
-    ends = tuple(End.UPPER for _ in right.joints)
+    ends = tuple(RangeEnd.UPPER for _ in right.joints)
     changed = replace(tandem, grippers=(replace(right, open_ends=ends), left), max_accelerations={"lift": 0.5})
     lines = shown(changed, 120, monkeypatch)
     assert "gripper R   open at the upper limits of its joints" in lines

@@ -24,7 +24,7 @@ from cellwright.running.run import Outcome, RunOptions, Session, run_cell
 from cellwright.running.run import session as sessions
 from cellwright.running.run.targets import cell_result
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.viewer.web.connection import Link
+from cellwright.viewer.web.connection import ServerConnection
 from tests.cells import ARM_ONLY, KITTING
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
@@ -75,10 +75,10 @@ def server_of(session: Session) -> Server:
 
 
 @contextmanager
-def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
+def looking(crowd: Session, act: Callable[[ServerConnection], None]) -> Iterator[None]:
     """Act as a viewer in another thread while the run goes on; serve its requests until it is done."""
     wrong: list[BaseException] = []
-    link = Link(server_of(crowd).address, key=server_of(crowd).key)
+    link = ServerConnection(server_of(crowd).address, key=server_of(crowd).key)
 
     def look() -> None:
         try:
@@ -101,15 +101,15 @@ def looking(crowd: Session, act: Callable[[Link], None]) -> Iterator[None]:
         assert not wrong, wrong
 
 
-def control(link: Link, **asked: Any) -> dict[str, Any]:
+def control(link: ServerConnection, **asked: Any) -> dict[str, Any]:
     return link.ask("cellwright/control", **asked)
 
 
-def panel(link: Link) -> dict[str, Any]:
+def panel(link: ServerConnection) -> dict[str, Any]:
     return link.ask("cellwright/panel")
 
 
-def until(link: Link, condition: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+def until(link: ServerConnection, condition: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
     seen: list[dict[str, Any]] = []
 
     def holds() -> bool:
@@ -124,7 +124,7 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
     alone = run_cell(Cell(KITTING), Sends(), RunOptions())
     crowd_cell = Cell(KITTING)
 
-    def meddle(link: Link) -> None:
+    def meddle(link: ServerConnection) -> None:
         until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
         before = panel(link)["clock"]["tick"]
@@ -144,7 +144,7 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
 def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
     cell = Cell(KITTING, competition=False)
 
-    def restart(link: Link) -> None:
+    def restart(link: ServerConnection) -> None:
         until(link, lambda state: state["clock"]["tick"] > 10)
         control(link, action="pause")
         control(link, action="reset")
@@ -163,7 +163,7 @@ def test_a_run_that_restarts_ends_for_its_agent_at_once() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
-    def pause_and_end(link: Link) -> None:
+    def pause_and_end(link: ServerConnection) -> None:
         until(link, lambda state: state["clock"]["tick"] > 0)
         control(link, action="pause")
         os.kill(os.getpid(), signal.SIGINT)
@@ -178,7 +178,7 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
     [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS)],
 )
 def test_a_run_that_cannot_restart_gives_the_reason(cell: Cell, apart: bool, reason: str) -> None:
-    def ask(link: Link) -> None:
+    def ask(link: ServerConnection) -> None:
         with pytest.raises(CellwrightError, match=reason):
             control(link, action="reset")
 
@@ -192,7 +192,7 @@ def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(
     with looked_at(Cell(KITTING, competition=False), until=0.1) as crowd:
         crowd.run()
 
-        def look(link: Link) -> None:
+        def look(link: ServerConnection) -> None:
             state = panel(link)
             assert state["result"]["outcome"] == "until"
             assert state["control"]["over"] == state["refused"]["belt"] == "the run is over"
@@ -212,7 +212,7 @@ def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPa
     with looked_at(Cell(KITTING), until=0.1) as crowd:
         crowd.run()
 
-        def end(link: Link) -> None:
+        def end(link: ServerConnection) -> None:
             assert panel(link)["result"]["outcome"] == "until"
             os.kill(os.getpid(), number)
 
@@ -225,7 +225,7 @@ def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPa
 def test_collisions_are_on_the_panel_during_the_run_and_at_its_end() -> None:
     cell = Cell(ARM_ONLY)
 
-    def look(link: Link) -> None:
+    def look(link: ServerConnection) -> None:
         seen = until(link, lambda state: state["collisions"]["count"] > 0)["collisions"]["latest"][-1]
         assert (seen["obstacle"], seen["end"]) == ("camera frame 2", None), "it lasts"
 
@@ -242,7 +242,7 @@ def test_collisions_are_on_the_panel_during_the_run_and_at_its_end() -> None:
 def test_viewers_stay_after_an_agent_in_a_process_of_its_own() -> None:
     cell = Cell(KITTING)
 
-    def look(link: Link) -> None:
+    def look(link: ServerConnection) -> None:
         until(link, lambda state: state["state"] == "done")
         assert panel(link)["score"]["total"] == 6.0
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.wire.frames import Decoder, Frame, Kind, advance, hello
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello
 from tests.cli.conftest import CommandLine
 from tests.processes import Process
 from tests.running.test_serving import ended, hear, serving
@@ -85,7 +85,7 @@ def test_pace_is_printed(cellwright: CommandLine) -> None:
     [
         ([], b""),
         (["--lockstep"], hello("/me", "cdr").encode() + advance(1, 10**15, each_tick=False).encode()),
-        (["--speed", "max"], hello("/me", "cdr").encode() + Frame(Kind.SUBSCRIBE, 5, "/clock").encode()),
+        (["--speed", "max"], hello("/me", "cdr").encode() + Frame(FrameKind.SUBSCRIBE, 5, "/clock").encode()),
     ],
     ids=["at once", "while a client waits", "while a client listens"],
 )

@@ -15,7 +15,7 @@ import pytest
 
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.conversions import joint_state
-from cellwright.middleware.wire.frames import Decoder, Frame, Kind, advance, hello, read_time
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, advance, hello, read_time
 from tests.cli.conftest import CommandLine
 from tests.running.test_serving import hear
 from tests.waiting import TIMEOUT
@@ -98,12 +98,12 @@ def running(*arguments: str) -> Iterator[tuple[WarmProcess, socket.socket, Decod
 def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
     with running() as (process, connection, decoder):
         message = to_cdr(joint_state(["no joint"], [1.0], time=0))
-        connection.sendall(Frame(Kind.PUBLISH, 1, "/io_teleop/joint_cmd", payload=message).encode())
-        assert [frame.kind for frame in hear(connection, decoder)] == [Kind.DONE]
-        connection.sendall(Frame(Kind.PUBLISH, 2, "/io_teleop/joint_cmd", payload=b"rubbish").encode())
-        assert [frame.kind for frame in hear(connection, decoder)] == [Kind.REFUSED]
+        connection.sendall(Frame(FrameKind.PUBLISH, 1, "/io_teleop/joint_cmd", payload=message).encode())
+        assert [frame.kind for frame in hear(connection, decoder)] == [FrameKind.DONE]
+        connection.sendall(Frame(FrameKind.PUBLISH, 2, "/io_teleop/joint_cmd", payload=b"rubbish").encode())
+        assert [frame.kind for frame in hear(connection, decoder)] == [FrameKind.REFUSED]
         process.send_signal(signal.SIGINT)
-        assert [frame.kind for frame in hear(connection, decoder)] == [Kind.ENDED]
+        assert [frame.kind for frame in hear(connection, decoder)] == [FrameKind.ENDED]
         out, err = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 0
     assert "Traceback" not in err

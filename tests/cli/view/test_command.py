@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.viewer.services.scene import ITS_OWN_PAGE
-from cellwright.viewer.web.connection import Link
+from cellwright.viewer.web.connection import ServerConnection
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_PAGES
 from tests.running.test_serving import serving
@@ -51,7 +51,7 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
         ready = next_line(process, r"ready: lesson at (127\.0\.0\.1):(\d+), real time")
         with urllib.request.urlopen(url, timeout=TIMEOUT) as answer:
             assert (answer.status, "<html" in answer.read().decode().lower()) == (200, True)
-        link = Link((ready[1], int(ready[2])))
+        link = ServerConnection((ready[1], int(ready[2])))
         panel = link.ask("cellwright/panel")
         assert (panel["kind"], panel["development"], panel["clock"]["tick"]) == ("cell", True, 0)
         assert panel["control"]["paused"]

@@ -23,7 +23,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages import from_ros1, to_ros1
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.running.run import RunOptions, run_cell
 from cellwright.util.errors import (
     MessageError,
@@ -154,29 +154,31 @@ def test_it_speaks_under_its_name_and_typed(live: tuple[FakeCell, Ros1Transport]
     cell, transport = live
     for number in range(20):
         transport.publish("/commands", String(str(number)))
-    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 20, "messages")
-    frames = cell.of(Kind.PUBLISH)
+    wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == 20, "messages")
+    frames = cell.of(FrameKind.PUBLISH)
     assert [from_ros1(frame.payload, String).data for frame in frames] == [str(number) for number in range(20)]
     assert {(frame.node, frame.type) for frame in frames} == {("/team", "std_msgs/String")}
 
 
 def test_calls_and_what_becomes_of_them(live: tuple[FakeCell, Ros1Transport]) -> None:
     cell, transport = live
-    answer: list[tuple[Kind, str, bytes]] = [(Kind.ANSWER, "", to_ros1(TriggerResponse(success=True, message="go")))]
+    answer: list[tuple[FrameKind, str, bytes]] = [
+        (FrameKind.ANSWER, "", to_ros1(TriggerResponse(success=True, message="go")))
+    ]
 
     def answered(frame: Frame) -> Frame | None:
         kind, name, payload = answer[0]
-        return Frame(kind, frame.number, name, payload=payload) if frame.kind is Kind.CALL else cell.usual(frame)
+        return Frame(kind, frame.number, name, payload=payload) if frame.kind is FrameKind.CALL else cell.usual(frame)
 
     cell.answer = answered
     assert transport.call(START, TriggerRequest()) == TriggerResponse(success=True, message="go")
-    answer[0] = (Kind.REFUSED, "RejectedCommandError", b"not now")
+    answer[0] = (FrameKind.REFUSED, "RejectedCommandError", b"not now")
     with pytest.raises(RejectedCommandError, match="not now"):
         transport.call(START, TriggerRequest())
-    answer[0] = (Kind.REFUSED, "ServiceFailedError", b"")
+    answer[0] = (FrameKind.REFUSED, "ServiceFailedError", b"")
     with pytest.raises(ServiceFailedError, match="no answer"):
         transport.call(START, TriggerRequest())
-    assert {frame.node for frame in cell.of(Kind.CALL)} == {"/team"}
+    assert {frame.node for frame in cell.of(FrameKind.CALL)} == {"/team"}
 
 
 def test_names_and_types_that_do_not_fit(live: tuple[FakeCell, Ros1Transport]) -> None:
@@ -194,7 +196,7 @@ def test_in_lockstep_the_order_of_messages_is_that_of_their_making(locked: tuple
     rounds = 30
 
     def answered(frame: Frame) -> Frame | None:
-        if frame.kind is not Kind.ADVANCE:
+        if frame.kind is not FrameKind.ADVANCE:
             return cell.usual(frame)
         aim = int.from_bytes(frame.payload[:8], "little", signed=True)
         if cell.now < aim:
@@ -202,7 +204,7 @@ def test_in_lockstep_the_order_of_messages_is_that_of_their_making(locked: tuple
             number = cell.now // TICK
             for topic in ("/words", "/more")[:: 1 if number % 2 else -1]:
                 cell.say(topic, to_ros1(String(f"{topic} {number}")))
-        return Frame(Kind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
+        return Frame(FrameKind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
 
     cell.answer = answered
     got: list[tuple[int, str]] = []
@@ -221,7 +223,7 @@ def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Tra
     cell, transport = locked
     empty = to_ros1(TriggerResponse())
     cell.answer = lambda frame: (
-        Frame(Kind.ANSWER, frame.number, payload=empty) if frame.kind is Kind.CALL else cell.usual(frame)
+        Frame(FrameKind.ANSWER, frame.number, payload=empty) if frame.kind is FrameKind.CALL else cell.usual(frame)
     )
     for number in range(10):
         transport.publish("/commands", String(str(number)))
@@ -229,13 +231,13 @@ def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Tra
             transport.call(START, TriggerRequest())
         else:
             transport.advance(transport.now() + TICK)
-    kinds = [frame.kind for frame in cell.frames if frame.kind in (Kind.PUBLISH, Kind.CALL)]
-    assert kinds == [Kind.PUBLISH, Kind.PUBLISH, Kind.CALL] * 5
+    kinds = [frame.kind for frame in cell.frames if frame.kind in (FrameKind.PUBLISH, FrameKind.CALL)]
+    assert kinds == [FrameKind.PUBLISH, FrameKind.PUBLISH, FrameKind.CALL] * 5
     published = 0
     for frame in cell.frames:
-        if frame.kind is Kind.PUBLISH:
+        if frame.kind is FrameKind.PUBLISH:
             published += 1
-        elif frame.kind is Kind.ADVANCE and int.from_bytes(frame.payload[:8], "little"):
+        elif frame.kind is FrameKind.ADVANCE and int.from_bytes(frame.payload[:8], "little"):
             assert published >= cell_ticks(frame)
 
 
@@ -250,8 +252,8 @@ def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, mak
     start_bridge(master, cell)
     with ticking(cell):
         transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT)
-    cell.answer = lambda frame: None if frame.kind is Kind.ADVANCE else cell.usual(frame)
-    cell.send(Frame(Kind.ENDED, payload=b"over"))
+    cell.answer = lambda frame: None if frame.kind is FrameKind.ADVANCE else cell.usual(frame)
+    cell.send(Frame(FrameKind.ENDED, payload=b"over"))
     with pytest.raises(RunEndedError, match="the cell has ended"):
         transport.advance(None, lambda: False)
     transport.close()
@@ -293,7 +295,7 @@ def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell:
         transport.advance(before + 5_000_000_000, lambda: bool(heard_words))
         assert heard_words == ["here"]
         assert transport.now() > before
-        cell.send(Frame(Kind.ENDED, payload=b"over"))
+        cell.send(Frame(FrameKind.ENDED, payload=b"over"))
         with pytest.raises(RunEndedError, match="the cell has ended"):
             transport.advance(transport.now() + 20_000_000_000)
 

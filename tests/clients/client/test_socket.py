@@ -22,7 +22,7 @@ from cellwright.clients.client.socket_transport import SocketTransport, accepted
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.wire.frames import Frame, Kind, hello
+from cellwright.middleware.wire.frames import Frame, FrameKind, hello
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import RunOptions, RunResult, ServerOptions, Session, SessionResult
 from cellwright.util.errors import (
@@ -165,10 +165,10 @@ def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.
         transport.subscribe("/clock", lambda message: times.append(message.clock.nanosec), passive=True)
         transport.advance(200_000_000)
         assert times == list(range(2_000_000, 202_000_000, 2_000_000))
-        assert requests.count(Kind.ADVANCE) == 1
+        assert requests.count(FrameKind.ADVANCE) == 1
         transport.subscribe("/ariac/competition_state", times.append)
         transport.advance(400_000_000)
-        assert requests.count(Kind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
+        assert requests.count(FrameKind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
         assert len(times) == 202
 
 
@@ -323,7 +323,11 @@ def test_where_no_cell_is_there_is_one_line() -> None:
 
 @pytest.mark.parametrize(
     "said",
-    [b"HTTP/1.1 400 Bad Request\r\n\r\n", b"", Frame(Kind.REFUSED, name="UsageError", payload=b"not you").encode()],
+    [
+        b"HTTP/1.1 400 Bad Request\r\n\r\n",
+        b"",
+        Frame(FrameKind.REFUSED, name="UsageError", payload=b"not you").encode(),
+    ],
 )
 def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
@@ -343,7 +347,7 @@ def test_a_server_that_is_no_cell_is_refused(said: bytes) -> None:
 
 
 def test_what_a_cell_says_cannot_play_with_the_terminal() -> None:
-    said = Frame(Kind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
+    said = Frame(FrameKind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
     with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
         accepted(said)
     with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cellwright.config.robot.config import Arm, Gripper, RobotConfig
+from cellwright.config.robot.config import ArmConfig, GripperConfig, RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
@@ -44,8 +44,8 @@ def robot() -> RobotConfig:
         "two arms",
         Path("two_arms.yml"),
         Path("two_arms.urdf"),
-        arms=tuple(Arm(tuple(f"{side}_{n}" for n in range(1, 7)), f"{side}_tip", home) for side in sides),
-        grippers=tuple(Gripper((f"{side}_finger",)) for side in sides),
+        arms=tuple(ArmConfig(tuple(f"{side}_{n}" for n in range(1, 7)), f"{side}_tip", home) for side in sides),
+        grippers=tuple(GripperConfig((f"{side}_finger",)) for side in sides),
         command_links=tuple(f"{side}_tip" for side in sides),
         reference_links=(None, None),
     )
@@ -55,7 +55,7 @@ def robot() -> RobotConfig:
 def served(node: RobotNode, *, lockstep: bool = False) -> Iterator[tuple[str, int]]:
     """Yield the address of a served node, in real time or in lockstep."""
     server = Server(node, port=0, lockstep=lockstep)
-    loop = Loop(node.simulation, server, patience=TIMEOUT)
+    loop = SimulationLoop(node.simulation, server, patience=TIMEOUT)
     thread = threading.Thread(target=loop.run)
     thread.start()
     try:

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 
 from cellwright.clients.operators.bags import is_bag, read_bag
-from cellwright.clients.operators.playback import Moment
+from cellwright.clients.operators.playback import TargetSample
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.util.errors import UsageError
 
@@ -66,21 +66,21 @@ def test_commands_are_read_each_for_its_own_topic(kind: str, tmp_path: Path) -> 
     path = make(kind, tmp_path)
     assert is_bag(path)
     assert read_bag(path).moments == (
-        Moment(0.0, JOINT_COMMAND, {"head": 0.1}),
-        Moment(0.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
-        Moment(1.0, JOINT_COMMAND, {"elbow": 0.2, "head": 0.3}),
+        TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),
+        TargetSample(0.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
+        TargetSample(1.0, JOINT_COMMAND, {"elbow": 0.2, "head": 0.3}),
     )
 
 
 def test_a_topic_that_is_named_becomes_targets_of_joints(tmp_path: Path) -> None:
     path = make("ros1", tmp_path)
     for name in ("/io_teleop/joint_states", "io_teleop/joint_states"):
-        assert read_bag(path, name).moments == (Moment(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
+        assert read_bag(path, name).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.5, "elbow": 0.6}),)
 
 
 def test_recorders_that_leave_the_slash_out_are_understood(tmp_path: Path) -> None:
     path = make("mcap", tmp_path, [("io_teleop/joint_cmd", 1.0, ["head"], [0.1])])
-    assert read_bag(path).moments == (Moment(0.0, JOINT_COMMAND, {"head": 0.1}),)
+    assert read_bag(path).moments == (TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),)
 
 
 @pytest.mark.parametrize(

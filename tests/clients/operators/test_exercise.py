@@ -9,14 +9,14 @@ import pytest
 
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import NodeClient
-from cellwright.clients.operators.exercise import Shape, Wave, check_signal, exercise
+from cellwright.clients.operators.exercise import Wave, WaveShape, check_signal, exercise
 from cellwright.clients.operators.robot import JointLimits, MoveJoints, OperatedRobot
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from tests.clients.operators.nodes import robot
 
 LIMITS = JointLimits.of(robot().robot)
-SINE = Wave(Shape.SINE, 0.3, 1.0, 1)
+SINE = Wave(WaveShape.SINE, 0.3, 1.0, 1)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_only_the_named_joint_gets_commands(there: OperatedRobot) -> None:
 
 def test_steps_are_reported(there: OperatedRobot) -> None:
     seen: list[float] = []
-    found = exercise(there, "right_6", Wave(Shape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
+    found = exercise(there, "right_6", Wave(WaveShape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
     assert found.step is not None
     assert found.step.rise == pytest.approx(math.log(9) / 24, abs=0.02)
     assert found.step.overshoot < 0.01
@@ -86,7 +86,7 @@ def test_a_node_that_holds_back_is_reported(there: OperatedRobot, monkeypatch: p
     monkeypatch.setattr(
         OperatedRobot, "applied", property(lambda robot: {"right_1": min(robot.positions["right_1"], 0.1)})
     )
-    note = exercise(there, "right_1", Wave(Shape.RAMP, 0.3, 1.0, 1)).note
+    note = exercise(there, "right_1", Wave(WaveShape.RAMP, 0.3, 1.0, 1)).note
     assert note.startswith("asked for 0 to 0.3, applied ")
     assert note.endswith("to 0.1: the node holds back")
 
@@ -100,7 +100,7 @@ def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: Ope
     assert check_signal(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
         "right_1: the signal goes at 3.77 a second, and the joint can do 3"
     ]
-    assert check_signal(there, ["right_1"], Wave(Shape.STEP, 0.3, 2.0, 1), LIMITS) == []
+    assert check_signal(there, ["right_1"], Wave(WaveShape.STEP, 0.3, 2.0, 1), LIMITS) == []
     with pytest.raises(UnknownNameError, match="did you mean right_1"):
         check_signal(there, ["rigth_1"], SINE, LIMITS)
     there.session.sleep(0.1)

@@ -12,7 +12,15 @@ import pytest
 
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import NodeClient
-from cellwright.clients.operators.playback import Moment, Recorder, Targets, approach, check, play, read_targets
+from cellwright.clients.operators.playback import (
+    JointRecorder,
+    Targets,
+    TargetSample,
+    approach,
+    check,
+    play,
+    read_targets,
+)
 from cellwright.clients.operators.robot import (
     GRIPPER_COMMAND,
     JOINT_COMMAND,
@@ -40,7 +48,7 @@ def there(node: RobotNode) -> OperatedRobot:
 
 
 def targets(*moments: tuple[float, Mapping[str, float]], topic: str = JOINT_COMMAND) -> Targets:
-    return Targets(Path("motion.csv"), tuple(Moment(time, topic, values) for time, values in moments))
+    return Targets(Path("motion.csv"), tuple(TargetSample(time, topic, values) for time, values in moments))
 
 
 def heard(there: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple[float, dict[str, float]]]:
@@ -133,7 +141,7 @@ def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypa
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["motion.csv", "motion.jsonl"])
 def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, tmp_path: Path) -> None:
-    recorder = Recorder(there, tmp_path / name)
+    recorder = JointRecorder(there, tmp_path / name)
     there.send(MoveJoints({"right_1": 0.3, "left_4": -0.2}))
     there.session.sleep(0.5)
     recorder.close()
@@ -155,11 +163,11 @@ def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, t
 
 def test_where_nothing_can_be_written_it_says_so(there: OperatedRobot, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be written: No such file or directory"):
-        Recorder(there, tmp_path / "none" / "motion.csv")
+        JointRecorder(there, tmp_path / "none" / "motion.csv")
 
 
 def test_a_recording_is_closed_though_the_node_is_gone(there: OperatedRobot, tmp_path: Path) -> None:
-    recorder = Recorder(there, tmp_path / "motion.csv")
+    recorder = JointRecorder(there, tmp_path / "motion.csv")
     there.session.sleep(0.1)
 
     def leave() -> None:

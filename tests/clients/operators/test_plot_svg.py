@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.exercise import Exercise, Shape, Trace, Wave, tracking
+from cellwright.clients.operators.exercise import Exercise, Trace, Wave, WaveShape, tracking
 from cellwright.clients.operators.plots import tracking_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -21,7 +21,7 @@ def done(joint: str = "elbow", *, height: float = 0.2, samples: int = 300) -> Ex
     time = np.linspace(0.0, 3.0, samples)
     target = np.where(time >= 1.0, height, 0.0)
     trace = Trace(joint, time, target, time, np.where(time >= 1.1, height, 0.0))
-    return Exercise(Wave(Shape.STEP, 0.2, 0.5, 1), 0.0, trace, tracking(trace, period=2.0, edges=[1.0]))
+    return Exercise(Wave(WaveShape.STEP, 0.2, 0.5, 1), 0.0, trace, tracking(trace, period=2.0, edges=[1.0]))
 
 
 def curves(svg: str) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:

@@ -10,7 +10,7 @@ import pytest
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import NodeClient
 from cellwright.clients.operators import exercise
-from cellwright.clients.operators.exercise import Shape, Wave
+from cellwright.clients.operators.exercise import Wave, WaveShape
 from cellwright.clients.operators.robot import (
     JOINT_COMMAND,
     JointLimits,
@@ -143,7 +143,7 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
         with pytest.raises(UsageError, match=f"the node does not say where {strange} is"):
             there.position(strange)
         with pytest.raises(UsageError, match="does not say"):
-            exercise.check_signal(there, [strange], Wave(Shape.SINE, 0.1, 1.0, 1), JointLimits())
+            exercise.check_signal(there, [strange], Wave(WaveShape.SINE, 0.1, 1.0, 1), JointLimits())
     assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
 
 

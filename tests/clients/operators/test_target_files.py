@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.clients.operators import playback
-from cellwright.clients.operators.playback import Moment, read_targets
+from cellwright.clients.operators.playback import TargetSample, read_targets
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.util.errors import CellwrightError, DescriptionError, UsageError
 
@@ -27,9 +27,9 @@ def test_a_csv_file(tmp_path: Path) -> None:
     text = "\ufefftime, head , elbow\r\n0.0,0.1,\r\n\r\n0.5,,1e-1\r\n0.5, 0.2,-3\r\n"
     targets = read_targets(written(tmp_path, text))
     assert targets.moments == (
-        Moment(0.0, JOINT_COMMAND, {"head": 0.1}),
-        Moment(0.5, JOINT_COMMAND, {"elbow": 0.1}),
-        Moment(0.5, JOINT_COMMAND, {"head": 0.2, "elbow": -3.0}),
+        TargetSample(0.0, JOINT_COMMAND, {"head": 0.1}),
+        TargetSample(0.5, JOINT_COMMAND, {"elbow": 0.1}),
+        TargetSample(0.5, JOINT_COMMAND, {"head": 0.2, "elbow": -3.0}),
     )
     assert targets.duration == 0.5
     assert targets.first == {"head": 0.1, "elbow": 0.1}
@@ -44,8 +44,8 @@ def test_lines_of_json_with_grippers(tmp_path: Path) -> None:
     ]
     targets = read_targets(written(tmp_path, "\n\n".join(map(json.dumps, lines)), "motion.jsonl"))
     assert targets.moments == (
-        Moment(1.0, JOINT_COMMAND, {"head": 0.1}),
-        Moment(2.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
+        TargetSample(1.0, JOINT_COMMAND, {"head": 0.1}),
+        TargetSample(2.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
     )
     assert list(targets.moments[1].values) == ["gripper_right", "gripper_left"]
     assert targets.first == {"head": 0.1}

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.exercise import Shape, Wave
+from cellwright.clients.operators.exercise import Wave, WaveShape
 from cellwright.util.errors import UsageError
 
 waves = st.builds(
     Wave,
-    shape=st.sampled_from(Shape),
+    shape=st.sampled_from(WaveShape),
     amplitude=st.floats(-3.0, 3.0).filter(lambda value: abs(value) > 1e-3),
     frequency=st.floats(0.05, 20.0),
     periods=st.integers(1, 20),
@@ -40,7 +40,7 @@ def test_it_reaches_its_amplitude_on_the_side_that_it_goes_to_first(wave: Wave) 
     assert wave.offset(0.0) == 0.0
 
 
-@given(wave=waves.filter(lambda wave: wave.shape is not Shape.STEP), part=st.floats(0.0, 0.999))
+@given(wave=waves.filter(lambda wave: wave.shape is not WaveShape.STEP), part=st.floats(0.0, 0.999))
 def test_it_is_never_faster_than_it_says(wave: Wave, part: float) -> None:
     begin = part * wave.duration
     moved = abs(wave.offset(begin + 1e-4 * wave.duration) - wave.offset(begin))
@@ -48,14 +48,14 @@ def test_it_is_never_faster_than_it_says(wave: Wave, part: float) -> None:
 
 
 def test_a_step_is_at_home_for_half_a_period_first() -> None:
-    wave = Wave(Shape.STEP, -0.2, 0.5, 2)
+    wave = Wave(WaveShape.STEP, -0.2, 0.5, 2)
     assert [wave.offset(time) for time in (0.0, 0.99, 1.01, 1.99, 2.01, 3.01, 4.01)] == [0, 0, -0.2, -0.2, 0, -0.2, 0]
     assert wave.speed == math.inf
 
 
 @pytest.mark.parametrize(("duration", "periods"), [(4.0, 2), (0.1, 1), (5.1, 3)])
 def test_it_lasts_whole_periods(duration: float, periods: int) -> None:
-    wave = Wave.lasting(Shape.SINE, 0.1, 0.5, duration)
+    wave = Wave.lasting(WaveShape.SINE, 0.1, 0.5, duration)
     assert (wave.periods, wave.duration) == (periods, 2.0 * periods)
 
 
@@ -75,4 +75,4 @@ def test_it_lasts_whole_periods(duration: float, periods: int) -> None:
 )
 def test_numbers_that_make_no_sense_are_refused(numbers: tuple[float, float, float], said: str) -> None:
     with pytest.raises(UsageError, match=said):
-        Wave.lasting(Shape.SINE, *numbers)
+        Wave.lasting(WaveShape.SINE, *numbers)

@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cellwright.config.robot.cameras import look_rotation, picture_camera
-from cellwright.config.robot.config import Camera
+from cellwright.config.robot.config import CameraConfig
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.robot.robots import two_arms
@@ -20,8 +20,8 @@ ROBOT = two_arms()
 VECTORS = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 
 
-def camera(name: str = "first_person", **values: Any) -> Camera:
-    return Camera(name, {"name": name, **values})
+def camera(name: str = "first_person", **values: Any) -> CameraConfig:
+    return CameraConfig(name, {"name": name, **values})
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.config.robot.config import UNUSED, Arm, Gripper, Posture, RobotConfig
+from cellwright.config.robot.config import UNUSED, ArmConfig, GripperConfig, Posture, RobotConfig
 from cellwright.config.robot.robots import ENTRIES, read_robot_config
 from cellwright.util.errors import DescriptionError
 from tests.config.robot.small_robot import CONFIG, INDICES, urdf, write
@@ -45,8 +45,8 @@ def test_indices_are_those_of_the_field(small: RobotConfig) -> None:
 
 def test_groups(small: RobotConfig) -> None:
     assert small.name == "Small"
-    assert small.arms == (Arm(("r1", "r2"), "r_hand", (0.1, 0.2)), Arm(("l1", "l2"), "l_hand", (-0.1, 0.2)))
-    assert small.grippers == (Gripper(("r_finger", "r_thumb")), Gripper(("l_finger", "l_thumb")))
+    assert small.arms == (ArmConfig(("r1", "r2"), "r_hand", (0.1, 0.2)), ArmConfig(("l1", "l2"), "l_hand", (-0.1, 0.2)))
+    assert small.grippers == (GripperConfig(("r_finger", "r_thumb")), GripperConfig(("l_finger", "l_thumb")))
     assert (small.head, small.head_axes) == (Posture(("head_pitch", "head_yaw"), (0.3, 0.0)), (1, 2))
     assert small.dorsal == Posture(("lift",), (0.25,))
     assert small.waist == Posture(("spin",), (0.5,))
@@ -96,7 +96,7 @@ def plain(value: Any) -> Any:
     """Return a value of a configuration as in JSON."""
     if isinstance(value, tuple):
         return [plain(item) for item in value]
-    if isinstance(value, Arm | Posture | Gripper):
+    if isinstance(value, ArmConfig | Posture | GripperConfig):
         names = ("joints", "tip", "home", "open_ends")
         return [plain(getattr(value, name)) for name in names if getattr(value, name, None)]
     return value

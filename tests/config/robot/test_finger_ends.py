@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.robot.config import End
+from cellwright.config.robot.config import RangeEnd
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.skeleton import find_open_ends
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot.torso_robot import urdf, write
 
-UPPER, LOWER = End.UPPER, End.LOWER
+UPPER, LOWER = RangeEnd.UPPER, RangeEnd.LOWER
 PANDA = """\
 <robot name="panda_hand">
   <link name="hand"><inertial><mass value="0.73"/><origin xyz="0 0 0.03"/>
@@ -28,7 +28,7 @@ PANDA = """\
 """
 
 
-def ends(folder: Path, text: str, *names: str) -> tuple[End, ...] | None:
+def ends(folder: Path, text: str, *names: str) -> tuple[RangeEnd, ...] | None:
     return find_open_ends(read_urdf(write(folder, text), warn=lambda _line: None), names)
 
 
@@ -43,7 +43,7 @@ def ends(folder: Path, text: str, *names: str) -> tuple[End, ...] | None:
     ],
 )
 def test_two_fingers_are_open_where_they_are_apart(
-    tmp_path: Path, fingers: tuple[tuple[str, float, float], ...], expected: tuple[End, ...] | None
+    tmp_path: Path, fingers: tuple[tuple[str, float, float], ...], expected: tuple[RangeEnd, ...] | None
 ) -> None:
     assert ends(tmp_path, urdf(fingers=fingers), "left_gripper_joint1", "left_gripper_joint2") == expected
 

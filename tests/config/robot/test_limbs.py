@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.robot.config import End
+from cellwright.config.robot.config import RangeEnd
 from cellwright.config.robot.skeleton import Limbs, find_limbs
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot.torso_robot import arm_names, urdf, write
@@ -85,7 +85,7 @@ def test_an_arm_like_the_panda_is_an_arm_with_a_gripper_that_is_closed_at_0(tmp_
     assert [arm.joints for arm in found.arms] == [arm_names("main")]
     (gripper,) = found.grippers
     assert gripper.joints == fingers("main")
-    assert gripper.open_ends == (End.UPPER, End.UPPER)
+    assert gripper.open_ends == (RangeEnd.UPPER, RangeEnd.UPPER)
     assert found.is_end_known == (True,)
 
 

@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.sensors import MAX_PICTURE_RATE, MAX_PICTURE_SIZE, MIN_PICTURE_RATE
-from cellwright.config.trial.trial import Camera, PictureNoise, Sensor
+from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise, SensorConfig
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
 
 POSE = "pose: {xyz: [1, 2, 3], rpy: [0, pi/2, 0]}"
 
 
-def cameras(section: str, rest: str = "arm: {type: ur10}") -> tuple[Sensor, ...]:
+def cameras(section: str, rest: str = "arm: {type: ur10}") -> tuple[SensorConfig, ...]:
     loaded = load_trial(text=f"{rest}\ncellwright: {{sensors: {section}}}")
     assert loaded.warnings == ()
     return loaded.trial.sensors
@@ -31,7 +31,7 @@ def refusal(section: str, rest: str = "arm: {type: ur10}") -> str:
 
 def test_a_type_and_a_pose_are_enough() -> None:
     assert cameras(f"{{eye: {{type: rgb_camera, {POSE}}}}}") == (
-        Camera("eye", "rgb_camera", Pose.from_rpy((1.0, 2.0, 3.0), (0.0, math.pi / 2, 0.0))),
+        PictureCameraConfig("eye", "rgb_camera", Pose.from_rpy((1.0, 2.0, 3.0), (0.0, math.pi / 2, 0.0))),
     )
 
 
@@ -40,7 +40,7 @@ def test_everything_written() -> None:
       rate: 2.5, near: 0.05, far: 4, shadows: true, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
       when_late: drop}}}}"""
     (camera,) = cameras(written)
-    assert camera == Camera(
+    assert camera == PictureCameraConfig(
         "wrist",
         "rgbd_camera",
         Pose.from_rpy((1.0, 2.0, 3.0), (0.0, math.pi / 2, 0.0)),
@@ -61,7 +61,7 @@ def test_everything_written() -> None:
 def test_they_come_after_the_sensors_of_2017() -> None:
     sensors = f"sensors: {{beam: {{type: break_beam, {POSE}}}}}"
     found = cameras(f"{{eye: {{type: depth_camera, {POSE}}}}}", sensors)
-    assert [(each.name, type(each)) for each in found] == [("beam", Sensor), ("eye", Camera)]
+    assert [(each.name, type(each)) for each in found] == [("beam", SensorConfig), ("eye", PictureCameraConfig)]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_they_come_after_the_sensors_of_2017() -> None:
 )
 def test_entries_of_each_type(kind: str, colour: bool, depth: bool) -> None:
     (camera,) = cameras(f"{{eye: {{type: {kind}, {POSE}}}}}")
-    assert isinstance(camera, Camera)
+    assert isinstance(camera, PictureCameraConfig)
     assert (camera.has_colour, camera.has_depth) == (colour, depth)
 
 
@@ -144,5 +144,5 @@ def test_in_the_section_of_2017_they_are_left_out_with_a_hint() -> None:
 )
 def test_all_within_the_bounds_is_read_as_written(width: int, height: int, rate: float) -> None:
     (camera,) = cameras(f"{{eye: {{type: rgb_camera, {POSE}, width: {width}, height: {height}, rate: '{rate!r}'}}}}")
-    assert isinstance(camera, Camera)
+    assert isinstance(camera, PictureCameraConfig)
     assert (camera.width, camera.height, camera.rate) == (width, height, rate)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.difficulty import Supply, demands, ordered_types, supply
+from cellwright.config.trial.difficulty import PartSupply, demands, ordered_types, supply
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 
@@ -50,14 +50,14 @@ def test_public_trials(name: str, expected: list[tuple[str, str]]) -> None:
 
 
 def test_supply() -> None:
-    assert supply(trial("final05"), "gasket_part") == Supply(lying=9, belt=8, faulty=2)
+    assert supply(trial("final05"), "gasket_part") == PartSupply(lying=9, belt=8, faulty=2)
     assert supply(trial("final05"), "gasket_part").good == 15
-    assert supply(trial("final01"), "gasket_part") == Supply(0, 0, 0)
+    assert supply(trial("final01"), "gasket_part") == PartSupply(0, 0, 0)
 
 
 def test_faulty_parts_of_the_belt_count() -> None:
     marked = replace(trial("final12"), faulty_parts=frozenset({"gear_part_clone_3", "gear_part_clone_4"}))
-    assert supply(marked, "gear_part") == Supply(lying=0, belt=4, faulty=1)
+    assert supply(marked, "gear_part") == PartSupply(lying=0, belt=4, faulty=1)
 
 
 def test_too_few_parts() -> None:

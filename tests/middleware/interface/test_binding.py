@@ -7,8 +7,8 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.action import TrajectoryAction
-from cellwright.cell.interface.commands import Commands as CellCommands
-from cellwright.cell.interface.publications import Publications as CellPublications
+from cellwright.cell.interface.commands import CellCommands
+from cellwright.cell.interface.publications import CellPublications
 from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
@@ -17,29 +17,30 @@ from cellwright.middleware.interface.table import (
     BEST_EFFORT,
     LATCHED,
     RELIABLE,
-    Kind,
-    Pace,
+    Availability,
+    Endpoint,
+    EndpointKind,
     Qos,
-    Row,
-    Where,
-    says,
-    takes,
+    Timing,
+    accepts,
+    publishes,
 )
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.commander import Homing
-from cellwright.robot.commands import Commands as RobotCommands
+from cellwright.robot.commands import RobotCommands
 from cellwright.robot.ee_poses import EePoses
 from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
-from cellwright.robot.publications import CameraTopics
-from cellwright.robot.publications import Publications as RobotPublications
+from cellwright.robot.publications import CameraTopics, RobotPublications
 from cellwright.util.errors import UsageError
 from tests.cells import BARE
 
-STATE = says("/state", "std_msgs/Float64", 100, Where.ALWAYS, "Time.", handler="state")
-COMMAND = takes(Kind.TOPIC, "/command_{n}", "std_msgs/Float64", Where.ALWAYS, "A number.", handler="command").of("7")
-ASK = takes(Kind.SERVICE, "/ask", "std_srvs/Trigger", Where.ALWAYS, "An answer.", handler="ask")
-ACTION = takes(Kind.ACTION, "/act", "control_msgs/FollowJointTrajectory", Where.ALWAYS, "Five topics.")
+STATE = publishes("/state", "std_msgs/Float64", 100, Availability.ALWAYS, "Time.", handler="state")
+COMMAND = accepts(
+    EndpointKind.TOPIC, "/command_{n}", "std_msgs/Float64", Availability.ALWAYS, "A number.", handler="command"
+).of("7")
+ASK = accepts(EndpointKind.SERVICE, "/ask", "std_srvs/Trigger", Availability.ALWAYS, "An answer.", handler="ask")
+ACTION = accepts(EndpointKind.ACTION, "/act", "control_msgs/FollowJointTrajectory", Availability.ALWAYS, "Five topics.")
 
 
 class Handlers:
@@ -53,14 +54,14 @@ class Handlers:
         self.ranks.append(output.rank)
         output.sample(lambda: Float64(output.simulation.time))
 
-    def command(self, row: Row, message: Float64, node: str) -> None:
+    def command(self, row: Endpoint, message: Float64, node: str) -> None:
         self.heard.append((row.name, message.data, node))
 
 
 class Services:
     """Another object with handlers."""
 
-    def ask(self, row: Row, _request: TriggerRequest, node: str) -> TriggerResponse:
+    def ask(self, row: Endpoint, _request: TriggerRequest, node: str) -> TriggerResponse:
         return TriggerResponse(success=True, message=f"{row.name} from {node}")
 
 
@@ -85,7 +86,7 @@ def test_each_row_is_bound_to_the_handler_that_it_names(simulation: Simulation) 
 
 
 @pytest.mark.parametrize("row", [STATE, COMMAND, ASK])
-def test_a_row_without_its_handler_is_an_error(simulation: Simulation, row: Row) -> None:
+def test_a_row_without_its_handler_is_an_error(simulation: Simulation, row: Endpoint) -> None:
     with pytest.raises(UsageError, match=f"{row.name}: no handler is named '{row.handler}'"):
         bind(Bus(lambda: simulation.now), simulation, [row], ())
 
@@ -101,8 +102,8 @@ def test_a_row_without_its_handler_is_an_error(simulation: Simulation, row: Row)
     ],
 )
 def test_quality_of_service_by_default(type_name: str, latch: bool, expected: Qos) -> None:
-    assert says("/x", type_name, Pace.ON_EVENT, Where.ALWAYS, "", latch=latch).qos == expected
-    assert says("/x", type_name, 1, Where.ALWAYS, "", latch=latch, qos=Qos(depth=3)).qos == Qos(depth=3)
+    assert publishes("/x", type_name, Timing.ON_EVENT, Availability.ALWAYS, "", latch=latch).qos == expected
+    assert publishes("/x", type_name, 1, Availability.ALWAYS, "", latch=latch, qos=Qos(depth=3)).qos == Qos(depth=3)
 
 
 def test_quality_of_service_in_words() -> None:
@@ -139,8 +140,8 @@ def test_tables_load_without_the_engine(module: str) -> None:
     ],
     ids=["cell", "robot"],
 )
-def test_handlers_and_rows_belong_together(table: tuple[Row, ...], classes: tuple[type, ...]) -> None:
-    named = {row.handler for row in table if row.kind is not Kind.ACTION}
+def test_handlers_and_rows_belong_together(table: tuple[Endpoint, ...], classes: tuple[type, ...]) -> None:
+    named = {row.handler for row in table if row.kind is not EndpointKind.ACTION}
     takers = {
         name
         for each in classes

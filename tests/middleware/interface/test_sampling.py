@@ -7,7 +7,7 @@ from cellwright.engine.sensor import Reading
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Pace, Where, says
+from cellwright.middleware.interface.table import Availability, Timing, publishes
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Float64
 from tests.cells import BARE
@@ -16,10 +16,10 @@ from tests.cells import BARE
 class Bench:
     """Bus, simulation, and the messages that were built."""
 
-    def __init__(self, rate: int | Pace, *, latch: bool = False) -> None:
+    def __init__(self, rate: int | Timing, *, latch: bool = False) -> None:
         self.simulation: Simulation = Cell(BARE).simulation
         self.bus = Bus(lambda: self.simulation.now)
-        row = says("/probe", "std_msgs/Float64", rate, Where.ALWAYS, "Time.", latch=latch)
+        row = publishes("/probe", "std_msgs/Float64", rate, Availability.ALWAYS, "Time.", latch=latch)
         self.output = Output(self.bus, self.simulation, row)
         self.built: list[float] = []
         self.heard: list[float] = []
@@ -59,7 +59,7 @@ def test_nothing_is_built_without_listeners() -> None:
 
 
 def test_each_step() -> None:
-    bench = Bench(Pace.EACH_STEP)
+    bench = Bench(Timing.EACH_STEP)
     bench.output.sample(bench.build)
     bench.bus.subscribe("/probe", bench.hear)
     bench.steps(3)
@@ -126,8 +126,8 @@ def test_stream_has_one_listener_and_only_while_needed() -> None:
     assert events == ["listen", "leave", "listen"]
 
 
-@pytest.mark.parametrize(("rate", "text"), [(50, "50 Hz"), (Pace.ON_EVENT, "on event")])
-def test_a_publisher_is_as_its_row_says(rate: int | Pace, text: str) -> None:
+@pytest.mark.parametrize(("rate", "text"), [(50, "50 Hz"), (Timing.ON_EVENT, "on event")])
+def test_a_publisher_is_as_its_row_says(rate: int | Timing, text: str) -> None:
     bench = Bench(rate, latch=True)
     bench.output.advertise()
     info = bench.bus.topic("/probe")

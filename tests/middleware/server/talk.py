@@ -12,7 +12,7 @@ from typing import Any
 from cellwright.middleware.bus import Served
 from cellwright.middleware.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.middleware.server import Server
-from cellwright.middleware.wire.frames import Decoder, Frame, Kind, hello
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, hello
 from tests.waiting import wait_until
 
 
@@ -30,7 +30,7 @@ class Talker:
         self.welcome: dict[str, Any] = {}
         if node:
             self.say(hello(node, encoding))
-            self.welcome = self.wait_for(Kind.WELCOME).json()
+            self.welcome = self.wait_for(FrameKind.WELCOME).json()
 
     def say(self, *frames: Frame) -> None:
         """Send frames."""
@@ -59,7 +59,7 @@ class Talker:
 
         wait_until(condition, "expected state of server and client", seen=lambda: self.heard[-3:], between=serve)
 
-    def wait_for(self, kind: Kind, number: int = 0) -> Frame:
+    def wait_for(self, kind: FrameKind, number: int = 0) -> Frame:
         """Wait for the next frame of a kind with a number, and remove it from `heard`."""
 
         def fits(frame: Frame) -> bool:
@@ -75,7 +75,7 @@ class Talker:
         self.say(frame)
 
         def answers(each: Frame) -> bool:
-            return each.number == frame.number and each.kind is not Kind.MESSAGE
+            return each.number == frame.number and each.kind is not FrameKind.MESSAGE
 
         self.wait_until(lambda: any(map(answers, self.heard)))
         found = next(filter(answers, self.heard))
@@ -88,18 +88,18 @@ class Talker:
 
     def publish(self, topic: str, message: Message, *, number: int = 1, node: str = "") -> Frame:
         """Publish, and wait for the answer."""
-        said = Frame(Kind.PUBLISH, number, topic, type_of(type(message)), node, self.bytes_of(message))
+        said = Frame(FrameKind.PUBLISH, number, topic, type_of(type(message)), node, self.bytes_of(message))
         return self.ask(said)
 
     def call(self, service: str, request: Message, type_name: str = "", *, node: str = "") -> Frame:
         """Call a service, and wait for the answer."""
-        return self.ask(Frame(Kind.CALL, 1, service, type_name, node, self.bytes_of(request)))
+        return self.ask(Frame(FrameKind.CALL, 1, service, type_name, node, self.bytes_of(request)))
 
     def messages(self, number: int) -> list[bytes]:
         """Return the messages of a subscription so far."""
         self.server.wait(0.0)
         self.listen()
-        return [frame.payload for frame in self.heard if (frame.kind, frame.number) == (Kind.MESSAGE, number)]
+        return [frame.payload for frame in self.heard if (frame.kind, frame.number) == (FrameKind.MESSAGE, number)]
 
 
 @dataclass

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.middleware.server import clients
 from cellwright.middleware.server.clients import LATE, MAX_HELD, PING_PERIOD, REGAIN_RATE, Heartbeat, HoldBudget
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.talk import Talk
 from tests.waiting import wait_until
@@ -95,7 +95,7 @@ def test_time_stands_for_a_client_that_requested_pings(monkeypatch: pytest.Monke
     with served(talk.node) as hall:
         asks(hall, "/silent")
         asks(hall, "/gone").connection.close()
-        loop = Loop(talk.node.simulation, hall.server, stop=StopCondition(200_000_000))
+        loop = SimulationLoop(talk.node.simulation, hall.server, stop=StopCondition(200_000_000))
         loop.run()
         assert loop.pacer.stood > 0.2
         assert loop.pacer.factor < 0.9
@@ -109,7 +109,7 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float 
         asks(hall, "/silent")
         wait_until(hall.server.hold_time, "client that is behind")
         stop = StopCondition(50_000_000)
-        loop = Loop(talk.node.simulation, hall.server, rate=tempo, stop=stop, can_stand=can_stand)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, stop=stop, can_stand=can_stand)
         loop.run()
         assert hall.server.hold_time()
         assert loop.pacer.stood == 0.0
@@ -118,6 +118,6 @@ def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float 
 def asks(hall: Hall, node: str) -> Talker:
     """Return a client that has requested PINGs and answers none."""
     client = hall.guest(node)
-    client.say(Frame(Kind.PONG, 0))
-    client.wait_for(Kind.PING, 1)
+    client.say(Frame(FrameKind.PONG, 0))
+    client.wait_for(FrameKind.PING, 1)
     return client

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
@@ -27,7 +27,7 @@ from cellwright.middleware.wire.frames import (
     MAX_FRAME_BYTES,
     Decoder,
     Frame,
-    Kind,
+    FrameKind,
     advance,
     hello,
 )
@@ -38,7 +38,7 @@ from tests.waiting import TIMEOUT, wait_until
 
 def is_answered(client: Talker) -> bool:
     """True if a client still gets answers."""
-    return client.call("/ariac/material_locations", TriggerRequest()).kind is Kind.REFUSED
+    return client.call("/ariac/material_locations", TriggerRequest()).kind is FrameKind.REFUSED
 
 
 def rude(hall: Hall, data: bytes) -> Talker:
@@ -59,18 +59,18 @@ def rude(hall: Hall, data: bytes) -> Talker:
         (struct.pack("<I", MAX_HELLO_BYTES + 1), "bytes long"),
         (hello("/a", "cdr").encode() + struct.pack("<I", MAX_CLIENT_FRAME_BYTES + 1), "bytes long"),
         (struct.pack("<I", 1 << 31) + b"x" * 40, "bytes long"),
-        (Frame(Kind.SUBSCRIBE, 1, "/clock").encode(), "must be HELLO"),
-        (Frame(Kind.WELCOME).encode(), "must be HELLO"),
-        (Frame(Kind.HELLO, payload=b"[]").encode(), "no JSON object"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=9, node="/a", encoding="cdr")).encode(), "speaks protocol 1"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="a", encoding="cdr")).encode(), "like '/robot'"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a\nb", encoding="cdr")).encode(), "like '/robot'"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=1, node=["/a"], encoding="cdr")).encode(), "like '/robot'"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding="xml")).encode(), "cdr or ros1"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding={})).encode(), "cdr or ros1"),
+        (Frame(FrameKind.SUBSCRIBE, 1, "/clock").encode(), "must be HELLO"),
+        (Frame(FrameKind.WELCOME).encode(), "must be HELLO"),
+        (Frame(FrameKind.HELLO, payload=b"[]").encode(), "no JSON object"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=9, node="/a", encoding="cdr")).encode(), "speaks protocol 1"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="a", encoding="cdr")).encode(), "like '/robot'"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="/a\nb", encoding="cdr")).encode(), "like '/robot'"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node=["/a"], encoding="cdr")).encode(), "like '/robot'"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="/a", encoding="xml")).encode(), "cdr or ros1"),
+        (Frame(FrameKind.HELLO, payload=as_json(protocol=1, node="/a", encoding={})).encode(), "cdr or ros1"),
         (hello("/a", "cdr").encode() * 2, "nothing that a guest may say again"),
-        (hello("/a", "cdr").encode() + Frame(Kind.MESSAGE, 1).encode(), "MESSAGE is nothing that a guest may say"),
-        (hello("/a", "cdr").encode() + Frame(Kind.ADVANCE, 1, payload=b"x").encode(), "ADVANCE is wrong"),
+        (hello("/a", "cdr").encode() + Frame(FrameKind.MESSAGE, 1).encode(), "MESSAGE is nothing that a guest may say"),
+        (hello("/a", "cdr").encode() + Frame(FrameKind.ADVANCE, 1, payload=b"x").encode(), "ADVANCE is wrong"),
     ],
 )
 def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> None:
@@ -78,7 +78,7 @@ def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> N
         other = hall.guest("/other")
         client = rude(hall, data)
         last = client.heard[-1]
-        assert (last.kind, last.number) == (Kind.REFUSED, 0)
+        assert (last.kind, last.number) == (FrameKind.REFUSED, 0)
         assert reason in last.text()
         assert is_answered(other)
         assert hall.server.guests == ("/other",)
@@ -130,7 +130,7 @@ pieces = st.one_of(
     st.binary(max_size=80),
     st.builds(
         lambda kind, number, name, payload: Frame(kind, number, name, payload=payload).encode(),
-        st.sampled_from(Kind),
+        st.sampled_from(FrameKind),
         st.integers(0, 2**32 - 1),
         st.sampled_from(["", "/clock", "/ariac/agv1", "/ariac/orders", "\0", "/ariac/end_competition"]),
         st.one_of(st.binary(max_size=40), st.just(to_cdr(TriggerRequest()))),
@@ -152,7 +152,7 @@ def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> N
 def test_in_the_name_of_what_is_no_node_nothing_is_taken(name: str) -> None:
     with served(Cell(ARM_ONLY)) as hall:
         answer = hall.guest().publish("/ariac/arm/command", way(), node=name)
-        assert answer.kind is Kind.REFUSED
+        assert answer.kind is FrameKind.REFUSED
         assert b"a node's name is like '/robot'" in answer.payload
 
 
@@ -163,8 +163,10 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
     with served(cell) as hall:
         client, count, burst = hall.guest(), 2_000, 20
         data = to_cdr(way(INITIAL))
-        frames = [Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)]
-        loop = Loop(cell.simulation, hall.server)
+        frames = [
+            Frame(FrameKind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)
+        ]
+        loop = SimulationLoop(cell.simulation, hall.server)
         for sent in range(0, count, burst):
             client.say(*frames[sent : sent + burst])
             assert loop.tick()
@@ -172,7 +174,7 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
             client.wait_until(lambda sent=sent: len(client.heard) > sent - 1000)  # type: ignore[misc]
         assert cell.simulation.clock.tick == count // burst
         client.wait_until(lambda: len(client.heard) == count)
-        assert {frame.kind for frame in client.heard} == {Kind.DONE}
+        assert {frame.kind for frame in client.heard} == {FrameKind.DONE}
         assert [frame.number for frame in client.heard] == list(range(1, count + 1))
 
 
@@ -180,7 +182,7 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
-        data = Frame(Kind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
+        data = Frame(FrameKind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
         client.connection.setblocking(False)
         try:
             while True:
@@ -208,7 +210,7 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
 
 def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
     """Subscribe to the joint states 800 times for a client that does not read the answers."""
-    deaf.say(*[Frame(Kind.SUBSCRIBE, 1000 + number, "/ariac/joint_states") for number in range(800)])
+    deaf.say(*[Frame(FrameKind.SUBSCRIBE, 1000 + number, "/ariac/joint_states") for number in range(800)])
     other.wait_until(
         lambda: [len(client.subscriptions) for client in hall.server._clients if client.node == "/deaf"] == [800]
     )
@@ -220,7 +222,7 @@ def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: p
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
-        other.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        other.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         subscribe_often(hall, deaf, other)
         ticks = 0
@@ -259,7 +261,7 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         deaf = hall.guest("/deaf")
-        question = Frame(Kind.CALL, 1, "/no/such/service/" + "x" * 2000).encode()
+        question = Frame(FrameKind.CALL, 1, "/no/such/service/" + "x" * 2000).encode()
         deaf.connection.setblocking(False)
         (client,) = hall.server._clients
         rest = b""
@@ -290,8 +292,8 @@ def test_call_of_a_client_that_dies_has_its_effect() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
-        call = Frame(Kind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
+        call = Frame(FrameKind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
         client.say(call)
         client.connection.sendall(call.encode()[:-3])  # and half of another one
         client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
@@ -306,7 +308,7 @@ def test_call_of_a_client_that_dies_has_its_effect() -> None:
 def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         client = hall.guest()
-        client.say(Frame(Kind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
+        client.say(Frame(FrameKind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
         asked = wait_until(lambda: hall.server.asked, "question for time", between=lambda: hall.server.wait(0.01))
         assert asked is not None
         assert asked.until == 10**12
@@ -318,8 +320,8 @@ def test_clients_and_subscriptions_are_limited() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
         for number in range(1, MAX_SUBSCRIPTIONS + 1):
-            client.say(Frame(Kind.SUBSCRIBE, number, f"/nothing_{number}"))
-        assert client.ask(Frame(Kind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
+            client.say(Frame(FrameKind.SUBSCRIBE, number, f"/nothing_{number}"))
+        assert client.ask(Frame(FrameKind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
         crowd: list[socket.socket] = []
         while len(crowd) < MAX_CLIENTS:
             crowd.append(socket.create_connection(hall.server.address))
@@ -344,7 +346,7 @@ def test_watching_leaves_the_state_as_it_is() -> None:
                 for encoding in ("cdr", "ros1"):
                     client = hall.guest(f"/{encoding}", encoding)
                     for number, info in enumerate(cell.bus.topics(), start=1):
-                        client.ask(Frame(Kind.SUBSCRIBE, number, info.name))
+                        client.ask(Frame(FrameKind.SUBSCRIBE, number, info.name))
             start(cell)
             for _ in range(500):
                 cell.step()
@@ -408,7 +410,7 @@ def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: p
     huge = cell.bus.advertise("/huge", "std_msgs/String")
     with served(cell) as hall:
         client = hall.guest()
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/huge"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/huge"))
         message = String("x" * (MAX_FRAME_BYTES + 1))
         for _ in range(3):
             huge.publish(message)
@@ -443,7 +445,7 @@ def test_heavy_requests_get_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) 
         for client in hall.server._clients:
             client.is_heavy = False
         data = to_cdr(way(INITIAL))
-        greedy.say(*[Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, 50)])
+        greedy.say(*[Frame(FrameKind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, 50)])
         greedy.wait_until(lambda: len(greedy.heard) == 1)
         monkeypatch.setattr(server_module, "_HEAVY_TIME", 1e9)
         for _ in range(20):

@@ -12,7 +12,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.middleware.server import server as module
-from cellwright.middleware.server.server import LOOPBACK, Listener, Server, open_listener
+from cellwright.middleware.server.server import LOOPBACK, ListeningSocket, Server, open_listener
 from cellwright.util.errors import UsageError
 from tests.cells import BARE
 from tests.waiting import TIMEOUT
@@ -50,7 +50,7 @@ def test_a_server_without_a_port_takes_the_default_one_or_one_of_the_next(
 def test_without_descriptors_connections_are_turned_away() -> None:
     import resource
 
-    listener = Listener(open_listener(LOOPBACK, 0))
+    listener = ListeningSocket(open_listener(LOOPBACK, 0))
     address = listener.socket.getsockname()
     clients = [socket.create_connection(address, TIMEOUT) for _ in range(5)]
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -8,7 +8,7 @@ from cellwright.cell.cell import Cell
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import Image, PointCloud2, Time
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.cell.devices.workers import FakeWorker
 from tests.middleware.server.talk import served
 
@@ -27,8 +27,8 @@ def test_large_messages_of_one_tick_all_arrive() -> None:
     with served(cell) as hall:
         client = hall.guest("/looker")
         for number, name in enumerate("abc"):
-            client.ask(Frame(Kind.SUBSCRIBE, 10 + number, f"/ariac/{name}/depth/points"))
-            client.ask(Frame(Kind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
+            client.ask(Frame(FrameKind.SUBSCRIBE, 10 + number, f"/ariac/{name}/depth/points"))
+            client.ask(Frame(FrameKind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
         cell.simulation.step_until(101_000_000)
         client.wait_until(lambda: all(len(client.messages(n)) == 1 for n in (10, 11, 12, 20, 21, 22)))
         points = from_cdr(client.messages(12)[0], PointCloud2)
@@ -44,7 +44,7 @@ def test_client_that_does_not_read_loses_pictures_and_memory_is_bounded() -> Non
     cell = new_cell()
     with served(cell) as hall:
         client = hall.guest("/slow")
-        client.ask(Frame(Kind.SUBSCRIBE, 10, "/ariac/a/depth/points"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 10, "/ariac/a/depth/points"))
         for picture in range(1, 12):
             cell.simulation.step_until(picture * 100_000_000)
             hall.server.wait(0.0)

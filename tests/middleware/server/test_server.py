@@ -12,7 +12,7 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest, AGVContr
 from cellwright.middleware.messages.standard import JointState
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import Server
-from cellwright.middleware.wire.frames import Frame, Kind, advance
+from cellwright.middleware.wire.frames import Frame, FrameKind, advance
 from cellwright.util.errors import UsageError
 from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 from tests.middleware.server.talk import served
@@ -45,15 +45,15 @@ def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
     read = from_ros1 if encoding == "ros1" else from_cdr
     with served(cell) as hall:
         client = hall.guest(encoding=encoding)
-        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is Kind.DONE
+        assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is FrameKind.DONE
         for _ in range(20):
             cell.step()
         client.wait_until(lambda: len(client.messages(5)) == 2)
         messages = [read(data, JointState) for data in client.messages(5)]
         assert [message.header.stamp.nanosec for message in messages] == [20_000_000, 40_000_000]
         assert messages[0].name[1] == "linear_arm_actuator_joint"
-        client.say(Frame(Kind.UNSUBSCRIBE, 5))
-        client.ask(Frame(Kind.SUBSCRIBE, 6, "/ariac/trays"))
+        client.say(Frame(FrameKind.UNSUBSCRIBE, 5))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 6, "/ariac/trays"))
         assert cell.bus.topic("/ariac/joint_states").subscribers == ()
 
 
@@ -63,7 +63,7 @@ def test_what_is_latched_comes_at_once_and_once() -> None:
     cell.step()
     with served(cell) as hall:
         client = hall.guest()
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/orders"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/orders"))
         (data,) = client.messages(5)
         assert from_cdr(data, Order).order_id == "order_0"
 
@@ -72,8 +72,8 @@ def test_one_publisher_of_several_can_be_listened_to() -> None:
     cell = Cell(WHOLE)
     with served(cell) as hall:
         client = hall.guest()
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
-        client.ask(Frame(Kind.SUBSCRIBE, 6, "/tf"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 6, "/tf"))
         for _ in range(50):
             cell.step()
         assert 0 < len(client.messages(5)) < len(client.messages(6))
@@ -95,7 +95,7 @@ def test_a_published_message_is_answered_and_obeyed() -> None:
         client = hall.guest()
         assert cell.arm is not None
         assert cell.arm.controller.end == 0
-        assert client.publish("/ariac/arm/command", way(INITIAL)).kind is Kind.DONE
+        assert client.publish("/ariac/arm/command", way(INITIAL)).kind is FrameKind.DONE
         assert cell.arm.controller.end == 1_000_000_000
 
 
@@ -111,12 +111,12 @@ def test_refusals_name_their_class_and_are_counted_by_node() -> None:
             (client.publish("/ariac/joint_states", trajectory), "UnknownNameError"),
             (client.call("/ariac/agv1", TriggerRequest()), "UnknownNameError"),
             (client.call("/ariac/submit_tray", TriggerRequest()), "MessageError"),
-            (client.ask(Frame(Kind.PUBLISH, 9, "/ariac/arm/command", payload=b"rubbish")), "MessageError"),
+            (client.ask(Frame(FrameKind.PUBLISH, 9, "/ariac/arm/command", payload=b"rubbish")), "MessageError"),
             (client.ask(advance(8, 10, each_tick=False)), "UsageError"),
-            (client.ask(Frame(Kind.SUBSCRIBE, 7, "no name")), "UsageError"),
+            (client.ask(Frame(FrameKind.SUBSCRIBE, 7, "no name")), "UsageError"),
         ]
         assert [answer.name for answer, _ in cases] == [name for _, name in cases]
-        assert all(answer.kind is Kind.REFUSED and answer.text() for answer, _ in cases)
+        assert all(answer.kind is FrameKind.REFUSED and answer.text() for answer, _ in cases)
         counts = cell.bus.refusals.counts
         assert counts["/ariac/arm/command from /me"] == 3
         assert counts["/ariac/command from /other"] == 1
@@ -127,23 +127,23 @@ def test_a_service_that_fails_says_so() -> None:
     with served(cell) as hall:
         request = SubmitTrayRequest(tray_id="agv1::kit_tray_1", kit_type="a")
         answer = hall.guest().call("/ariac/submit_tray", request)
-        assert (answer.kind, answer.name) == (Kind.REFUSED, "ServiceFailedError")
+        assert (answer.kind, answer.name) == (FrameKind.REFUSED, "ServiceFailedError")
 
 
 def test_a_number_in_use_is_not_taken_again() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
-        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
-        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
+        assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
+        assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
 
 
 def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client = hall.guest()
-        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/nothing")).kind is Kind.DONE
-        client.say(Frame(Kind.UNSUBSCRIBE, 5), Frame(Kind.UNSUBSCRIBE, 77))
-        assert client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
+        assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/nothing")).kind is FrameKind.DONE
+        client.say(Frame(FrameKind.UNSUBSCRIBE, 5), Frame(FrameKind.UNSUBSCRIBE, 77))
+        assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
 
 
 def test_clients_get_the_reason_of_the_end() -> None:
@@ -152,7 +152,7 @@ def test_clients_get_the_reason_of_the_end() -> None:
         assert hall.server.guests == ("/me",)
         hall.server.close("enough")
         client.listen()
-        assert [(frame.kind, frame.text()) for frame in client.heard] == [(Kind.ENDED, "enough")]
+        assert [(frame.kind, frame.text()) for frame in client.heard] == [(FrameKind.ENDED, "enough")]
         assert client.is_over
 
 
@@ -160,7 +160,7 @@ def test_who_leaves_listens_no_more() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
-        client.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         assert cell.bus.topic("/clock").subscribers == ("/me",)
         client.connection.close()
         other.wait_until(lambda: hall.server.guests == ("/other",))
@@ -193,8 +193,8 @@ def test_dismiss_ends_agents_and_keeps_viewers() -> None:
         hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))
         agent.listen()
         page.listen()
-        assert [(frame.kind, frame.text()) for frame in agent.heard] == [(Kind.ENDED, "the run is over")]
+        assert [(frame.kind, frame.text()) for frame in agent.heard] == [(FrameKind.ENDED, "the run is over")]
         assert agent.is_over
         assert not page.heard
         assert hall.server.guests == ("/page_1",)
-        assert page.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
+        assert page.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE

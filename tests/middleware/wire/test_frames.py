@@ -11,7 +11,7 @@ from cellwright.middleware.wire.frames import (
     Decoder,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     advance,
     data_frame,
     hello,
@@ -23,7 +23,7 @@ from cellwright.middleware.wire.frames import (
 names = st.text(max_size=20)
 frames = st.builds(
     Frame,
-    kind=st.sampled_from(Kind),
+    kind=st.sampled_from(FrameKind),
     number=st.integers(0, 2**32 - 1),
     name=names,
     type=names,
@@ -47,14 +47,14 @@ def test_garbage_is_refused_or_waited_out(data: bytes) -> None:
     decoder = Decoder()
     try:
         for frame in decoder.feed(data):
-            assert isinstance(frame.kind, Kind)
+            assert isinstance(frame.kind, FrameKind)
     except FrameError:
         pass
 
 
 def test_what_came_before_garbage_is_given_out() -> None:
-    feed = Decoder().feed(Frame(Kind.DONE, 7).encode() + struct.pack("<I", 3) + b"abc")
-    assert next(feed) == Frame(Kind.DONE, 7)
+    feed = Decoder().feed(Frame(FrameKind.DONE, 7).encode() + struct.pack("<I", 3) + b"abc")
+    assert next(feed) == Frame(FrameKind.DONE, 7)
     with pytest.raises(FrameError, match="3 bytes long"):
         next(feed)
 
@@ -63,9 +63,9 @@ def test_what_came_before_garbage_is_given_out() -> None:
     ("data", "reason"),
     [
         (struct.pack("<I", MAX_FRAME_BYTES + 1), "bytes long"),
-        (struct.pack("<IBIHHH", 11, Kind.CALL, 1, 5, 0, 0), "longer than itself"),
+        (struct.pack("<IBIHHH", 11, FrameKind.CALL, 1, 5, 0, 0), "longer than itself"),
         (struct.pack("<IBIHHH", 11, 200, 1, 0, 0, 0), "200"),
-        (struct.pack("<IBIHHH", 12, Kind.CALL, 1, 1, 0, 0) + b"\xff", "no frame"),
+        (struct.pack("<IBIHHH", 12, FrameKind.CALL, 1, 1, 0, 0) + b"\xff", "no frame"),
     ],
 )
 def test_bad_frames_are_named(data: bytes, reason: str) -> None:
@@ -73,7 +73,7 @@ def test_bad_frames_are_named(data: bytes, reason: str) -> None:
         list(Decoder().feed(data))
 
 
-@pytest.mark.parametrize("frame", [Frame(Kind.CALL, -1), Frame(Kind.CALL, name="x" * 70_000)])
+@pytest.mark.parametrize("frame", [Frame(FrameKind.CALL, -1), Frame(FrameKind.CALL, name="x" * 70_000)])
 def test_what_does_not_fit_is_not_written(frame: Frame) -> None:
     with pytest.raises(FrameError, match="cannot be written"):
         frame.encode()
@@ -81,7 +81,7 @@ def test_what_does_not_fit_is_not_written(frame: Frame) -> None:
 
 def test_a_frame_that_is_too_long_is_not_written() -> None:
     with pytest.raises(FrameError, match="too long"):
-        Frame(Kind.MESSAGE, payload=bytes(MAX_FRAME_BYTES)).encode()
+        Frame(FrameKind.MESSAGE, payload=bytes(MAX_FRAME_BYTES)).encode()
 
 
 def test_hello_says_who_and_how() -> None:
@@ -92,11 +92,11 @@ def test_hello_says_who_and_how() -> None:
 @pytest.mark.parametrize("payload", [b"", b"[]", b"\xff", b"[" * 100_000])
 def test_a_payload_that_is_no_object_is_refused(payload: bytes) -> None:
     with pytest.raises(FrameError, match="no JSON object"):
-        Frame(Kind.HELLO, payload=payload).json()
+        Frame(FrameKind.HELLO, payload=payload).json()
 
 
 def test_text_is_read_however_broken() -> None:
-    assert Frame(Kind.ENDED, payload=b"so\xff").text() == "so\ufffd"
+    assert Frame(FrameKind.ENDED, payload=b"so\xff").text() == "so\ufffd"
 
 
 @given(st.integers(-(2**63), 2**63 - 1), st.booleans())
@@ -108,13 +108,13 @@ def test_time_goes_there_and_back(time: int, each_tick: bool) -> None:
 @pytest.mark.parametrize("read", [read_advance, read_time])
 def test_a_time_of_another_length_is_refused(read: object) -> None:
     with pytest.raises(FrameError, match="wrong"):
-        read(Frame(Kind.TIME, payload=b"abc"))  # type: ignore[operator]
+        read(Frame(FrameKind.TIME, payload=b"abc"))  # type: ignore[operator]
 
 
 @given(st.dictionaries(names, st.integers() | names), st.binary(max_size=200))
 def test_data_frame_holds_json_and_bytes(said: dict[str, object], data: bytes) -> None:
     [frame] = Decoder().feed(data_frame(7, said, data).encode())
-    assert (frame.kind, frame.number) == (Kind.DATA, 7)
+    assert (frame.kind, frame.number) == (FrameKind.DATA, 7)
     found, rest = frame.data()
     assert (found, bytes(rest)) == (said, data)
 
@@ -133,9 +133,9 @@ def test_data_frame_holds_json_and_bytes(said: dict[str, object], data: bytes) -
 )
 def test_data_frame_with_wrong_length_or_json_is_refused(payload: bytes, reason: str) -> None:
     with pytest.raises(FrameError, match=reason):
-        Frame(Kind.DATA, payload=payload).data()
+        Frame(FrameKind.DATA, payload=payload).data()
 
 
 def test_data_of_another_kind_is_refused() -> None:
     with pytest.raises(FrameError, match=r"expected DATA \(got ANSWER\)"):
-        Frame(Kind.ANSWER, payload=struct.pack("<I", 2) + b"{}").data()
+        Frame(FrameKind.ANSWER, payload=struct.pack("<I", 2) + b"{}").data()

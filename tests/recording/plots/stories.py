@@ -10,7 +10,7 @@ from cellwright.recording.plots.tracks import (
     ScoreTrack,
     Span,
     ToolTrack,
-    TrayPart,
+    TrackedTrayPart,
 )
 
 AGV_1, AGV_2 = "AGV 1", "AGV 2"
@@ -37,9 +37,9 @@ def cell() -> PlotData:
         tools=[ToolTrack("vacuum gripper", "world", times, path, [Span(8.0, 18.1), Span(28.0, 40.0)], held)],
         trays=[AGV_1, AGV_2],
         tray_parts=[
-            TrayPart(AGV_1, "piston rod 9", 18.0, 50.0, "right"),
-            TrayPart(AGV_1, "gear 3", 39.5, 50.0, "faulty"),
-            TrayPart(AGV_2, "gear 1", 55.0, 60.0),
+            TrackedTrayPart(AGV_1, "piston rod 9", 18.0, 50.0, "right"),
+            TrackedTrayPart(AGV_1, "gear 3", 39.5, 50.0, "faulty"),
+            TrackedTrayPart(AGV_2, "gear 1", 55.0, 60.0),
         ],
         score=ScoreTrack(np.array([0.0, 50.0]), np.array([0.0, 8.0]), best=12.0),
         marks=[Mark(0.5, "order_0"), Mark(50.0, "order_0_kit_0: 8 of 12", AGV_1), Mark(51.0, "done")],

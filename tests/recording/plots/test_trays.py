@@ -5,7 +5,7 @@ from dataclasses import replace
 from matplotlib.figure import Figure
 
 from cellwright.recording.plots.charts import MAX_PARTS, draw_trays, tray_rows
-from cellwright.recording.plots.tracks import PlotData, TrayPart
+from cellwright.recording.plots.tracks import PlotData, TrackedTrayPart
 from tests.recording.plots.stories import AGV_1, AGV_2, cell
 
 
@@ -30,7 +30,7 @@ def test_an_empty_tray_has_its_row_too() -> None:
 
 
 def test_a_full_tray_shows_its_first_parts() -> None:
-    many = [TrayPart(AGV_1, f"gear {n}", n / 10, 60.0) for n in range(MAX_PARTS + 5)]
+    many = [TrackedTrayPart(AGV_1, f"gear {n}", n / 10, 60.0) for n in range(MAX_PARTS + 5)]
     data = replace(cell(), tray_parts=many)
     assert tray_rows(data) == MAX_PARTS + 1
     (axes,) = drawn(data).axes

@@ -12,7 +12,7 @@ from cellwright.middleware.messages import message_type, to_cdr
 from cellwright.middleware.messages.standard import Clock, String, Time
 from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage, Recording
-from cellwright.rendering.scene.scene import Frame
+from cellwright.rendering.scene.scene import SceneFrame
 
 SECOND = 1_000_000_000
 BODIES = 3
@@ -84,12 +84,12 @@ def seen(time: int, data: bytes) -> RecordedMessage:
     return RecordedMessage(FRAME, time, to_cdr(carrier(layout, np.frombuffer(data, np.uint8))))  # type: ignore[call-arg]
 
 
-def frame_at(time: int) -> Frame:
+def frame_at(time: int) -> SceneFrame:
     """Return a frame with the second body at x = time [m for s]; the third is visible in odd seconds."""
     poses = np.zeros((BODIES, 7), np.float32)
     poses[:, 3] = 1.0
     poses[1, 0] = time / SECOND
-    return Frame(time, poses, np.array([True, True, time // SECOND % 2 == 1]))
+    return SceneFrame(time, poses, np.array([True, True, time // SECOND % 2 == 1]))
 
 
 def frames(until: int) -> list[RecordedMessage]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.recording.replay.playback import AtEnd, Playing, Recorded
@@ -24,9 +24,9 @@ def server(recorded: Recorded) -> Iterator[Server]:
     server.close("the test is over")
 
 
-def loop_of(playing: Playing, server: Server, **more: Any) -> Loop:
+def loop_of(playing: Playing, server: Server, **more: Any) -> SimulationLoop:
     stop = StopCondition(playing.last)
-    return Loop(playing.recorded.simulation, server, rate=playing.rate, stop=stop, **more)
+    return SimulationLoop(playing.recorded.simulation, server, rate=playing.rate, stop=stop, **more)
 
 
 def play(playing: Playing, server: Server) -> None:

@@ -10,14 +10,14 @@ from cellwright.middleware.server import Server
 from cellwright.recording.format.format import FRAME
 from cellwright.recording.replay.playback import Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
-from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene import Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
 from cellwright.viewer.services.scene import SceneServices
 from tests.recording.replay.memory import BODIES, SECOND, Memory, frame_at, recording
 
-BALL = Shape(1, Form.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), Layer.BOTH)
+BALL = SceneShape(1, ShapeType.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), ShapeLayer.BOTH)
 
 
 @pytest.fixture

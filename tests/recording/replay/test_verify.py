@@ -17,7 +17,7 @@ from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.replay.rebuild import Rebuilt, Stamps
-from cellwright.recording.replay.verify import Answer, HashPoint, Step, Verdict, recorded_steps, verify
+from cellwright.recording.replay.verify import Answer, HashPoint, Step, VerificationResult, recorded_steps, verify
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import RecordingError, RejectedCommandError
@@ -39,7 +39,7 @@ def taken(path: Path) -> list[Step]:
         return list(recorded_steps(recording))
 
 
-def again(taken: list[Step], cell: Cell | None = None) -> Verdict:
+def again(taken: list[Step], cell: Cell | None = None) -> VerificationResult:
     """Return the verdict of these steps in a new cell."""
     return verify(Rebuilt(cell or Cell(cellwright.load_trial("lesson"))), taken)
 

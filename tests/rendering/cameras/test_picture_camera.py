@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.trial.trial import Camera, PictureNoise
+from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
 from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
@@ -24,13 +24,13 @@ from tests.cell.devices.workers import FakeWorker
 
 MS = 1_000_000  # [ns]
 SILENT = PictureNoise(0.0, 0.0, 0.0)
-EYE = Camera("eye", "rgbd_camera", Pose((2.0, 0.0, 0.0)), width=16, height=8, noise=SILENT)
+EYE = PictureCameraConfig("eye", "rgbd_camera", Pose((2.0, 0.0, 0.0)), width=16, height=8, noise=SILENT)
 
 
 class Room:
     """Part that glides by, a camera, and its reports."""
 
-    def __init__(self, camera: Camera = EYE) -> None:
+    def __init__(self, camera: PictureCameraConfig = EYE) -> None:
         spec = empty_spec()
         add_part(spec, "part", Pose((0.0, 0.0, 0.0)))
         self.simulation: Simulation = make_simulation(spec)

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene import SceneFrame
 from cellwright.rendering.scene.engine import SceneCapture
 
 XML = """
@@ -44,11 +44,11 @@ def small() -> tuple[Any, Any, SceneCapture]:
     return model, data, SceneCapture(model, name="small")
 
 
-def frames(bodies: int) -> st.SearchStrategy[Frame]:
+def frames(bodies: int) -> st.SearchStrategy[SceneFrame]:
     """Frames with this number of bodies."""
     numbers = st.floats(-1e3, 1e3, width=32)
     return st.builds(
-        Frame,
+        SceneFrame,
         st.integers(0, 10**15),
         arrays.arrays(np.float32, (bodies, 7), elements=numbers),
         arrays.arrays(np.bool_, (bodies,)),

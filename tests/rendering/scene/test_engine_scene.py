@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.scene.engine import EngineScene
-from cellwright.rendering.scene.scene import SEEN, Layer, decode_scene, encode_scene
+from cellwright.rendering.scene.scene import SEEN, ShapeLayer, decode_scene, encode_scene
 from tests.rendering.scene.scenes import small
 
 
@@ -23,7 +23,7 @@ def points(model: Any, data: Any, geom: int) -> Any:
 
 def test_geoms_are_where_they_were() -> None:
     model, data, taker = small()
-    shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(Layer))
+    shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(ShapeLayer))
     data.joint("swing").qpos[0] = 1.0
     data.qpos[1:4] = (1.0, 2.0, 3.0)
     mujoco.mj_kinematics(model, data)

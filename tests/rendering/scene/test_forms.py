@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.rendering.scene import Form, Layer, Mesh, Scene, Shape
+from cellwright.rendering.scene import Mesh, Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.scene.triangles import Triangles, join_triangles, mesh_triangles, shape_triangles
 from cellwright.util.pose import Pose
 
@@ -21,16 +21,16 @@ CUBE = Mesh(
         np.int32,
     ),
 )
-SOLIDS = st.sampled_from((Form.BOX, Form.CYLINDER, Form.SPHERE, Form.CAPSULE, Form.ELLIPSOID))
+SOLIDS = st.sampled_from((ShapeType.BOX, ShapeType.CYLINDER, ShapeType.SPHERE, ShapeType.CAPSULE, ShapeType.ELLIPSOID))
 SIZES = st.tuples(*[st.floats(0.005, 2.0)] * 3)
 CORNERS = st.sampled_from((16, 20, 48))
 
 
 def of(
-    form: Form, size: tuple[float, float, float] = (0.0, 0.0, 0.0), pose: Pose | None = None, corners: int = 48
+    form: ShapeType, size: tuple[float, float, float] = (0.0, 0.0, 0.0), pose: Pose | None = None, corners: int = 48
 ) -> Triangles:
-    mesh = 0 if form is Form.MESH else None
-    shape = Shape(0, form, size, pose or Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, mesh)
+    mesh = 0 if form is ShapeType.MESH else None
+    shape = SceneShape(0, form, size, pose or Pose(), (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH, mesh)
     return shape_triangles(shape, Scene("one", ("world",), (shape,), (CUBE,)), lambda _radius: corners)
 
 
@@ -39,16 +39,16 @@ def volume(found: Triangles) -> float:
     return float((a * np.cross(b, c)).sum() / 6)
 
 
-def right_volume(form: Form, size: tuple[float, float, float]) -> float:
+def right_volume(form: ShapeType, size: tuple[float, float, float]) -> float:
     x, y, z = size
     match form:
-        case Form.BOX:
+        case ShapeType.BOX:
             return 8 * x * y * z
-        case Form.CYLINDER:
+        case ShapeType.CYLINDER:
             return math.pi * x * x * 2 * y
-        case Form.SPHERE:
+        case ShapeType.SPHERE:
             return 4 / 3 * math.pi * x**3
-        case Form.CAPSULE:
+        case ShapeType.CAPSULE:
             return 4 / 3 * math.pi * x**3 + math.pi * x * x * 2 * y
         case _:
             return 4 / 3 * math.pi * x * y * z
@@ -57,7 +57,7 @@ def right_volume(form: Form, size: tuple[float, float, float]) -> float:
 @settings(max_examples=25, deadline=None)
 @given(form=SOLIDS, size=SIZES, corners=CORNERS)
 def test_solids_are_closed_and_as_large_as_they_should_be(
-    form: Form, size: tuple[float, float, float], corners: int
+    form: ShapeType, size: tuple[float, float, float], corners: int
 ) -> None:
     found = of(form, size, corners=corners)
     assert volume(found) == pytest.approx(right_volume(form, size), rel=0.01 + 16 / corners**2)
@@ -71,7 +71,9 @@ def test_solids_are_closed_and_as_large_as_they_should_be(
 
 @settings(max_examples=25, deadline=None)
 @given(form=SOLIDS, size=SIZES, corners=CORNERS)
-def test_normals_are_units_and_agree_with_the_faces(form: Form, size: tuple[float, float, float], corners: int) -> None:
+def test_normals_are_units_and_agree_with_the_faces(
+    form: ShapeType, size: tuple[float, float, float], corners: int
+) -> None:
     found = of(form, size, corners=corners)
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1.0, atol=1e-9)
     a, b, c = (found.points[found.faces[:, corner]] for corner in range(3))
@@ -82,34 +84,34 @@ def test_normals_are_units_and_agree_with_the_faces(form: Form, size: tuple[floa
 
 @given(pose=st.builds(Pose.from_rpy, SIZES, SIZES))
 def test_a_pose_moves_it(pose: Pose) -> None:
-    still, moved = of(Form.BOX, (0.1, 0.2, 0.3)), of(Form.BOX, (0.1, 0.2, 0.3), pose)
+    still, moved = of(ShapeType.BOX, (0.1, 0.2, 0.3)), of(ShapeType.BOX, (0.1, 0.2, 0.3), pose)
     expected = [pose.transform((x, y, z)) for x, y, z in still.points.tolist()]
     np.testing.assert_allclose(moved.points, expected, atol=1e-9)
     np.testing.assert_allclose(moved.normals[0], pose.rotate(tuple(still.normals[0].tolist())), atol=1e-9)
 
 
 def test_a_box_has_its_edges_broken_unless_it_is_thin() -> None:
-    assert len(of(Form.BOX, (0.2, 0.2, 0.2)).points) > 24
-    assert len(of(Form.BOX, (0.2, 0.2, 0.001)).points) == 24
+    assert len(of(ShapeType.BOX, (0.2, 0.2, 0.2)).points) > 24
+    assert len(of(ShapeType.BOX, (0.2, 0.2, 0.001)).points) == 24
 
 
 def test_a_broken_edge_leaves_the_sides_where_they_are() -> None:
-    found = of(Form.BOX, (0.1, 0.2, 0.3))
+    found = of(ShapeType.BOX, (0.1, 0.2, 0.3))
     np.testing.assert_allclose(np.abs(found.points).max(axis=0), (0.1, 0.2, 0.3))
     assert not (np.abs(found.points) >= (0.1, 0.2, 0.3)).all(axis=1).any()  # no corner of the box remains
 
 
 def test_a_plane_faces_up_and_may_be_without_end() -> None:
-    found = of(Form.PLANE, (0.0, 2.0, 0.1))
+    found = of(ShapeType.PLANE, (0.0, 2.0, 0.1))
     np.testing.assert_allclose(found.normals, [(0.0, 0.0, 1.0)] * 4)
     assert np.ptp(found.points, axis=0).tolist() == [60.0, 4.0, 0.0]
 
 
 def test_a_mesh_keeps_creases_and_rounds_the_rest() -> None:
-    cube = of(Form.MESH)
+    cube = of(ShapeType.MESH)
     assert volume(cube) == pytest.approx(1.0)
     assert {tuple(normal) for normal in np.abs(np.round(cube.normals, 6)).tolist()} == {(1, 0, 0), (0, 1, 0), (0, 0, 1)}
-    ball = of(Form.SPHERE, (0.5, 0.0, 0.0))
+    ball = of(ShapeType.SPHERE, (0.5, 0.0, 0.0))
     round_ = mesh_triangles(Mesh(ball.points.astype(np.float32), ball.faces.astype(np.int32)))
     outwards = round_.points / np.linalg.norm(round_.points, axis=1, keepdims=True)
     assert ((outwards * round_.normals).sum(axis=1) > 0.99).all()
@@ -118,4 +120,4 @@ def test_a_mesh_keeps_creases_and_rounds_the_rest() -> None:
 def test_a_mesh_of_nothing_is_nothing() -> None:
     flat = Mesh(np.zeros((3, 3), np.float32), np.array([(0, 1, 2)], np.int32))
     assert len(mesh_triangles(flat).faces) == 0
-    assert len(join_triangles([mesh_triangles(flat), of(Form.PLANE, (1.0, 1.0, 0.1))]).faces) == 2
+    assert len(join_triangles([mesh_triangles(flat), of(ShapeType.PLANE, (1.0, 1.0, 0.1))]).faces) == 2

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene import SceneFrame
 from cellwright.rendering.scene.scene import decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose
@@ -15,21 +15,21 @@ POINTS = st.tuples(*[st.floats(-3, 3)] * 3)
 POSES = st.builds(Pose.from_rpy, POINTS, POINTS)
 
 
-def same(one: Frame, other: Frame) -> bool:
+def same(one: SceneFrame, other: SceneFrame) -> bool:
     return one.time == other.time and np.array_equal(one.poses, other.poses) and np.array_equal(one.shown, other.shown)
 
 
 @given(frames(5))
-def test_a_whole_frame_needs_none_before_it(frame: Frame) -> None:
+def test_a_whole_frame_needs_none_before_it(frame: SceneFrame) -> None:
     assert is_whole_frame(frame.encode())
     assert same(decode_frame(frame.encode()), frame)
 
 
 @pytest.mark.slow
 @given(frames(4), frames(4), st.lists(st.booleans(), min_size=4, max_size=4))
-def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, moved: list[bool]) -> None:
+def test_changes_lead_from_one_frame_to_the_next(first: SceneFrame, second: SceneFrame, moved: list[bool]) -> None:
     poses = np.where(np.array(moved)[:, None], second.poses, first.poses)
-    then = Frame(second.time, poses, np.where(moved, second.shown, first.shown))
+    then = SceneFrame(second.time, poses, np.where(moved, second.shown, first.shown))
     data = then.encode(first)
     assert not is_whole_frame(data)
     assert len(data) <= 17 + 33 * sum(moved)
@@ -37,14 +37,14 @@ def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, mo
 
 
 @given(frames(3), frames(4))
-def test_a_frame_after_one_of_another_scene_is_encoded_whole(first: Frame, second: Frame) -> None:
+def test_a_frame_after_one_of_another_scene_is_encoded_whole(first: SceneFrame, second: SceneFrame) -> None:
     assert same(decode_frame(second.encode(first)), second)
 
 
 @given(POSES, POINTS)
 def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[float, float, float]) -> None:
     poses = np.array([(0, 0, 0, 1, 0, 0, 0), (*pose.position, *pose.quaternion)], np.float32)
-    frame = Frame(0, poses, np.ones(2, np.bool_))
+    frame = SceneFrame(0, poses, np.ones(2, np.bool_))
     for found in (frame.pose(1).transform(point), frame.placed(1, np.array([point]))[0]):
         assert tuple(found) == pytest.approx(pose.transform(point), abs=1e-5)
 
@@ -58,7 +58,7 @@ def test_nonsense_is_refused(data: bytes) -> None:
 
 @pytest.mark.slow
 @given(frames(3), st.data())
-def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: Frame, data: st.DataObject) -> None:
+def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: SceneFrame, data: st.DataObject) -> None:
     text = bytearray(frame.encode())
     text[data.draw(st.integers(0, len(text) - 1))] ^= data.draw(st.integers(1, 255))
     try:
@@ -69,6 +69,6 @@ def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: Frame, da
 
 
 def test_changes_without_what_came_before_are_refused() -> None:
-    frame = Frame(0, np.zeros((2, 7), np.float32), np.ones(2, np.bool_))
+    frame = SceneFrame(0, np.zeros((2, 7), np.float32), np.ones(2, np.bool_))
     with pytest.raises(MessageError, match="does not fit"):
         decode_frame(frame.encode(frame))

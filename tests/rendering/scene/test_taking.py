@@ -8,9 +8,9 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.robot.robots import load_robot
-from cellwright.rendering.scene import Form, Layer
+from cellwright.rendering.scene import ShapeLayer, ShapeType
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.scene.scene import Frame
+from cellwright.rendering.scene.scene import SceneFrame
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import load_trial
 from cellwright.util.pose import Pose
@@ -24,7 +24,7 @@ def test_bodies_that_move_are_those_on_joints_and_those_that_are_put_somewhere()
 
 def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
     _, _, taker = small()
-    box = next(shape for shape in taker.scene.shapes if shape.form is Form.BOX)
+    box = next(shape for shape in taker.scene.shapes if shape.form is ShapeType.BOX)
     assert box.body == 0
     assert box.pose.position == pytest.approx((1.0, 1.0, 0.0))
     assert abs(box.pose.quaternion[3]) == pytest.approx(np.sqrt(0.5))
@@ -32,17 +32,17 @@ def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
 
 def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
     shapes = {shape.form: shape for shape in small()[2].scene.shapes}
-    assert shapes[Form.BOX].colour == (0.0, 0.0, 1.0, 1.0)
-    assert shapes[Form.CAPSULE].size[:2] == pytest.approx((0.05, 0.3))
-    assert shapes[Form.CAPSULE].colour[3] == 0.5
+    assert shapes[ShapeType.BOX].colour == (0.0, 0.0, 1.0, 1.0)
+    assert shapes[ShapeType.CAPSULE].size[:2] == pytest.approx((0.05, 0.3))
+    assert shapes[ShapeType.CAPSULE].colour[3] == 0.5
     assert {form: shape.layer for form, shape in shapes.items()} == {
-        Form.PLANE: Layer.LOOKS,
-        Form.BOX: Layer.BOTH,
-        Form.CAPSULE: Layer.TOUCH,
-        Form.MESH: Layer.LOOKS,
-        Form.ELLIPSOID: Layer.MARK,
-        Form.CYLINDER: Layer.BOTH,
-        Form.SPHERE: Layer.BOTH,
+        ShapeType.PLANE: ShapeLayer.LOOKS,
+        ShapeType.BOX: ShapeLayer.BOTH,
+        ShapeType.CAPSULE: ShapeLayer.TOUCH,
+        ShapeType.MESH: ShapeLayer.LOOKS,
+        ShapeType.ELLIPSOID: ShapeLayer.MARK,
+        ShapeType.CYLINDER: ShapeLayer.BOTH,
+        ShapeType.SPHERE: ShapeLayer.BOTH,
     }
 
 
@@ -66,7 +66,7 @@ def test_a_frame_says_where_bodies_are_and_which_are_there_to_be_seen() -> None:
     assert taker.index(0) == taker.index(model.body("stand").id) == 0
 
 
-def _places(taker: SceneCapture, frame: Frame) -> Any:
+def _places(taker: SceneCapture, frame: SceneFrame) -> Any:
     bodies = [Pose(tuple(row[:3].tolist()), tuple(row[3:].tolist())) for row in frame.poses]
     return np.array([(bodies[shape.body] @ shape.pose).position for shape in taker.scene.shapes])
 

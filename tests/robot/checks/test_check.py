@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.config.robot.config import Gripper, RobotConfig
+from cellwright.config.robot.config import GripperConfig, RobotConfig
 from cellwright.config.robot.model import Limits, Mimic
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.checks import motion as check_joints
@@ -278,7 +278,7 @@ def test_fingers_that_follow_may_close_towards_their_lower_limits() -> None:
     thumb = config.robot.joint("thumb_left")
     other_way = replace(thumb, limits=replace(thumb.limits, lower=-0.04, upper=0.0), mimic=Mimic("finger_left", -1.0))
     joints = tuple(other_way if joint == thumb else joint for joint in config.robot.joints)
-    grippers = (config.grippers[0], Gripper(("finger_left", "thumb_left")))
+    grippers = (config.grippers[0], GripperConfig(("finger_left", "thumb_left")))
     changed = replace(config, robot=replace(config.robot, joints=joints), grippers=grippers)
     closes = [finding for finding in checked(changed).findings if finding.what == "left gripper closes"]
     assert [(each.where, each.passed) for each in closes] == [("finger_left", True)]

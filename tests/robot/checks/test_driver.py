@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.robot.checks.driver import check_driver
-from cellwright.robot.servos import Array, JointReadings
+from cellwright.robot.servos import Array, JointArrays
 from tests.robot.drivers.test_live import NAMES, Hardware
 from tests.robot.robots import two_arms
 from tests.waiting import TIMEOUT
@@ -145,7 +145,7 @@ def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, beg
     )
     hardware = Hardware(joints=("finger_left",), positions=np.array([begin]))
     narrow = replace(config, robot=replace(config.robot, joints=joints))
-    hardware.read = lambda: JointReadings(hardware.positions, np.zeros(1), np.zeros(1))  # type: ignore[method-assign]
+    hardware.read = lambda: JointArrays(hardware.positions, np.zeros(1), np.zeros(1))  # type: ignore[method-assign]
     assert check_driver(lambda _config: clock.watched(hardware), narrow) == []
     assert len(hardware.targets) == (2 if upper > 0.0 else 0)
     assert all(0.0 <= position <= upper for (position,) in hardware.targets), hardware.targets

@@ -13,7 +13,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.robot.drivers import DriverError, LiveDriver
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
-from cellwright.robot.servos import Array, JointReadings
+from cellwright.robot.servos import Array, JointArrays
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tests.robot.robots import two_arms
 from tests.robot.talk import Talk
@@ -43,7 +43,7 @@ class Hardware:
         self.on_read()
         if self.answer is not None:
             return self.answer
-        return JointReadings(self.positions, np.array([0.1, 0.2]), np.array([3.0, 4.0]))
+        return JointArrays(self.positions, np.array([0.1, 0.2]), np.array([3.0, 4.0]))
 
     def close(self) -> None:
         self.closed += 1

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
-from cellwright.config.robot.config import Gripper
+from cellwright.config.robot.config import GripperConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, link_poses
 from cellwright.robot.model import BASE_BODY, DEFAULT_MASS, FINGER_MASS, RobotWorld, body_of, build_robot
 from cellwright.util.errors import DescriptionError
@@ -96,7 +96,7 @@ def test_joints_that_cannot_be_at_0_are_put_up_at_their_nearest_limit() -> None:
 
 def test_links_without_mass_weigh_what_they_weighed_in_the_original() -> None:
     links = {"finger": Link("finger", Inertial(2.0, inertia=(0.2, 0.2, 0.2, 0, 0, 0)))}
-    config = of_joints(hinge("arm"), hinge("finger", "arm"), links=links, grippers=(Gripper(("to finger",)),))
+    config = of_joints(hinge("arm"), hinge("finger", "arm"), links=links, grippers=(GripperConfig(("to finger",)),))
     model = build_robot(config).model
     assert model.body("arm").mass[0] == DEFAULT_MASS
     assert model.body("finger").mass[0] == FINGER_MASS

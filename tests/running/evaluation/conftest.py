@@ -9,7 +9,7 @@ import pytest
 
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.process import Limits
+from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 
@@ -40,7 +40,7 @@ def judge(folder: Path) -> Judge:
         with ResultsFile(folder / "out") as store:
             evaluation = Evaluation(
                 store,
-                limits=Limits(**limits),  # type: ignore[arg-type]
+                limits=RunLimits(**limits),  # type: ignore[arg-type]
                 workers=workers,
                 on_result=results.append,
             )

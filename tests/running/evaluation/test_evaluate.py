@@ -12,7 +12,7 @@ import pytest
 
 from cellwright.running.evaluation.evaluate import Evaluation, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, Limits
+from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, RunLimits
 from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.util.errors import UsageError
 from cellwright.util.files import read_json_lines
@@ -239,7 +239,7 @@ def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
 
 def test_at_least_one_process_is_needed(folder: Path) -> None:
     with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="at least one"):
-        Evaluation(store, limits=Limits(), workers=0)
+        Evaluation(store, limits=RunLimits(), workers=0)
 
 
 def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:

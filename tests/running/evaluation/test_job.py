@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.models.model import Furniture, Model, ModelShape
+from cellwright.config.models.model import Furniture, ModelShape, UserModel
 from cellwright.config.trial.trial import Trial
 from cellwright.running.evaluation import job as job_module
 from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, make_jobs, models_digest
@@ -71,7 +71,7 @@ def test_bundled_and_installed_and_unknown_programs_have_a_digest(folder: Path) 
 def test_a_model_of_ones_own_counts_with_its_files(folder: Path) -> None:
     mesh = folder / "cup.stl"
     mesh.write_bytes(b"one")
-    model = Model((ModelShape("mesh", (1.0, 1.0, 1.0), mesh=mesh),))
+    model = UserModel((ModelShape("mesh", (1.0, 1.0, 1.0), mesh=mesh),))
     plain, own = Trial("own"), Trial("own", part_models={"cup": model})
     first = models_digest(own)
     assert models_digest(plain) == ""

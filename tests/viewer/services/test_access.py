@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
+from cellwright.middleware.wire.frames import PROTOCOL, Frame, FrameKind
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
 from cellwright.viewer.services.control import Control
@@ -26,15 +26,15 @@ def offered(hall: Hall, node: scene.ViewedNode, tempo: RateControl | None = None
 
 
 def ask(client: Talker, service: str, **request: Any) -> Frame:
-    return client.ask(Frame(Kind.CALL, 5, service, payload=json.dumps({"action": "state", **request}).encode()))
+    return client.ask(Frame(FrameKind.CALL, 5, service, payload=json.dumps({"action": "state", **request}).encode()))
 
 
 def shows(hall: Hall, key: Any) -> Talker:
     """Client that shows a value in place of a key."""
     client = hall.guest("")
     hello = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
-    client.say(Frame(Kind.HELLO, payload=json.dumps(hello).encode()))
-    client.wait_for(Kind.WELCOME)
+    client.say(Frame(FrameKind.HELLO, payload=json.dumps(hello).encode()))
+    client.wait_for(FrameKind.WELCOME)
     return client
 
 
@@ -45,9 +45,9 @@ def test_a_competition_answers_its_own_page_only(service: str) -> None:
         offered(hall, cell)
         other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
         refused = ask(other, service)
-        assert (refused.kind, refused.name) == (Kind.REFUSED, "RejectedCommandError")
+        assert (refused.kind, refused.name) == (FrameKind.REFUSED, "RejectedCommandError")
         assert refused.text() == scene.ITS_OWN_PAGE
-        assert ask(page, service).kind in (Kind.ANSWER, Kind.DATA)
+        assert ask(page, service).kind in (FrameKind.ANSWER, FrameKind.DATA)
 
 
 @pytest.mark.parametrize("node", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
@@ -57,14 +57,14 @@ def test_development_mode_and_a_robot_answer_any_client(node: Any) -> None:
         offered(hall, cell)
         assert hall.server.key == ""
         for client in (hall.guest(), shows(hall, "an old key")):
-            assert {ask(client, service).kind for service in VIEWER_SERVICES} == {Kind.ANSWER, Kind.DATA}
+            assert {ask(client, service).kind for service in VIEWER_SERVICES} == {FrameKind.ANSWER, FrameKind.DATA}
 
 
 def test_who_has_no_key_lets_no_time_stand() -> None:
     cell, tempo = Cell(KITTING), RateControl(1.0)
     with served(cell) as hall:
         offered(hall, cell, tempo)
-        assert ask(hall.guest(), CONTROL, action="pause").kind is Kind.REFUSED
+        assert ask(hall.guest(), CONTROL, action="pause").kind is FrameKind.REFUSED
         assert not tempo.is_paused
 
 
@@ -80,7 +80,7 @@ def test_an_invalid_key_is_ignored_and_the_client_is_welcome(shown: Any) -> None
     cell = _CELL
     with served(cell) as hall:
         offered(hall, cell)
-        assert ask(shows(hall, shown), FRAME).kind is Kind.REFUSED
+        assert ask(shows(hall, shown), FRAME).kind is FrameKind.REFUSED
 
 
 def test_a_key_is_good_for_one_server() -> None:
@@ -89,7 +89,7 @@ def test_a_key_is_good_for_one_server() -> None:
         for each in (hall, later):
             offered(each, cell)
         client = shows(later, hall.server.key)
-        assert ask(client, FRAME).kind is Kind.REFUSED
+        assert ask(client, FRAME).kind is FrameKind.REFUSED
 
 
 _CELL = Cell(KITTING)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.control import MAX_SPEED, MAX_TICKS, MIN_SPEED, Control, Reset, offer_panel
 from cellwright.viewer.services.names import CONTROL, PANEL
@@ -108,11 +108,11 @@ def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> Non
         client = hall.guest()
 
         def ask(service: str, **request: Any) -> Frame:
-            return client.ask(Frame(Kind.CALL, 3, service, payload=json.dumps(request).encode()))
+            return client.ask(Frame(FrameKind.CALL, 3, service, payload=json.dumps(request).encode()))
 
         assert ask(CONTROL, action="pause").json()["paused"]
         refused = ask(CONTROL, action="sleep")
-        assert refused.kind is Kind.REFUSED
+        assert refused.kind is FrameKind.REFUSED
         assert issubclass(UnknownNameError, CellwrightError)
         assert b"pause" in refused.payload
         panel = ask(PANEL, robot="x").json()

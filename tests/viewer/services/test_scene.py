@@ -10,10 +10,9 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.wire.frames import MAX_FRAME_BYTES, Kind
-from cellwright.middleware.wire.frames import Frame as Said
-from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene, is_whole_frame
-from cellwright.viewer.services import scene as onlookers
+from cellwright.middleware.wire.frames import MAX_FRAME_BYTES, Frame, FrameKind
+from cellwright.rendering.scene.scene import SceneFrame, decode_frame, decode_scene, is_whole_frame
+from cellwright.viewer.services import scene as scene_service
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import FRAME, SCENE
 from cellwright.viewer.services.scene import HISTORY_LENGTH, SceneServices, ServedScene
@@ -24,14 +23,14 @@ from tests.middleware.server.talk import served
 def test_a_client_receives_the_scene_and_its_frames() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
-        onlookers.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
+        scene_service.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
         client = hall.guest()
-        answer, data = client.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).data()
+        answer, data = client.ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}")).data()
         assert answer["digest"] == hashlib.sha256(data).hexdigest()
         scene = decode_scene(bytes(data))
         assert scene.name == cell.name
         cell.step()
-        found, data = client.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
+        found, data = client.ask(Frame(FrameKind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).data()
     assert (found["tick"], found["digest"]) == (1, answer["digest"])
     frame = decode_frame(data)
     assert frame.time == cell.simulation.now
@@ -78,7 +77,7 @@ class Looker:
     def __init__(self, services: SceneServices) -> None:
         self.services = services
         self.request: dict[str, Any] = {}
-        self.frame: Frame | None = None
+        self.frame: SceneFrame | None = None
         self.data = b""
 
     def look(self) -> int:
@@ -118,7 +117,7 @@ def test_frame_of_same_state_keeps_its_sequence_number(monkeypatch: pytest.Monke
     number = one.look()
     assert number == other.look() == one.look()
     now = source.frame()
-    hidden = Frame(now.time, now.poses, ~now.shown)  # a part disappears while time is paused
+    hidden = SceneFrame(now.time, now.poses, ~now.shown)  # a part disappears while time is paused
     monkeypatch.setattr(source, "frame", lambda: hidden)
     assert one.look() == other.look() == number + 1
     assert one.has(cell)
@@ -164,7 +163,7 @@ def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
     scene.__dict__["scene"] = bytes(MAX_FRAME_BYTES)
     with served(cell) as hall:
         SceneServices(scene).offer(hall.server)
-        answer = hall.guest().ask(Said(Kind.CALL, 5, SCENE, payload=b"{}"))
-        assert (answer.kind, answer.name) == (Kind.REFUSED, "UsageError")
+        answer = hall.guest().ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}"))
+        assert (answer.kind, answer.name) == (FrameKind.REFUSED, "UsageError")
         assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long: 16777216 at most", answer.text())
-        assert hall.guest("/other").ask(Said(Kind.CALL, 5, FRAME, payload=b"{}")).kind is Kind.DATA
+        assert hall.guest("/other").ask(Frame(FrameKind.CALL, 5, FRAME, payload=b"{}")).kind is FrameKind.DATA

@@ -17,7 +17,7 @@ from websockets.typing import Origin
 
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.access import MAX_UNFINISHED, AccessGuard
-from cellwright.viewer.web.program import Server
+from cellwright.viewer.web.program import ViserServer
 from tests.waiting import TIMEOUT, wait_until
 
 SECRET = "a1b2c3"
@@ -37,7 +37,7 @@ def page(token: str = "") -> Iterator[AccessGuard]:
     """Access guard with viser behind it."""
     with door(token) as found:
         with found.guards_viser():
-            server = Server(found.host, found.port, verbose=False)
+            server = ViserServer(found.host, found.port, verbose=False)
         yield found
         server.stop()
 

@@ -13,13 +13,13 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import Server
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_frame, decode_scene, encode_scene, is_whole_frame
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
 from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
-from cellwright.viewer.web.connection import AwayError, Link, StatePoller
+from cellwright.viewer.web.connection import AwayError, ServerConnection, StatePoller
 from tests.cells import KITTING
 from tests.robot.robots import two_arms
 from tests.waiting import TIMEOUT, wait_until
@@ -54,7 +54,7 @@ def test_it_asks_and_raises_refusals() -> None:
 
     with hosted(cell) as server:
         server.offer("no", refuse)
-        link = Link(server.address)
+        link = ServerConnection(server.address)
         answer, data = link.ask_data(SCENE)
         assert set(answer) == {"digest", "about"}
         assert decode_scene(bytes(data)).name == "kitting"
@@ -79,7 +79,7 @@ def test_it_asks_and_raises_refusals() -> None:
 def test_it_reconnects_to_a_server_that_is_back() -> None:
     with hosted(Cell(KITTING)) as server:
         address = server.address
-        link = Link(address)
+        link = ServerConnection(address)
         link.ask_data(SCENE)
     with pytest.raises(AwayError, match="the end"):
         link.ask_data(SCENE)
@@ -96,7 +96,7 @@ def test_several_threads_each_get_their_own_answers() -> None:
     wrong: list[int] = []
     with hosted(Cell(KITTING)) as server:
         server.offer("echo", lambda request: request)
-        link = Link(server.address)
+        link = ServerConnection(server.address)
 
         def ask(first: int) -> None:
             wrong.extend(number for number in range(first, first + 50) if link.ask("echo", n=number) != {"n": number})
@@ -112,7 +112,7 @@ def test_several_threads_each_get_their_own_answers() -> None:
 
 def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
     with hosted(Cell(KITTING)) as server:
-        asking = StatePoller(Link(server.address), lambda: {"contacts": True})
+        asking = StatePoller(ServerConnection(server.address), lambda: {"contacts": True})
         asking.is_watched = True
         asking.start()
         scene, about = asking.found.get(timeout=TIMEOUT)
@@ -120,7 +120,7 @@ def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
         assert about["kind"] == "cell"
         for _ in range(3):
             wall, frame, answer = asking.found.get(timeout=TIMEOUT)
-            assert isinstance(frame, Frame)
+            assert isinstance(frame, SceneFrame)
             assert "contacts" in answer
             assert wall > 0
         asking.close()
@@ -141,7 +141,7 @@ class Pause(threading.Event):
 def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cellwright.viewer.web.connection.time", SimpleNamespace(perf_counter=lambda: 1.0))
     with hosted(Cell(KITTING)) as server:
-        asking = StatePoller(Link(server.address), dict)
+        asking = StatePoller(ServerConnection(server.address), dict)
         pause = asking._wake = Pause()
         asking.start()
         wait_until(lambda: len(pause.lengths) == 1, "first pause")
@@ -171,7 +171,7 @@ def test_a_server_that_answers_with_nonsense_counts_as_away(answer: Any) -> None
     with hosted(Cell(KITTING)) as server:
         server.offer(SCENE, lambda _asked: answer)
         server.offer("cellwright/frame", lambda _asked: answer)
-        asking = StatePoller(Link(server.address), dict)
+        asking = StatePoller(ServerConnection(server.address), dict)
         asking.start()
         found = asking.found.get(timeout=TIMEOUT)
         assert isinstance(found, CellwrightError)
@@ -184,7 +184,7 @@ def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
     services = SceneServices(ServedScene(cell))
     with hosted(cell) as server:
         good, data = services.frame({})
-        other = Frame(0, np.zeros((2, 7), np.float32), np.array([True, True])).encode()
+        other = SceneFrame(0, np.zeros((2, 7), np.float32), np.array([True, True])).encode()
         changes = decode_frame(data).encode(decode_frame(data))
         wrongs: list[tuple[dict[str, Any], bytes]] = [
             (good, other),
@@ -196,7 +196,7 @@ def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
         ]
         for wrong in wrongs:
             server.offer("cellwright/frame", partial(answered, wrong))
-            asking = StatePoller(Link(server.address), dict)
+            asking = StatePoller(ServerConnection(server.address), dict)
             asking.start()
             scene, _about = asking.found.get(timeout=TIMEOUT)
             assert isinstance(scene, Scene)
@@ -228,7 +228,7 @@ def test_poller_asks_for_changes_and_for_whole_frame_after_connection_loss() -> 
 
     with hosted(cell) as server:
         server.offer("cellwright/frame", note)
-        asking = StatePoller(Link(server.address), dict)
+        asking = StatePoller(ServerConnection(server.address), dict)
         asking._ask()
         asking._ask()
         assert requests[0] == requests[1] == {}, "there is no scene before the first answer"

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.camera import VIEWS
-from cellwright.rendering.scene import Form, Frame, Layer, Scene, Shape
+from cellwright.rendering.scene import Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.overlays import PATH_DURATION, Axes, Beams, Contacts, Names, ToolPaths
-from cellwright.viewer.web.page import Feature, Moment
+from cellwright.viewer.web.page import Feature, TimelineFrame
 from cellwright.viewer.web.scene import Bodies, Shadows, lamp_of
 from cellwright.viewer.web.views import Views, views_of
 from tests.viewer.web.fake import FakePage
@@ -21,33 +21,33 @@ RED = (1.0, 0.0, 0.0, 1.0)
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 
-def box(body: int, layer: Layer = Layer.BOTH, half: float = 0.1) -> Shape:
-    return Shape(body, Form.BOX, (half, half, half), Pose(), RED, layer)
+def box(body: int, layer: ShapeLayer = ShapeLayer.BOTH, half: float = 0.1) -> SceneShape:
+    return SceneShape(body, ShapeType.BOX, (half, half, half), Pose(), RED, layer)
 
 
 ALIKE = Scene(
     "alike",
     ("world", "arm/hand", "bin1|gear_1", "bin1|gear_2", "bin1|gear_3", "bin1|gear_4", "touched looks"),
     (
-        Shape(0, Form.PLANE, (5.0, 5.0, 0.1), Pose(), RED, Layer.LOOKS),
+        SceneShape(0, ShapeType.PLANE, (5.0, 5.0, 0.1), Pose(), RED, ShapeLayer.LOOKS),
         box(0),
-        box(1, Layer.LOOKS, 0.2),
-        box(1, Layer.TOUCH, 0.3),
-        *(box(body, Layer.BOTH, 0.02) for body in (2, 3, 4, 5)),
-        box(6, Layer.LOOKS, 0.4),
+        box(1, ShapeLayer.LOOKS, 0.2),
+        box(1, ShapeLayer.TOUCH, 0.3),
+        *(box(body, ShapeLayer.BOTH, 0.02) for body in (2, 3, 4, 5)),
+        box(6, ShapeLayer.LOOKS, 0.4),
     ),
     (),
 )
 
 
-def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Frame:
+def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> SceneFrame:
     """Frame with bodies by number (`b2=0.5`) at a distance along x; all others at the origin."""
     poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (len(ALIKE.bodies), 1))
     for name, x in places.items():
         poses[int(name[1:]), 0] = x
     shown = np.ones(len(poses), np.bool_)
     shown[list(hidden)] = False
-    return Frame(time, poses, shown)
+    return SceneFrame(time, poses, shown)
 
 
 def begun(feature: Feature, **about: Any) -> FakePage:
@@ -72,13 +72,13 @@ def test_bodies_go_where_they_are_and_hide() -> None:
     bodies = Bodies()
     page = begun(bodies)
     before = frame(b1=0.5, b3=0.7, hidden=(4,))
-    bodies.show(Moment.of(before))
+    bodies.show(TimelineFrame.of(before))
     hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and others alike"]
     assert hand.position.tolist() == [0.5, 0.0, 0.0]
     assert gears.batched_positions[1, 0] == pytest.approx(0.7)
     assert gears.batched_scales.tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]
     hand.position = "untouched"
-    bodies.show(Moment.of(frame(b1=0.5, b3=0.8, hidden=(1,)), before))
+    bodies.show(TimelineFrame.of(frame(b1=0.5, b3=0.8, hidden=(1,)), before))
     assert hand.position == "untouched"  # unchanged poses are not sent again
     assert hand.visible is False
     assert gears.batched_positions[1, 0] == pytest.approx(0.8)
@@ -88,7 +88,7 @@ def test_bodies_go_where_they_are_and_hide() -> None:
 def test_what_is_touched_takes_the_place_of_looks() -> None:
     bodies = Bodies()
     page = begun(bodies)
-    bodies.show(Moment.of(frame(b1=0.5)))
+    bodies.show(TimelineFrame.of(frame(b1=0.5)))
     page.boxes["Collision shapes"].value = True
     page.boxes["Collision shapes"].clicked(None)
     assert page.nodes["/scene/touched"].visible is True
@@ -107,7 +107,7 @@ def test_shadows_are_thrown_by_what_is_large_and_follow_it() -> None:
     aside = np.array(page.nodes["/scene/shadows"].position)
     assert np.linalg.norm(aside) == pytest.approx(0.03)
     assert aside @ lamp_of({}) < 0
-    shadows.show(Moment.of(frame(b1=0.4, hidden=(6,))))
+    shadows.show(TimelineFrame.of(frame(b1=0.4, hidden=(6,))))
     assert page.nodes["/scene/shadows/1"].position[0] == pytest.approx(0.4)
     assert page.nodes["/scene/shadows/6"].visible is False
 
@@ -177,15 +177,15 @@ def test_the_path_of_a_tool_is_as_long_as_its_last_seconds() -> None:
     page = begun(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
     page.boxes["Path of the tool"].value = True
     for second in range(40):
-        paths.show(Moment.of(frame(second * 10**9, b1=0.1 * second), frame() if second else None))
+        paths.show(TimelineFrame.of(frame(second * 10**9, b1=0.1 * second), frame() if second else None))
     points = page.nodes["/scene/path of tool 1"].points
     assert len(points) == PATH_DURATION
     np.testing.assert_allclose(points[-1], [(3.8, 0, 0.1), (3.9, 0, 0.1)], atol=1e-5)
-    paths.show(Moment.of(frame(0, b1=0.0)))
+    paths.show(TimelineFrame.of(frame(0, b1=0.0)))
     assert "/scene/path of tool 1" not in page.nodes or len(page.nodes["/scene/path of tool 1"].points) == 0
 
 
-def show(features: Sequence[Feature], moment: Moment) -> None:
+def show(features: Sequence[Feature], moment: TimelineFrame) -> None:
     for feature in features:
         feature.show(moment)
 
@@ -196,18 +196,18 @@ def test_names_and_frames_of_what_is_there() -> None:
     for overlay in overlays:
         overlay.page = page  # type: ignore[assignment]
         overlay.on_scene(ALIKE)
-    show(overlays, Moment.of(frame()))
+    show(overlays, TimelineFrame.of(frame()))
     assert page.nodes == {}
     page.boxes["Names"].value = page.boxes["Frames"].value = True
-    show(overlays, Moment.of(frame(b2=0.5, hidden=(3,)), frame()))
+    show(overlays, TimelineFrame.of(frame(b2=0.5, hidden=(3,)), frame()))
     texts = {node.text for name, node in page.nodes.items() if "/names/" in name}
     assert texts == {"arm/hand", "gear_1", "gear_3", "gear_4"}
     assert len(page.nodes["/scene/frames"].batched_positions) == 4
-    show(overlays, Moment.of(frame(b2=0.6), frame()))
+    show(overlays, TimelineFrame.of(frame(b2=0.6), frame()))
     assert len(page.nodes["/scene/frames"].batched_positions) == 5
     assert page.nodes["/scene/names/2"].position[0] == pytest.approx(0.6)
     page.boxes["Names"].value = page.boxes["Frames"].value = False
-    show(overlays, Moment.of(frame(b2=0.7), frame()))
+    show(overlays, TimelineFrame.of(frame(b2=0.7), frame()))
     assert page.nodes == {}
 
 
@@ -227,7 +227,7 @@ def test_a_cell_has_its_own_views_and_a_robot_is_whole_in_all_of_them() -> None:
 def test_a_click_moves_the_eye_of_who_clicked() -> None:
     views = Views()
     page = begun(views, kind="cell")
-    views.show(Moment.of(frame()))
+    views.show(TimelineFrame.of(frame()))
     assert page.server.initial_camera.position == VIEWS["overview"].eye
     buttons = page.boxes["Look at"]
     assert buttons.options == tuple(VIEWS)

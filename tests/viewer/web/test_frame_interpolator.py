@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene import SceneFrame
 from cellwright.viewer.web.page import FrameInterpolator, interpolate_frames
 from tests.rendering.scene.scenes import frames
 
 PERIOD = 1 / 30
 
 
-def at(x: float, time: int = 0, shown: bool = True) -> Frame:
+def at(x: float, time: int = 0, shown: bool = True) -> SceneFrame:
     poses = np.array([(0, 0, 0, 1, 0, 0, 0), (x, 0, 0, 1, 0, 0, 0)], np.float32)
-    return Frame(time, poses, np.array([True, shown]))
+    return SceneFrame(time, poses, np.array([True, shown]))
 
 
 def test_motion_is_even() -> None:
@@ -82,5 +82,5 @@ def test_a_turn_takes_the_short_way() -> None:
 
 @pytest.mark.slow
 @given(pair=st.integers(1, 6).flatmap(lambda n: st.tuples(frames(n), frames(n))), share=st.floats(0, 1))
-def test_whatever_comes_is_finite(pair: tuple[Frame, Frame], share: float) -> None:
+def test_whatever_comes_is_finite(pair: tuple[SceneFrame, SceneFrame], share: float) -> None:
     assert np.isfinite(interpolate_frames(*pair, share).poses).all()

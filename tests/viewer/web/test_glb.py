@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene import Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.scene.triangles import Triangles
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.meshes import Material, glb, surface
 
 
 def box(at: float) -> Triangles:
-    shape = Shape(0, Form.BOX, (0.1, 0.2, 0.3), Pose((at, 0.0, 0.0)), (1.0, 1.0, 1.0, 1.0), Layer.BOTH)
+    shape = SceneShape(0, ShapeType.BOX, (0.1, 0.2, 0.3), Pose((at, 0.0, 0.0)), (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH)
     return surface(shape, Scene("one", ("world",), (shape,), ()))
 
 

@@ -9,12 +9,12 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.viewer.web.connection import AwayError
-from cellwright.viewer.web.page import Feature, Moment, Page
+from cellwright.viewer.web.page import Feature, Page, TimelineFrame
 
 SCENE = Scene("a", ("world",), (), ())
-FRAME = Frame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
+FRAME = SceneFrame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
 ANSWER = (0.0, FRAME, {"run": 0})
 
 
@@ -31,7 +31,7 @@ class Sound(Feature):
         self._note("wants")
         return {type(self).__name__: True}
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         self._note("show")
 
     def on_frame(self, answer: dict[str, Any]) -> None:
@@ -75,7 +75,7 @@ def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog
             came: list[Any] = [(SCENE, {}), ANSWER, {"kind": "cell"}, AwayError("gone"), ANSWER]
             for found in came:
                 page._take(found)
-            page._show(Moment.of(FRAME, FRAME))
+            page._show(TimelineFrame.of(FRAME, FRAME))
     assert broken.calls[-1] == at
     assert broken.calls.count(at) == 1, "it is asked nothing more"
     assert sound.calls[: len(sound.calls) // 2] == sound.calls[len(sound.calls) // 2 :]

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene import Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.scene.triangles import Triangles
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.meshes import surface
 
 
 def cylinder(radius: float) -> Triangles:
-    shape = Shape(0, Form.CYLINDER, (radius, 0.1, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH)
+    shape = SceneShape(0, ShapeType.CYLINDER, (radius, 0.1, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH)
     return surface(shape, Scene("one", ("world",), (shape,), ()))
 
 

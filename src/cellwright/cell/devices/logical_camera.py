@@ -95,7 +95,7 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     return tuple(int(geom) for geom in np.flatnonzero(touching) if int(model.geom_bodyid[geom]) in bodies)
 
 
-class Scene:
+class ModelSnapshot:
     """All models and their boxes at a stored moment: cameras that measure in one tick share the work.
 
     A moment is the engine's `qpos`. Reading one leaves the engine's data unchanged. Each model has a unique name and a
@@ -183,7 +183,7 @@ _NOISE_A_MODEL = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class TfFrame:
     """Coordinate frame for the tree of frames: `pose` maps coordinates in `child` to coordinates in `parent`."""
 
     parent: str
@@ -205,7 +205,7 @@ class Detection:
     name: str
     type: str
     camera_T_model: Pose
-    frames: tuple[Frame, ...]
+    frames: tuple[TfFrame, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,7 +213,7 @@ class CameraReading(Reading):
     """Logical picture; its detections are computed on demand, as of the moment of the picture."""
 
     world_T_camera: Pose
-    camera_frame: Frame
+    camera_frame: TfFrame
     detect: Callable[[], tuple[Detection, ...]] = field(repr=False, compare=False)
 
     @cached_property
@@ -222,7 +222,7 @@ class CameraReading(Reading):
         return self.detect()
 
     @property
-    def frames(self) -> tuple[Frame, ...]:
+    def frames(self) -> tuple[TfFrame, ...]:
         """All frames of this picture, the camera's first."""
         return (self.camera_frame, *(frame for detection in self.detections for frame in detection.frames))
 
@@ -245,7 +245,7 @@ class LogicalCamera(Sensor[CameraReading]):
     aspect: ClassVar[float] = 1.5
     """Width of the view over its height."""
 
-    def __init__(self, name: str, world_T_sensor: Pose, scene: Scene, **options: Unpack[SensorOptions]) -> None:
+    def __init__(self, name: str, world_T_sensor: Pose, scene: ModelSnapshot, **options: Unpack[SensorOptions]) -> None:
         super().__init__(name, world_T_sensor, **options)
         self.scene = scene
         self.frustum = Frustum(
@@ -253,7 +253,7 @@ class LogicalCamera(Sensor[CameraReading]):
         )
         self._reports = np.array([self.reports(model) for model in scene.models], dtype=np.bool_)
         self._camera_T_world = world_T_sensor.inverse()
-        self._frame = Frame("world", self.frame, world_T_sensor)
+        self._frame = TfFrame("world", self.frame, world_T_sensor)
 
     def reports(self, model: SceneModel) -> bool:
         """Return whether the camera reports this model when it is in view."""
@@ -294,12 +294,12 @@ class LogicalCamera(Sensor[CameraReading]):
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
             # the AGV is measured exactly; the noise goes into the pose of its tray, which is known, not measured
-            frames = (Frame(self.frame, child, camera_T_model), Frame(child, tray, blurred(AGV_T_TRAY, noise)))
+            frames = (TfFrame(self.frame, child, camera_T_model), TfFrame(child, tray, blurred(AGV_T_TRAY, noise)))
             return Detection(model.name, model.type, camera_T_model, frames)
         camera_T_model = blurred(camera_T_model, noise)
         if model.type == TRAY_TYPE:
             return Detection(model.name, model.type, camera_T_model, ())
-        return Detection(model.name, model.type, camera_T_model, (Frame(self.frame, child, camera_T_model),))
+        return Detection(model.name, model.type, camera_T_model, (TfFrame(self.frame, child, camera_T_model),))
 
 
 def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
@@ -335,7 +335,7 @@ class QualityControlSensor(LogicalCamera):
     aspect: ClassVar[float] = 0.35
 
     def __init__(
-        self, number: int, scene: Scene, faulty_parts: Collection[str], **options: Unpack[SensorOptions]
+        self, number: int, scene: ModelSnapshot, faulty_parts: Collection[str], **options: Unpack[SensorOptions]
     ) -> None:
         self.faulty_parts = frozenset(faulty_parts)
         super().__init__(f"quality_control_sensor_{number}", WORLD_T_QUALITY_CONTROL[number], scene, **options)

@@ -14,7 +14,7 @@ from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.simulation import Device, State
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import control_msgs
 from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
@@ -67,7 +67,7 @@ class TrajectoryAction(Device):
             for name, given, code, text, ended in state["goals"]
         }
 
-    def take_goal(self, _row: Row, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
+    def take_goal(self, _row: Endpoint, message: control_msgs.FollowJointTrajectoryActionGoal, node: str) -> None:
         """Follow a goal, or reject it with a result."""
         now = self.simulation.now
         if len(message.goal_id.id) > MAX_ID_LENGTH:
@@ -91,7 +91,7 @@ class TrajectoryAction(Device):
             raise  # counted and reported with the other refusals
         self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
 
-    def take_cancel(self, _row: Row, message: GoalID, _node: str) -> None:
+    def take_cancel(self, _row: Endpoint, message: GoalID, _node: str) -> None:
         """Cancel by identifier, by time (all goals up to it), or everything when both are empty."""
         goal = self._current()
         if goal is None:

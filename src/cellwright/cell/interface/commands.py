@@ -11,7 +11,7 @@ from cellwright.cell.devices.trajectory_controller import check_count
 from cellwright.cell.interface.devices import CellDevices, present
 from cellwright.cell.model.own_models import OwnPartType
 from cellwright.cell.model.part_tops import part_tops
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message, osrf_gear, service_type
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
 from cellwright.middleware.messages.conversions import floats, nanoseconds
@@ -37,7 +37,7 @@ def part_types_json(own: Mapping[str, OwnPartType]) -> str:
 NOT_ALLOWED = "not allowed in a competition"
 
 
-class Commands:
+class CellCommands:
     """Handlers of the topics and services that clients send to.
 
     The reply about the trial's own part types is computed in the constructor, before time runs.
@@ -47,7 +47,7 @@ class Commands:
         self._cell = cell
         self._own_types = part_types_json(own_types)
 
-    def start_competition(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
+    def start_competition(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Start the trial."""
         try:
             self._cell.competition.start()
@@ -55,32 +55,32 @@ class Commands:
             return TriggerResponse(success=False, message="cannot start if not in 'init' state")
         return TriggerResponse(success=True, message="competition started successfully!")
 
-    def end_competition(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
+    def end_competition(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """End the trial."""
         self._cell.competition.end()
         return TriggerResponse(success=True, message="competition ended successfully!")
 
     def material_locations(
-        self, _row: Row, request: osrf_gear.GetMaterialLocationsRequest, _node: str
+        self, _row: Endpoint, request: osrf_gear.GetMaterialLocationsRequest, _node: str
     ) -> osrf_gear.GetMaterialLocationsResponse:
         """Storage units of a type by name; none for an unknown type."""
         units = self._cell.trial.material_locations.get(request.material_type, ())
         return osrf_gear.GetMaterialLocationsResponse([osrf_gear.StorageUnit(unit) for unit in sorted(units)])
 
-    def part_types(self, _row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
+    def part_types(self, _row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """The trial's own part types."""
         return TriggerResponse(success=True, message=self._own_types)
 
-    def note_intention(self, _row: Row, message: String, node: str) -> None:
+    def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""
         self._cell.intention.say(message.data, node, self._cell.simulation.now)
 
-    def command_arm(self, _row: Row, message: JointTrajectoryMessage, _node: str) -> None:
+    def command_arm(self, _row: Endpoint, message: JointTrajectoryMessage, _node: str) -> None:
         """Make the arm follow a trajectory."""
         present(self._cell.arm).command(trajectory_of(message))
 
     def query_arm_state(
-        self, _row: Row, request: QueryTrajectoryStateRequest, _node: str
+        self, _row: Endpoint, request: QueryTrajectoryStateRequest, _node: str
     ) -> QueryTrajectoryStateResponse:
         """Desired state of the joints at a time."""
         controller = present(self._cell.arm).controller
@@ -91,17 +91,17 @@ class Commands:
         return QueryTrajectoryStateResponse(list(controller.joint_names), *map(floats, state))
 
     def control_gripper(
-        self, _row: Row, request: osrf_gear.VacuumGripperControlRequest, _node: str
+        self, _row: Endpoint, request: osrf_gear.VacuumGripperControlRequest, _node: str
     ) -> osrf_gear.VacuumGripperControlResponse:
         """Switch the suction."""
         present(self._cell.gripper).set_enabled(request.enable)
         return osrf_gear.VacuumGripperControlResponse(success=True)
 
-    def send_agv(self, row: Row, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:
+    def send_agv(self, row: Endpoint, request: osrf_gear.AGVControlRequest, _node: str) -> osrf_gear.AGVControlResponse:
         """Send an AGV to inspection."""
         return osrf_gear.AGVControlResponse(success=self._cell.agvs[int(row.subject or 0)].send(request.kit_type))
 
-    def refuse(self, row: Row, _request: Message, node: str) -> Message:
+    def refuse(self, row: Endpoint, _request: Message, node: str) -> Message:
         """Refuse a service that counts as cheating in a competition, and report the refusal."""
         source = f"{row.name} from {node}" if node else row.name
         self._cell.bus.refusals.refuse(source, f"{NOT_ALLOWED}; development mode (-d) allows it")
@@ -111,14 +111,14 @@ class Commands:
         return response
 
     def control_conveyor(
-        self, _row: Row, request: osrf_gear.ConveyorBeltControlRequest, _node: str
+        self, _row: Endpoint, request: osrf_gear.ConveyorBeltControlRequest, _node: str
     ) -> osrf_gear.ConveyorBeltControlResponse:
         """Set the belt's power; a value outside 0..100 changes nothing, and still succeeds."""
         self._cell.conveyor.set_power(request.state.power)
         return osrf_gear.ConveyorBeltControlResponse(success=True)
 
     def control_population(
-        self, _row: Row, request: osrf_gear.PopulationControlRequest, _node: str
+        self, _row: Endpoint, request: osrf_gear.PopulationControlRequest, _node: str
     ) -> osrf_gear.PopulationControlResponse:
         """Pause, resume or restart the flow of parts onto the belt."""
         actions = get_args(PopulationAction)
@@ -127,7 +127,9 @@ class Commands:
         present(self._cell.population).control(cast("PopulationAction", request.action))
         return osrf_gear.PopulationControlResponse(success=True)
 
-    def submit_tray(self, _row: Row, request: osrf_gear.SubmitTrayRequest, _node: str) -> osrf_gear.SubmitTrayResponse:
+    def submit_tray(
+        self, _row: Endpoint, request: osrf_gear.SubmitTrayRequest, _node: str
+    ) -> osrf_gear.SubmitTrayResponse:
         """Judge a tray as a kit."""
         try:
             submitted = self._cell.competition.submit(request.tray_id, request.kit_type)
@@ -137,7 +139,7 @@ class Commands:
             raise ServiceFailedError(f"submit_tray: {error}") from error
         return osrf_gear.SubmitTrayResponse(success=True, inspection_result=submitted.score.total)
 
-    def clear_tray(self, row: Row, _request: TriggerRequest, _node: str) -> TriggerResponse:
+    def clear_tray(self, row: Endpoint, _request: TriggerRequest, _node: str) -> TriggerResponse:
         """Remove all objects from a tray."""
         self._cell.trays[int(row.subject or 0)].remove_all()
         return TriggerResponse(success=True, message="")

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from cellwright.cell.devices.logical_camera import Frame, body_poses
+from cellwright.cell.devices.logical_camera import TfFrame, body_poses
 from cellwright.cell.model.arm import GRIPPER, JOINTS, WRIST_3_T_TOOL
 from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, BIN_YAW, load_point
-from cellwright.config.trial.trial import Camera, Trial
+from cellwright.config.trial.trial import PictureCameraConfig, Trial
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import OPTICAL
 from cellwright.util.pose import Pose
@@ -20,47 +20,49 @@ ARM_CHAIN = ("linear_arm_actuator", *(joint.link for joint in JOINTS))
 BIN_FRAME_HEIGHT = 0.72
 
 LINK_FRAMES = (
-    Frame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
-    *(Frame("wrist_3_link", name, pose) for name, pose in WRIST_3_T_TOOL.items()),
+    TfFrame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
+    *(TfFrame("wrist_3_link", name, pose) for name, pose in WRIST_3_T_TOOL.items()),
 )
 """Frames without a body that are fixed to a link of the arm."""
 
 
-def static_frames(trial: Trial) -> list[Frame]:
+def static_frames(trial: Trial) -> list[TfFrame]:
     """Return the frames that never move: bins, load points, belt, sensors, and frames fixed to a link of the arm."""
     frames = [
-        Frame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_YAW)))
+        TfFrame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_YAW)))
         for name, (x, y) in BIN_CENTRES.items()
     ]
-    frames += [Frame("world", f"{agv}_load_point_frame", load_point(agv)) for agv in AGV_HOMES]
-    frames.append(Frame("world", "belt_frame", BELT_FRAME))
+    frames += [TfFrame("world", f"{agv}_load_point_frame", load_point(agv)) for agv in AGV_HOMES]
+    frames.append(TfFrame("world", "belt_frame", BELT_FRAME))
     # The original left out sensors by their names, not by their type: a camera's frame came from the camera itself.
     frames += [
-        Frame(sensor.frame if isinstance(sensor, Camera) else "world", f"{sensor.name}_frame", sensor.pose)
+        TfFrame(
+            sensor.frame if isinstance(sensor, PictureCameraConfig) else "world", f"{sensor.name}_frame", sensor.pose
+        )
         for sensor in trial.sensors
         if not sensor.name.startswith("logical_camera")
     ]
     frames += [
-        Frame(f"{camera.name}_frame", f"{camera.name}_optical_frame", OPTICAL)
+        TfFrame(f"{camera.name}_frame", f"{camera.name}_optical_frame", OPTICAL)
         for camera in trial.sensors
-        if isinstance(camera, Camera)
+        if isinstance(camera, PictureCameraConfig)
     ]
     return frames
 
 
-def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Callable[[], list[Frame]]:
+def arm_chain(simulation: Simulation, links: Sequence[str] = ARM_CHAIN) -> Callable[[], list[TfFrame]]:
     """Return a function that computes the present frames of links, each in the frame of the previous one."""
     bodies = np.array([simulation.model.body(name).id for name in links])
 
-    def read() -> list[Frame]:
+    def read() -> list[TfFrame]:
         simulation.refresh()
         places = pairwise(zip(links, body_poses(simulation.data, bodies), strict=True))
-        return [Frame(parent, child, before.inverse() @ pose) for (parent, before), (child, pose) in places]
+        return [TfFrame(parent, child, before.inverse() @ pose) for (parent, before), (child, pose) in places]
 
     return read
 
 
-def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
+def fixed_arm_frames(simulation: Simulation) -> list[TfFrame]:
     """Return the frames fixed to a link of the arm or to the world, with the engine's precision."""
     rail, gripper = ("world", ARM_CHAIN[0]), ("wrist_3_link", GRIPPER)
     return [*arm_chain(simulation, rail)(), *LINK_FRAMES, *arm_chain(simulation, gripper)()]

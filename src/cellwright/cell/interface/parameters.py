@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TypeAlias, Union
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from cellwright.cell.devices.logical_camera import Frame
+from cellwright.cell.devices.logical_camera import TfFrame
 from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
 from cellwright.cell.interface.publications import GRIPPER_JOINT
 from cellwright.cell.interface.rows import rows
@@ -152,7 +152,7 @@ def robot_description(trial: Trial) -> str:
     return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
 
 
-def _add_frame(robot: Element, frame: Frame) -> None:
+def _add_frame(robot: Element, frame: TfFrame) -> None:
     add_link(robot, frame.child)
     add_joint(robot, "fixed", f"{frame.child}_joint", frame.parent, frame.child, frame.pose)
 

@@ -9,16 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from cellwright.cell.devices.logical_camera import Scene
+from cellwright.cell.devices.logical_camera import ModelSnapshot
 from cellwright.cell.interface.devices import CellDevices
 from cellwright.config.trial.sensors import SENSOR_TYPES
-from cellwright.config.trial.trial import Camera, PluginDevice
-from cellwright.config.trial.trial import Sensor as SensorDescription
+from cellwright.config.trial.trial import PictureCameraConfig, PluginDevice, SensorConfig
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Device
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message
 from cellwright.util import plugins
 from cellwright.util.errors import in_a_line
@@ -54,12 +53,12 @@ class SensorPlugin:
         message: converts a reading to a message of the row's type.
     """
 
-    make: Callable[[SensorDescription, Scene], Sensor[Any]]
-    row: Row
+    make: Callable[[SensorConfig, ModelSnapshot], Sensor[Any]]
+    row: Endpoint
     message: Callable[[Any, Sensor[Any]], Message]
 
 
-def make_plugin_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
+def make_plugin_sensor(description: SensorConfig, scene: ModelSnapshot) -> Sensor[Any]:
     """Make the device of a plugin sensor.
 
     Raises:
@@ -92,7 +91,7 @@ def bind_plugin_sensors(bus: Bus, devices: CellDevices) -> None:
         UsageError: a topic is already published with another type.
     """
     for description in devices.trial.sensors:
-        if description.type not in SENSOR_TYPES and not isinstance(description, Camera):
+        if description.type not in SENSOR_TYPES and not isinstance(description, PictureCameraConfig):
             plugin = plugins.load_as("sensors", description.type, SensorPlugin)
             _stream_plugin(bus, description.type, plugin, devices.sensors[description.name])
 

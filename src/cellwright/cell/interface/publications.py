@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.devices.logical_camera import CameraReading, Frame, LogicalCamera
+from cellwright.cell.devices.logical_camera import CameraReading, LogicalCamera, TfFrame
 from cellwright.cell.devices.range_sensors import (
     FAN_ANGLE_STEP,
     FAN_HALF_ANGLE,
@@ -109,7 +109,7 @@ def image_message(reading: CameraReading) -> osrf_gear.LogicalCameraImage:
     )
 
 
-def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
+def frames_message(frames: Sequence[TfFrame], time: int) -> TFMessage:
     """Return the message of coordinate frames at a time [ns]."""
     return TFMessage([transform_stamped(each.parent, each.child, each.pose, time) for each in frames])
 
@@ -123,7 +123,7 @@ STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
 _PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 
-class Publications(Device):
+class CellPublications(Device):
     """Handlers of the topics that the cell publishes, with their latched messages, which belong to a run.
 
     A new run starts with the fixed frames only. A run from a checkpoint also starts with the order that was the latest

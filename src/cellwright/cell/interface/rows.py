@@ -9,18 +9,26 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from cellwright.config.trial.trial import Camera, CameraType, SensorType, Trial
-from cellwright.middleware.interface.table import Competition, Kind, Pace, Row, Where, says, takes
+from cellwright.config.trial.trial import CameraType, PictureCameraConfig, SensorType, Trial
+from cellwright.middleware.interface.table import (
+    Availability,
+    CompetitionMode,
+    Endpoint,
+    EndpointKind,
+    Timing,
+    accepts,
+    publishes,
+)
 from cellwright.util.errors import UsageError
 
 AGVS = ("1", "2")
 FOLLOW = "/ariac/arm/follow_joint_trajectory"
 INTENTION = "/cellwright/intention"
 
-TOPIC, SERVICE, ACTION = Kind.TOPIC, Kind.SERVICE, Kind.ACTION
-EACH_STEP, ON_EVENT = Pace.EACH_STEP, Pace.ON_EVENT
-ALWAYS, WITH_ARM, WITH_AGVS, EACH_AGV = Where.ALWAYS, Where.ARM, Where.AGVS, Where.EACH_AGV
-REFUSES, SILENCED, ABSENT = Competition.REFUSES, Competition.SILENCED, Competition.ABSENT
+TOPIC, SERVICE, ACTION = EndpointKind.TOPIC, EndpointKind.SERVICE, EndpointKind.ACTION
+EACH_STEP, ON_EVENT = Timing.EACH_STEP, Timing.ON_EVENT
+ALWAYS, WITH_ARM, WITH_AGVS, EACH_AGV = Availability.ALWAYS, Availability.ARM, Availability.AGVS, Availability.EACH_AGV
+REFUSES, SILENCED, ABSENT = CompetitionMode.REFUSES, CompetitionMode.SILENCED, CompetitionMode.ABSENT
 
 # Plugins and nodes of the original that the rows are taken from.
 MANAGER = "ROSAriacTaskManagerPlugin"
@@ -37,147 +45,147 @@ FRAMES = "robot_state_publisher"
 
 # fmt: off
 TIME_AND_FRAMES = (
-    says("/clock", "rosgraph_msgs/Clock", EACH_STEP, ALWAYS,
+    publishes("/clock", "rosgraph_msgs/Clock", EACH_STEP, ALWAYS,
          "Simulation time.", handler="clock", source="gazebo_ros"),
-    says("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
+    publishes("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
          "Where the links of the arm are.", node="/robot_state_publisher", handler="arm_frames", source=FRAMES),
-    says("/tf", "tf2_msgs/TFMessage", 10, Where.CAMERAS,
+    publishes("/tf", "tf2_msgs/TFMessage", 10, Availability.CAMERAS,
          "Where the logical cameras are, and what they see.", handler="camera_frames", source=CAMERA),
-    says("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,
+    publishes("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,
          "Frames of bins, belt, load points and sensors, and those fixed to links of the arm.",
          latch=True, node="/robot_state_publisher", handler="static_frames", source=FRAMES),
 )
 
 TRIAL = (
-    says("/ariac/competition_state", "std_msgs/String", 10, ALWAYS,
+    publishes("/ariac/competition_state", "std_msgs/String", 10, ALWAYS,
          "`init`, `ready`, `go`, `end_game` or `done`.", handler="competition_state", source=MANAGER),
-    says("/ariac/current_score", "std_msgs/Float32", 10, ALWAYS,
+    publishes("/ariac/current_score", "std_msgs/Float32", 10, ALWAYS,
          "The score so far.", handler="current_score", source=MANAGER),
-    says("/ariac/orders", "osrf_gear/Order", ON_EVENT, ALWAYS,
+    publishes("/ariac/orders", "osrf_gear/Order", ON_EVENT, ALWAYS,
          "An order, when it is announced. A late listener is given the newest one only.",
          latch=True, handler="orders", source=MANAGER),
-    takes(SERVICE, "/ariac/start_competition", "std_srvs/Trigger", ALWAYS,
+    accepts(SERVICE, "/ariac/start_competition", "std_srvs/Trigger", ALWAYS,
           "Starts the trial; once only.", handler="start_competition", source=MANAGER),
-    takes(SERVICE, "/ariac/end_competition", "std_srvs/Trigger", ALWAYS,
+    accepts(SERVICE, "/ariac/end_competition", "std_srvs/Trigger", ALWAYS,
           "Ends the trial, from any state.", handler="end_competition", source=MANAGER),
-    takes(SERVICE, "/ariac/material_locations", "osrf_gear/GetMaterialLocations", ALWAYS,
+    accepts(SERVICE, "/ariac/material_locations", "osrf_gear/GetMaterialLocations", ALWAYS,
           "Where parts of a type, or trays, are found; an empty list for an unknown type.",
           handler="material_locations", source=MANAGER),
-    takes(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
+    accepts(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
           "Has a tray scored where it stands. There is no answer unless the state is `go`.",
           competition=REFUSES, handler="submit_tray", source=MANAGER),
-    takes(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
+    accepts(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
           "What the agent is about, in a line for people who look on; it changes nothing.", handler="note_intention"),
-    takes(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
+    accepts(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
           "The part types of the file's own, as a JSON object in `message`: mass, box and flat spots of the top.",
           handler="part_types"),
 )
 
 ARM = (
-    says("/ariac/joint_states", "sensor_msgs/JointState", 50, WITH_ARM,
+    publishes("/ariac/joint_states", "sensor_msgs/JointState", 50, WITH_ARM,
          "The seven joints in alphabetical order, then the gripper's, which is always 0.",
          handler="joint_states", source="joint_state_controller"),
-    takes(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", WITH_ARM,
+    accepts(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", WITH_ARM,
           "A trajectory to follow, in place of the one under way.", handler="command_arm", source=CONTROLLER),
-    says("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, WITH_ARM,
+    publishes("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, WITH_ARM,
          "Where the controller wants the joints to be, where they are, and the difference.",
          handler="arm_state", source=CONTROLLER),
-    takes(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", WITH_ARM,
+    accepts(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", WITH_ARM,
           "Where the controller wants the joints to be at a moment.", handler="query_arm_state", source=CONTROLLER),
-    takes(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", WITH_ARM,
+    accepts(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", WITH_ARM,
           "A trajectory to follow within tolerances, with a result. In ROS 1 it is the five topics under this name.",
           source=CONTROLLER),
-    takes(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
+    accepts(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
           "The trajectory and its tolerances.", handler="take_goal", source=ACTIONS),
-    takes(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
+    accepts(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
           "Calls a goal off; the arm stops.", handler="take_cancel", source=ACTIONS),
-    says(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
+    publishes(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
          "What became of the goals; also at once when something changes.",
          latch=True, handler="goal_status", source=ACTIONS),
-    says(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, WITH_ARM,
+    publishes(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, WITH_ARM,
          "How it goes, while a goal is being followed.", handler="goal_feedback", source=CONTROLLER),
-    says(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
+    publishes(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
          "How it ended.", handler="goal_result", source=ACTIONS),
-    says("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
+    publishes("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
          "Whether the suction is on, and whether something hangs on the cup.", handler="gripper_state", source=GRIPPER),
-    takes(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,
+    accepts(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,
           "Switches the suction on or off; always a success.", handler="control_gripper", source=GRIPPER),
 )
 
 TRAYS = (
-    takes(SERVICE, "/ariac/agv{n}", "osrf_gear/AGVControl", EACH_AGV,
+    accepts(SERVICE, "/ariac/agv{n}", "osrf_gear/AGVControl", EACH_AGV,
           "Sends the AGV off with its tray as a kit; a success if it was ready, whatever the kit.",
           handler="send_agv", source=AGV),
-    says("/ariac/agv{n}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
+    publishes("/ariac/agv{n}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
          "`ready_to_deliver`, `preparing_to_deliver`, `delivering`, `delivered` or `returning`.",
          handler="agv_state", source=AGV),
-    says("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_AGV,
+    publishes("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_AGV,
          "The faulty parts on the tray of the AGV.", latch=True, handler="quality_control_image", source=CAMERA),
-    says("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
+    publishes("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
          "What lies on each tray, one message per tray.",
          competition=SILENCED, handler="tray_contents", source=KIT_TRAY),
-    takes(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
+    accepts(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
           "Takes away all that lies on the tray.", competition=REFUSES, handler="clear_tray", source=KIT_TRAY),
 )
 
 BELT = (
-    takes(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
+    accepts(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
           "Sets the power of the belt; one beyond 0 to 100 changes nothing, and is a success as well.",
           competition=REFUSES, handler="control_conveyor", source=CONVEYOR),
-    says("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, Where.BELT_PARTS,
+    publishes("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, Availability.BELT_PARTS,
          "Whether parts are being put onto the belt.", handler="population_state", source=POPULATION),
-    takes(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", Where.BELT_PARTS,
+    accepts(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", Availability.BELT_PARTS,
           "`pause`, `resume` or `restart` the flow of parts. There is no answer to another word.",
           competition=ABSENT, handler="control_population", source=POPULATION),
 )
 
 SENSORS = (
-    says("/ariac/{sensor}", "osrf_gear/Proximity", 20, Where.BREAK_BEAM,
+    publishes("/ariac/{sensor}", "osrf_gear/Proximity", 20, Availability.BREAK_BEAM,
          "Whether something stands in the beam.", latch=True, handler="break_beam", source=BEAM),
-    says("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, Where.BREAK_BEAM,
+    publishes("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, Availability.BREAK_BEAM,
          "The same, only when it changes.", latch=True, handler="break_beam_change", source=BEAM),
-    says("/ariac/{sensor}", "sensor_msgs/Range", 20, Where.PROXIMITY_SENSOR,
+    publishes("/ariac/{sensor}", "sensor_msgs/Range", 20, Availability.PROXIMITY_SENSOR,
          "Distance to the nearest thing in the cone, its far end when there is none.",
          handler="proximity_sensor", source="gazebo_ros_range"),
-    says("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, Where.LASER_PROFILER,
+    publishes("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, Availability.LASER_PROFILER,
          "A profile of 400 distances.", handler="laser_profiler", source="gazebo_ros_laser"),
-    says("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Where.LOGICAL_CAMERA,
+    publishes("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Availability.LOGICAL_CAMERA,
          "Types and poses of the things in view, hidden or not.", latch=True, handler="logical_camera", source=CAMERA),
 )
 
 PICTURES = (
-    says("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Where.COLOUR_CAMERA,
+    publishes("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Availability.COLOUR_CAMERA,
          "A colour picture, `rgb8`.", handler="colour_picture"),
-    says("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Where.COLOUR_CAMERA,
+    publishes("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Availability.COLOUR_CAMERA,
          "The matrix of the colour pictures, which have no distortion.", handler="camera_info"),
-    says("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Where.DEPTH_CAMERA,
+    publishes("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Availability.DEPTH_CAMERA,
          "Depth along the line of sight in m, `32FC1`; NaN where nothing was measured.", handler="depth_picture"),
-    says("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Where.DEPTH_CAMERA,
+    publishes("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Availability.DEPTH_CAMERA,
          "The matrix of the depth pictures, which is that of the colour pictures too.", handler="camera_info"),
-    says("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Where.DEPTH_CAMERA,
+    publishes("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Availability.DEPTH_CAMERA,
          "A point for each pixel in the optical frame, with its colour if the camera has one; NaN where nothing was "
          "measured.", handler="depth_points"),
-    says("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Where.CLOUD_CAMERA,
+    publishes("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Availability.CLOUD_CAMERA,
          "The points that were measured, in the camera's frame.", handler="point_cloud"),
 )
 # fmt: on
 """Camera topics, which did not exist in 2017; the rate is that of the camera."""
 
-GEAR: tuple[Row, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
+GEAR: tuple[Endpoint, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
 """The whole interface, as templates."""
 
-SENSOR_TYPES: dict[Where, tuple[SensorType | CameraType, ...]] = {
-    Where.BREAK_BEAM: ("break_beam",),
-    Where.PROXIMITY_SENSOR: ("proximity_sensor",),
-    Where.LASER_PROFILER: ("laser_profiler",),
-    Where.LOGICAL_CAMERA: ("logical_camera",),
-    Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
-    Where.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
-    Where.CLOUD_CAMERA: ("depth_camera",),
+SENSOR_TYPES: dict[Availability, tuple[SensorType | CameraType, ...]] = {
+    Availability.BREAK_BEAM: ("break_beam",),
+    Availability.PROXIMITY_SENSOR: ("proximity_sensor",),
+    Availability.LASER_PROFILER: ("laser_profiler",),
+    Availability.LOGICAL_CAMERA: ("logical_camera",),
+    Availability.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
+    Availability.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
+    Availability.CLOUD_CAMERA: ("depth_camera",),
 }
 
 
-def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
+def rows(trial: Trial, *, competition: bool) -> tuple[Endpoint, ...]:
     """Return the interface of one cell, with its templates filled in, in the order of the table.
 
     Raises:
@@ -189,19 +197,19 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
         found = [replace(row, handler=other.get(row.competition, row.handler)) for row in found]
         found = [row for row in found if row.competition is not ABSENT]
     for camera in trial.sensors:
-        if isinstance(camera, Camera):
+        if isinstance(camera, PictureCameraConfig):
             found += camera_rows(camera)
     _refuse_clashes(found)
     return tuple(found)
 
 
-def camera_rows(camera: Camera) -> list[Row]:
+def camera_rows(camera: PictureCameraConfig) -> list[Endpoint]:
     """Return the rows of one camera, at its rate."""
     rate = Fraction(repr(camera.rate))
     return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in SENSOR_TYPES[row.where]]
 
 
-def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:
+def _subjects(where: Availability, trial: Trial) -> Sequence[str | None]:
     """Return the subjects of a row in a cell: sensors, AGVs, None once, or nothing."""
     if where in SENSOR_TYPES:
         return [sensor.name for sensor in trial.sensors if sensor.type in SENSOR_TYPES[where]]
@@ -212,14 +220,14 @@ def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:
         ALWAYS: True,
         WITH_ARM: trial.has_arm,
         WITH_AGVS: agvs,
-        Where.BELT_PARTS: bool(trial.belt_parts),
-        Where.CAMERAS: agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
+        Availability.BELT_PARTS: bool(trial.belt_parts),
+        Availability.CAMERAS: agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
     }[where]
     return (None,) if there else ()
 
 
-def _refuse_clashes(found: Iterable[Row]) -> None:
-    topics: dict[str, Row] = {}
+def _refuse_clashes(found: Iterable[Endpoint]) -> None:
+    topics: dict[str, Endpoint] = {}
     for row in found:
         if row.kind is not TOPIC:
             continue

@@ -16,7 +16,7 @@ from typing import Any
 
 from cellwright.cell.kitting.inventory import TrayContents, contents_from_json, contents_to_json
 from cellwright.cell.kitting.kit_score import KitScore, Refusal, RefusalReason, score_kit
-from cellwright.config.trial.trial import Kit, Order, Sensor
+from cellwright.config.trial.trial import Kit, Order, SensorConfig
 from cellwright.engine.clock import seconds
 from cellwright.util.errors import UnknownNameError, UsageError
 
@@ -322,12 +322,12 @@ class TrialScore:
         return self.cost_points + sum(order.efficiency_points for order in self.orders)
 
 
-def system_cost(sensors: Iterable[Sensor]) -> float:
+def system_cost(sensors: Iterable[SensorConfig]) -> float:
     """Return the total cost of the trial's sensors [$]; those that come with the AGVs are free."""
     return sum((LOGICAL_CAMERA_COST if each.type == "logical_camera" else OTHER_SENSOR_COST for each in sensors), 0.0)
 
 
-def trial_score(sensors: Iterable[Sensor], orders: Sequence[OrderScore], averages: Averages) -> TrialScore:
+def trial_score(sensors: Iterable[SensorConfig], orders: Sequence[OrderScore], averages: Averages) -> TrialScore:
     """Score a trial by the formula of the 2017 finals.
 
     Args:

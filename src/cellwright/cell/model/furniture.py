@@ -10,7 +10,7 @@ import mujoco
 
 from cellwright.cell.model import frames
 from cellwright.config.layout import REFERENCE_FRAMES
-from cellwright.config.trial.trial import Camera, Sensor
+from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine import colours
 from cellwright.engine.shapes import HERE, Colour, Role, Shape, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose
@@ -44,13 +44,15 @@ _CAMERA_HOUSING = (
 )  # all of it behind the optical centre, which is at the pose
 
 
-def add_housing(spec: Any, sensor: Sensor) -> None:
+def add_housing(spec: Any, sensor: SensorConfig) -> None:
     """Add the housing of a sensor at its pose; that of a camera moves with the body it is fixed to."""
-    frame = sensor.frame if isinstance(sensor, Camera) else "world"
+    frame = sensor.frame if isinstance(sensor, PictureCameraConfig) else "world"
     body = spec.body(frame).add_body(
         name=f"{sensor.name} housing", pos=sensor.pose.position, quat=sensor.pose.quaternion
     )
-    for shape in _CAMERA_HOUSING if isinstance(sensor, Camera) else _HOUSINGS.get(sensor.type, _OTHER_HOUSING):
+    for shape in (
+        _CAMERA_HOUSING if isinstance(sensor, PictureCameraConfig) else _HOUSINGS.get(sensor.type, _OTHER_HOUSING)
+    ):
         add_shape(body, shape, Role.SEEN)
 
 

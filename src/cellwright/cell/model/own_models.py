@@ -13,7 +13,7 @@ import numpy as np
 from cellwright.cell.model.parts import PartType
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.meshes import read_mesh
-from cellwright.config.models.model import Furniture, Model, ModelShape, ModelShapeKind
+from cellwright.config.models.model import Furniture, ModelShape, ModelShapeKind, UserModel
 from cellwright.config.models.reader import MAX_PART_EXTENT
 from cellwright.config.trial.trial import Trial
 from cellwright.engine import colours
@@ -107,7 +107,7 @@ def _mjcf_pose(position: Any, quaternion: Any) -> Pose:
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class PartGeometry:
     """Shapes and the meshes that they name; the `touched` shapes carry shares of the mass."""
 
     touched: tuple[Shape, ...]
@@ -127,10 +127,10 @@ class OwnPartType:
     """User-defined part type and its form."""
 
     kind: PartType
-    form: Form
+    form: PartGeometry
 
 
-def own_part_type(name: str, model: Model) -> OwnPartType:
+def own_part_type(name: str, model: UserModel) -> OwnPartType:
     """Build a user-defined part type.
 
     Raises:
@@ -180,7 +180,7 @@ def add_furniture(spec: Any, pieces: Iterable[Furniture]) -> None:
                 add_shape(spec.worldbody, shape.moved(piece.pose), Role.SEEN)
 
 
-def form_of(name: str, model: Model) -> Form:
+def form_of(name: str, model: UserModel) -> PartGeometry:
     """Return the shapes of a model; its meshes are named after it.
 
     Raises:
@@ -205,7 +205,7 @@ def form_of(name: str, model: Model) -> Form:
             touched.append(shape)
         if described.is_seen:
             seen.append(shape)
-    return Form(tuple(touched), tuple(seen), meshes, mass)
+    return PartGeometry(tuple(touched), tuple(seen), meshes, mass)
 
 
 def _mesh_of(shape: ModelShape) -> Mesh | None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.cell.model.arm_looks import CUP, CUP_FACE_RADIUS
-from cellwright.cell.model.own_models import Form
+from cellwright.cell.model.own_models import PartGeometry
 from cellwright.engine.shapes import Role, Shape, Touch, add_shape, bounds
 from cellwright.util.pose import Pose, Quaternion, Vector3
 
@@ -202,7 +202,7 @@ class PartTop:
     spots: tuple[FlatSpot, ...]
 
 
-def part_tops(form: Form) -> tuple[PartTop, ...]:
+def part_tops(form: PartGeometry) -> tuple[PartTop, ...]:
     """Return the top of a part of this form for each of `TURNS`."""
     spec = mujoco.MjSpec()
     form.add_meshes(spec)
@@ -213,7 +213,7 @@ def part_tops(form: Form) -> tuple[PartTop, ...]:
     return tuple(_top(form, model, turn) for turn in TURNS)
 
 
-def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
+def _top(form: PartGeometry, model: Any, part_T_top: Pose) -> PartTop:
     """Return the top of one side; `model` has a geom for each collision shape, in their order."""
     top_T_part = part_T_top.inverse()
     shapes = [shape.moved(top_T_part) for shape in form.touched]

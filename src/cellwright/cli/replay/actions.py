@@ -24,10 +24,10 @@ from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay import verify
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.recording.replay.rebuild import rebuild
-from cellwright.recording.replay.verify import Answer, Moment, Verdict
+from cellwright.recording.replay.verify import Answer, TickTime, VerificationResult
 from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.rendering.video import Video, VideoFigures
@@ -163,7 +163,7 @@ def verify_recording(recording: Recording, console: Console, *, as_json: bool) -
     return _STATUS[verdict.answer]
 
 
-def verdict_document(verdict: Verdict, others: list[str]) -> dict[str, Any]:
+def verdict_document(verdict: VerificationResult, others: list[str]) -> dict[str, Any]:
     """Return the verdict as JSON values; times in s."""
     return {
         "answer": verdict.answer.value,
@@ -181,7 +181,7 @@ def verdict_document(verdict: Verdict, others: list[str]) -> dict[str, Any]:
     }
 
 
-def show_verdict(console: Console, verdict: Verdict, others: list[str]) -> None:
+def show_verdict(console: Console, verdict: VerificationResult, others: list[str]) -> None:
     """Print the verdict."""
     for name, text in _lines(verdict):
         note(console, name, text)
@@ -189,7 +189,7 @@ def show_verdict(console: Console, verdict: Verdict, others: list[str]) -> None:
         note(console, "version", line)
 
 
-def _lines(verdict: Verdict) -> list[tuple[str, str]]:
+def _lines(verdict: VerificationResult) -> list[tuple[str, str]]:
     hashes = f"{verdict.hashes} state hash{'' if verdict.hashes == 1 else 'es'}"
     compared = f"{hashes} and {verdict.frames} frames equal, {verdict.commands} commands"
     lines = [("compared", compared)]
@@ -211,7 +211,7 @@ def _lines(verdict: Verdict) -> list[tuple[str, str]]:
     return lines
 
 
-def _moment(moment: Moment | None) -> dict[str, Any] | None:
+def _moment(moment: TickTime | None) -> dict[str, Any] | None:
     return None if moment is None else {"tick": moment.tick, "time": seconds(moment.time)}
 
 
@@ -303,7 +303,7 @@ def _scene(recording: Recording) -> Scene:
     raise UsageError(f"{recording.path}: holds nothing that is to be seen")
 
 
-def _camera(recording: Recording, scene: Scene, frame: Frame, options: VideoOptions) -> Camera:
+def _camera(recording: Recording, scene: Scene, frame: SceneFrame, options: VideoOptions) -> Camera:
     """Return the camera: the overview of a cell; for a robot a camera that shows the whole robot."""
     if recording.header.kind == "cell":
         return VIEWS["overview"]

@@ -61,7 +61,7 @@ class Lookup(dict, Generic[T]):  # type: ignore[type-arg]
         raise UnknownNameError(self._kind, str(key), map(str, self))
 
 
-class Joints:
+class RobotJoints:
     """The joints of a robot, described, driven and read through its process."""
 
     def __init__(self, process: RobotProcess, described: Mapping[str, Any]) -> None:

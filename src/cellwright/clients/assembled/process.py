@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 from typing import Any, Mapping
 
-from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, Kind, hello
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, FrameKind, hello
 from cellwright.util.errors import CellwrightError, UsageError, showable
 
 DESCRIBE_SERVICE = "/cellwright/robot/describe"
@@ -90,8 +90,8 @@ class RobotProcess:
         with self._lock:
             self._number = self._number % _NUMBERS + 1
             payload = json.dumps(values).encode()
-            answer = self._exchange(Frame(Kind.CALL, self._number, name=service, payload=payload))
-        if answer.kind is Kind.REFUSED:
+            answer = self._exchange(Frame(FrameKind.CALL, self._number, name=service, payload=payload))
+        if answer.kind is FrameKind.REFUSED:
             raise CellwrightError(showable(answer.text()))
         return answer.json()
 
@@ -153,7 +153,7 @@ class RobotProcess:
                 # an answer to a request that a Ctrl-C interrupted may still arrive; skip it
                 while self._frames:
                     answer = self._frames.pop(0)
-                    if answer.kind is Kind.ENDED:
+                    if answer.kind is FrameKind.ENDED:
                         raise CellwrightError(f"the robot's process has ended: {showable(answer.text())}")
                     if answer.number in (frame.number, 0):  # 0: a notice that the connection is cut
                         return answer

@@ -7,7 +7,7 @@ import sys
 from typing import Any, Mapping, Sequence
 
 from cellwright.clients.assembled import process as services
-from cellwright.clients.assembled.joints import Indices, Joints, JointStates, Lookup, Numbers, Pose, index_table
+from cellwright.clients.assembled.joints import Indices, JointStates, Lookup, Numbers, Pose, RobotJoints, index_table
 from cellwright.clients.assembled.process import RobotProcess
 from cellwright.util.errors import UsageError
 
@@ -34,7 +34,7 @@ ROOT = -1
 class RobotBase:
     """The root link."""
 
-    def __init__(self, process: RobotProcess, joints: Joints) -> None:
+    def __init__(self, process: RobotProcess, joints: RobotJoints) -> None:
         self._process = process
         self._joints = joints
 
@@ -58,7 +58,7 @@ class RobotArm:
         home_ee_pose: pose of the tip in the world after loading.
     """
 
-    def __init__(self, process: RobotProcess, joints: Joints, number: int, described: Mapping[str, Any]) -> None:
+    def __init__(self, process: RobotProcess, joints: RobotJoints, number: int, described: Mapping[str, Any]) -> None:
         self._process = process
         self._joints = joints
         self._number = number
@@ -102,7 +102,7 @@ class RobotGripper:
         joint_range: limits of each [rad; m].
     """
 
-    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+    def __init__(self, joints: RobotJoints, described: Mapping[str, Any]) -> None:
         self._joints = joints
         self.finger_index: list[int] = list(described["joints"])
         self._follows: list[bool] = list(described["follows"])  # which of them mimic others
@@ -144,7 +144,7 @@ class RobotHead:
         home_j_pos: their home posture [rad].
     """
 
-    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+    def __init__(self, joints: RobotJoints, described: Mapping[str, Any]) -> None:
         self._joints = joints
         self._axes: list[int] = list(described["axes"])
         self.head_joint_index: list[int] = list(described["joints"])
@@ -181,7 +181,7 @@ class RobotDorsal:
         home_j_pos: its home position [m; rad].
     """
 
-    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+    def __init__(self, joints: RobotJoints, described: Mapping[str, Any]) -> None:
         self._joints = joints
         (self.dorsal_lift_joint_index,) = described["joints"]
         (self.home_j_pos,) = described["home"]
@@ -263,7 +263,7 @@ class AssembledRobot:
             sys.stdout.flush()
 
     def _assemble(self, described: Mapping[str, Any]) -> None:
-        self._joints = Joints(self._process, described)
+        self._joints = RobotJoints(self._process, described)
         joints = self._joints
         names = {joint.name: joint.index for joint in joints.table}
         self.joint_name2id_dict: Lookup[int] = Lookup("joint", names)

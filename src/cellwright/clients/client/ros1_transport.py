@@ -14,7 +14,7 @@ from typing import Any
 from cellwright._package import FOLDER
 from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.messages import definition, md5, type_of
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from cellwright.util.errors import UsageError
 from cellwright.util.process import ChildProcess
 
@@ -71,7 +71,7 @@ class Ros1Transport(SocketTransport):
         if name and name not in self._declared:
             said = {"type": name, "md5": md5(name), "definition": definition(name)}
             self._connection.ask(
-                Frame(Kind.CALL, self._connection.number(), DECLARE, payload=json.dumps(said).encode())
+                Frame(FrameKind.CALL, self._connection.number(), DECLARE, payload=json.dumps(said).encode())
             )
             self._declared.add(name)
         super().publish(topic, message)

@@ -23,7 +23,7 @@ from cellwright.middleware.wire.frames import (
     Decoder,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     advance,
     hello,
     read_time,
@@ -36,7 +36,7 @@ _SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads n
 _SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process waits for a socket
 
 
-class Connection:
+class SocketConnection:
     """Connection to a server as the node `node`: sends requests, and hands every other frame to `on_frame`.
 
     Messages have the encoding `encoding`, `cdr` or `ros1`. The server has `timeout` [s] to accept the connection and to
@@ -185,11 +185,11 @@ class Connection:
 
     def _take(self, frame: Frame) -> None:
         match frame.kind:
-            case Kind.MESSAGE:
+            case FrameKind.MESSAGE:
                 self._on_frame(frame)
-            case Kind.ENDED:
+            case FrameKind.ENDED:
                 self._is_over(showable(frame.text()))
-            case Kind.REFUSED if frame.number == 0:
+            case FrameKind.REFUSED if frame.number == 0:
                 self._is_over(showable(frame.text()))
             case _ if frame.number in self._expected:
                 self._expected.pop(frame.number).append(frame)
@@ -215,7 +215,7 @@ class _RemoteUnknownNameError(UnknownNameError):
 
 def accepted(answer: Frame) -> Frame:
     """Return an answer, or raise a refusal as its error, of a class that this process knows."""
-    if answer.kind is not Kind.REFUSED:
+    if answer.kind is not FrameKind.REFUSED:
         return answer
     found = getattr(errors, answer.name, CellwrightError)
     if found is UnknownNameError:
@@ -246,7 +246,7 @@ class SocketTransport:
         )
         self._deliveries: dict[int, Callback] = {}
         self._mail: deque[tuple[Callback, bytes]] = deque()
-        self._connection = Connection(address, node=node, encoding=encoding, on_frame=self._take)
+        self._connection = SocketConnection(address, node=node, encoding=encoding, on_frame=self._take)
         self.welcome = welcome = self._connection.welcome
         """The cell's description of itself."""
         self._types = {each["name"]: str(each["type"]) for each in welcome["topics"]}
@@ -258,7 +258,7 @@ class SocketTransport:
         self._ahead = self._now - time.perf_counter_ns()
         if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
-            self._connection.ask(Frame(Kind.SUBSCRIBE, self._clock, "/clock"))
+            self._connection.ask(Frame(FrameKind.SUBSCRIBE, self._clock, "/clock"))
 
     knows_all_topics = True
 
@@ -302,11 +302,11 @@ class SocketTransport:
             if is_active:
                 is_active = False  # messages in the queue are not delivered any more either
                 if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
-                    self._connection.send(Frame(Kind.UNSUBSCRIBE, number))
+                    self._connection.send(Frame(FrameKind.UNSUBSCRIBE, number))
 
         self._deliveries[number] = deliver  # latched messages come before the answer
         try:
-            self._connection.ask(Frame(Kind.SUBSCRIBE, number, topic, QUIET if passive else ""))
+            self._connection.ask(Frame(FrameKind.SUBSCRIBE, number, topic, QUIET if passive else ""))
         except CellwrightError:
             del self._deliveries[number]
             raise
@@ -316,7 +316,7 @@ class SocketTransport:
         """Send a message; the cell acts on it between two steps."""
         message = messages.checked(message)
         frame = Frame(
-            Kind.PUBLISH,
+            FrameKind.PUBLISH,
             self._connection.number(),
             topic,
             messages.type_of(type(message)),
@@ -328,15 +328,15 @@ class SocketTransport:
         """Call a service; the cell handles it between two steps. Time passes if its answer takes some."""
         request = messages.checked(request)
         name = messages.type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
-        frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
+        frame = Frame(FrameKind.CALL, self._connection.number(), service, name, payload=self._write(request))
         answer = self._connection.ask(frame)
-        if answer.kind is Kind.DONE:
+        if answer.kind is FrameKind.DONE:
             answer = self._wait_for(frame.number)
         return self._read(answer.payload, messages.service_type(self._services[service]).response)
 
     def ask_server(self, service: str) -> dict[str, Any]:
         """Call a service of the server itself, which answers with a JSON object."""
-        return self._connection.ask(Frame(Kind.CALL, self._connection.number(), service, payload=b"{}")).json()
+        return self._connection.ask(Frame(FrameKind.CALL, self._connection.number(), service, payload=b"{}")).json()
 
     def topics(self) -> dict[str, str]:
         """Return the types of the topics that the cell publishes, by name."""

@@ -7,7 +7,7 @@ from typing import Any
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from cellwright.clients.operators.playback import GRIPPERS, Moment, Targets
+from cellwright.clients.operators.playback import GRIPPERS, Targets, TargetSample
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.config.parsing.tree import Place, Problem, shortened
 from cellwright.util.errors import UsageError
@@ -60,14 +60,14 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     if not moments:
         raise UsageError(f"{path}: there are no messages in it")
     begin, to = moments[0].time, None if topic is None else JOINT_COMMAND
-    return Targets(path, tuple(Moment(each.time - begin, to or each.topic, each.values) for each in moments))
+    return Targets(path, tuple(TargetSample(each.time - begin, to or each.topic, each.values) for each in moments))
 
 
-def _moment(path: Path, time: int, topic: str, message: Any) -> Moment:
+def _moment(path: Path, time: int, topic: str, message: Any) -> TargetSample:
     positions = [float(value) for value in message.position]
     names = [str(name) for name in message.name]
     if topic == GRIPPER_COMMAND:  # their names are ignored
         names = [*GRIPPERS, *(f"gripper_{number}" for number in range(2, len(positions)))][: len(positions)]
     if len(names) != len(positions) or not all(map(math.isfinite, positions)):
         raise UsageError(f"{path}: a message on {topic} at {time / 1e9:.3f} s has not a finite position for each name")
-    return Moment(time / 1e9, topic, dict(zip(names, positions, strict=True)))
+    return TargetSample(time / 1e9, topic, dict(zip(names, positions, strict=True)))

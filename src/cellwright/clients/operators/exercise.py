@@ -23,7 +23,7 @@ MAX_FREQUENCY = 50.0
 """Half the rate of commands [Hz]: a faster wave cannot be sent."""
 
 
-class Shape(StrEnum):
+class WaveShape(StrEnum):
     """The shape of a wave."""
 
     SINE = "sine"
@@ -38,7 +38,7 @@ class Shape(StrEnum):
 class Wave:
     """A test signal of whole periods, which ends where it began."""
 
-    shape: Shape
+    shape: WaveShape
     amplitude: float
     """Largest offset [rad; m]; the sign is the side of the first motion."""
     frequency: float
@@ -46,7 +46,7 @@ class Wave:
     periods: int
 
     @classmethod
-    def lasting(cls, shape: Shape, amplitude: float, frequency: float, duration: float) -> Wave:
+    def lasting(cls, shape: WaveShape, amplitude: float, frequency: float, duration: float) -> Wave:
         """Return a wave of about a duration [s], at least one period.
 
         Raises:
@@ -72,7 +72,7 @@ class Wave:
     def reach(self) -> tuple[float, float]:
         """Lowest and highest offset [rad; m]."""
         far = abs(self.amplitude)
-        if self.shape is Shape.SINE:
+        if self.shape is WaveShape.SINE:
             return -far, far
         return (0.0, far) if self.amplitude > 0 else (-far, 0.0)
 
@@ -80,11 +80,11 @@ class Wave:
     def speed(self) -> float:
         """Largest speed [rad/s; m/s]; infinite for a step."""
         match self.shape:
-            case Shape.SINE:
+            case WaveShape.SINE:
                 return abs(self.amplitude) * 2 * math.pi * self.frequency
-            case Shape.RAMP:
+            case WaveShape.RAMP:
                 return abs(self.amplitude) * 2 * self.frequency
-            case Shape.STEP:
+            case WaveShape.STEP:
                 return math.inf
 
     def offset(self, time: float) -> float:
@@ -93,11 +93,11 @@ class Wave:
             return 0.0
         phase = time * self.frequency % 1.0
         match self.shape:
-            case Shape.SINE:
+            case WaveShape.SINE:
                 return self.amplitude * math.sin(2 * math.pi * phase)
-            case Shape.RAMP:
+            case WaveShape.RAMP:
                 return self.amplitude * (1.0 - abs(2.0 * phase - 1.0))
-            case Shape.STEP:
+            case WaveShape.STEP:
                 return self.amplitude if phase >= 0.5 else 0.0
 
 
@@ -135,7 +135,7 @@ class Trace:
 
 
 @dataclass(frozen=True)
-class StepResponse:
+class JointStepResponse:
     """Step response of a joint: the worst of a signal's steps."""
 
     overshoot: float
@@ -161,7 +161,7 @@ class Tracking:
     """Delay of the position after the target, by their correlation [s]; None if it did not follow."""
     rate: float
     """Measured positions per second [Hz]."""
-    step: StepResponse | None
+    step: JointStepResponse | None
     """Response to its steps; None where there are none."""
 
     @property
@@ -202,19 +202,19 @@ def delay(trace: Trace, max_delay: float) -> float | None:
     return (best + _peak(likeness, best)) * _GRID
 
 
-def step_response(trace: Trace, edges: Sequence[float]) -> StepResponse | None:
+def step_response(trace: Trace, edges: Sequence[float]) -> JointStepResponse | None:
     """Return the worst response to the steps at times `edges` [s]; None if none of them was measured."""
     ends = [*edges[1:], float(trace.seen_at[-1])]
     found = [each for each in map(lambda begin, end: _one_step(trace, begin, end), edges, ends) if each is not None]
     if not found:
         return None
     rises, settlings = [each.rise for each in found], [each.settling for each in found]
-    return StepResponse(
+    return JointStepResponse(
         max(each.overshoot for each in found), _slowest(rises), _slowest(settlings), max(each.rest for each in found)
     )
 
 
-def _one_step(trace: Trace, begin: float, end: float) -> StepResponse | None:
+def _one_step(trace: Trace, begin: float, end: float) -> JointStepResponse | None:
     chosen = (trace.seen_at >= begin) & (trace.seen_at < end)
     before = trace.told[max(0, int(np.searchsorted(trace.told_at, begin)) - 1)]
     if np.count_nonzero(chosen) < 2:
@@ -229,7 +229,7 @@ def _one_step(trace: Trace, begin: float, end: float) -> StepResponse | None:
     settling: float | None = 0.0
     if len(outside):
         settling = float(at[outside[-1] + 1]) if outside[-1] + 1 < len(at) else None
-    return StepResponse(
+    return JointStepResponse(
         overshoot=max(0.0, float(response.max()) - 1.0),
         rise=None if low is None or high is None else high - low,
         settling=settling,
@@ -348,7 +348,7 @@ def exercise(
     if len(seen) < _MIN_SAMPLES:
         raise UsageError(f"{joint}: only {len(seen)} joint states came in {wave.duration + TAIL:g} s")
     trace = _trace(joint, sent, seen)
-    edges = [n / 2 / wave.frequency for n in range(1, 2 * wave.periods + 1)] if wave.shape is Shape.STEP else ()
+    edges = [n / 2 / wave.frequency for n in range(1, 2 * wave.periods + 1)] if wave.shape is WaveShape.STEP else ()
     figures = tracking(trace, period=1 / wave.frequency, edges=edges)
     return Exercise(wave, start, trace, figures, _held_back(trace.told, applied, wave))
 

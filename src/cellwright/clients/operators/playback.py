@@ -40,7 +40,7 @@ _MAX_PROBLEMS = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class TargetSample:
     """Values by name to publish on a topic at a time [s]."""
 
     time: float
@@ -53,7 +53,7 @@ class Targets:
     """The targets of a file, in order of time; there is at least one moment."""
 
     path: Path
-    moments: tuple[Moment, ...]
+    moments: tuple[TargetSample, ...]
 
     @property
     def duration(self) -> float:
@@ -89,7 +89,7 @@ def read_targets(path: Path) -> Targets:
         raise UsageError(f"{path}: give a file that ends in {', '.join(readers)} or .bag, or the folder of a ROS 2 bag")
     text = _text(path)
     problems: list[Problem] = []
-    moments: list[Moment] = []
+    moments: list[TargetSample] = []
     last = -math.inf
     for line, found in reader(text):
         problem = found if isinstance(found, str) else _check_moment(found, last)
@@ -97,7 +97,7 @@ def read_targets(path: Path) -> Targets:
             problems.append(Problem(Place(0, str(path), line), "", problem))
             if len(problems) == _MAX_PROBLEMS:
                 break
-        elif isinstance(found, Moment):
+        elif isinstance(found, TargetSample):
             last = found.time
             moments += _split(found)
     if not problems and not moments:
@@ -120,7 +120,7 @@ def _text(path: Path) -> str:
         raise UsageError(f"{path}: is not text in UTF-8: {error.reason} at byte {error.start}") from None
 
 
-def _csv_moments(text: str) -> Iterator[tuple[int, Moment | str]]:
+def _csv_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
     """Yield moments and problems with their lines."""
     lines = csv.reader(io.StringIO(text, newline=""))
     try:
@@ -146,7 +146,7 @@ def _check_head(head: list[str]) -> str:
     return f"named twice: {', '.join(twice)}" if twice else ""
 
 
-def _csv_moment(head: list[str], row: list[str]) -> Moment | str:
+def _csv_moment(head: list[str], row: list[str]) -> TargetSample | str:
     if len(row) != len(head):
         return f"{len(row)} fields, and the first line has {len(head)}"
     values: dict[str, float] = {}
@@ -157,10 +157,10 @@ def _csv_moment(head: list[str], row: list[str]) -> Moment | str:
             values[name] = float(field)
         except ValueError:
             return f"{name}: {field.strip()!r:.40} is no number"
-    return Moment(values.pop("time"), JOINT_COMMAND, values)
+    return TargetSample(values.pop("time"), JOINT_COMMAND, values)
 
 
-def _json_moments(text: str) -> Iterator[tuple[int, Moment | str]]:
+def _json_moments(text: str) -> Iterator[tuple[int, TargetSample | str]]:
     for number, line in enumerate(text.split("\n"), start=1):
         if line.strip():
             try:
@@ -169,7 +169,7 @@ def _json_moments(text: str) -> Iterator[tuple[int, Moment | str]]:
                 yield number, f"is no JSON: {getattr(error, 'msg', 'a number is too long, or it is nested too deeply')}"
 
 
-def _json_moment(entry: Any) -> Moment | str:
+def _json_moment(entry: Any) -> TargetSample | str:
     if not isinstance(entry, dict) or not {"time", "positions"} <= entry.keys():
         return 'must be an object with "time" and "positions"'
     time, positions = entry["time"], entry["positions"]
@@ -180,14 +180,14 @@ def _json_moment(entry: Any) -> Moment | str:
     for name, value in positions.items():
         if not _is_number(value):
             return f"positions: {name}: {value!r:.40} is no number"
-    return Moment(float(time), JOINT_COMMAND, {name: float(value) for name, value in positions.items()})
+    return TargetSample(float(time), JOINT_COMMAND, {name: float(value) for name, value in positions.items()})
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= 1e300
 
 
-def _check_moment(moment: Moment, last: float) -> str:
+def _check_moment(moment: TargetSample, last: float) -> str:
     if not math.isfinite(moment.time):
         return f"time: {moment.time} is not finite"
     if moment.time < last:
@@ -202,14 +202,14 @@ def _check_moment(moment: Moment, last: float) -> str:
     return ""
 
 
-def _split(moment: Moment) -> Iterable[Moment]:
+def _split(moment: TargetSample) -> Iterable[TargetSample]:
     """Yield a moment for joints and one for grippers, each if it has values."""
     joints = {name: value for name, value in moment.values.items() if name not in GRIPPERS}
     grippers = {name: moment.values[name] for name in GRIPPERS if name in moment.values}
     if joints:
-        yield Moment(moment.time, JOINT_COMMAND, joints)
+        yield TargetSample(moment.time, JOINT_COMMAND, joints)
     if grippers:
-        yield Moment(moment.time, GRIPPER_COMMAND, grippers)
+        yield TargetSample(moment.time, GRIPPER_COMMAND, grippers)
 
 
 APPROACH_SPEED = 0.5
@@ -299,7 +299,7 @@ def play(
     while number < len(moments):
         session.sleep(max(0.0, begun + (moments[number].time - origin) / speed - session.time))
         now = origin + (session.time - begun) * speed
-        due: dict[tuple[str, frozenset[str]], Moment] = {}
+        due: dict[tuple[str, frozenset[str]], TargetSample] = {}
         while number < len(moments) and (moments[number].time <= now or not due):
             key = (moments[number].topic, frozenset(moments[number].values))
             due.pop(key, None)
@@ -311,7 +311,7 @@ def play(
         on_beat(moments[number - 1].time - origin)
 
 
-class Recorder:
+class JointRecorder:
     """Records the joint states of a topic, as they come, to a file that ends in .csv or .jsonl.
 
     `report` takes a line about a file that can no longer be written.

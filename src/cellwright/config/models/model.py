@@ -43,7 +43,7 @@ class ModelShape:
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class UserModel:
     """User-defined model: shapes, or a file in the engine's own format (MJCF) that has them.
 
     Attributes:
@@ -64,5 +64,5 @@ class Furniture:
     """Static model in the cell; `pose` is in the world frame."""
 
     name: str
-    model: Model
+    model: UserModel
     pose: Pose = field(default_factory=Pose)

@@ -12,7 +12,7 @@ import numpy as np
 from cellwright.config.layout import PART_TYPES
 from cellwright.config.models.files import ModelFileError, check_mjcf, open_model
 from cellwright.config.models.meshes import is_flat, read_mesh
-from cellwright.config.models.model import Colour, Furniture, Model, ModelShape, ModelShapeKind
+from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelShapeKind, UserModel
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
@@ -94,7 +94,7 @@ _SHAPE = Keys(
 )
 
 
-def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:
+def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> UserModel | None:
     """Return the model from the `shapes` or the `file` in a table, or None after an error.
 
     `values` are its `mass` and `color`, where the table has them; errors refer to `where`.
@@ -104,13 +104,13 @@ def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[s
         reader.problems.error(where, "needs either 'shapes' or 'file'" + (", not both" if shapes else ""))
         return None
     errors = reader.problems.error_count
-    model = _from_file(file, reader) if file else Model(_shapes(shapes, reader) if shapes else ())
+    model = _from_file(file, reader) if file else UserModel(_shapes(shapes, reader) if shapes else ())
     if model is None or reader.problems.error_count > errors:
         return None
     return replace(model, mass=values.get("mass", model.mass), colour=values.get("color"))
 
 
-def _from_file(node: Node, reader: Reader) -> Model | None:
+def _from_file(node: Node, reader: Reader) -> UserModel | None:
     path = _path(reader, node)
     if path is None:
         return None
@@ -119,7 +119,7 @@ def _from_file(node: Node, reader: Reader) -> Model | None:
         folder = path if path.is_dir() else path.parent
         if file.format == "mjcf":
             check_mjcf(file)
-            return Model(mjcf=file.path)
+            return UserModel(mjcf=file.path)
         model = read_xml(file, folder)
     except (ModelFileError, OSError) as error:
         reader.problems.error(node, str(error))
@@ -215,10 +215,10 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
-def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
+def read_part_models(reader: Reader, node: Node) -> dict[str, UserModel]:
     """Return the user-defined part types by name."""
     table = reader.table(node)
-    found: dict[str, Model] = {}
+    found: dict[str, UserModel] = {}
     if table and len(table.entries) > MAX_TYPES:
         reader.problems.error(node, f"{len(table.entries)} part types; at most {MAX_TYPES} are read")
         return {}

@@ -12,7 +12,7 @@ from typing import ClassVar, cast, get_args
 
 from cellwright.config.models.files import ModelFile, ModelFileError, referenced_file
 from cellwright.config.models.meshes import read_mesh
-from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind, clipped_colour
+from cellwright.config.models.model import Colour, ModelShape, ModelShapeKind, UserModel, clipped_colour
 from cellwright.util.pose import Pose, Vector3
 
 MAX_SHAPES = 200
@@ -21,7 +21,7 @@ MAX_LINKS = 300
 """Maximum number of links of one model."""
 
 
-def read_xml(file: ModelFile, folder: Path) -> Model:
+def read_xml(file: ModelFile, folder: Path) -> UserModel:
     """Return the model in an SDF or URDF file; meshes must lie in `folder`.
 
     Raises:
@@ -36,10 +36,10 @@ def read_xml(file: ModelFile, folder: Path) -> Model:
         raise ModelFileError(f"{file.path}: no collision and no visual that could be read")
     if not any(shape.is_seen for shape in shapes):  # without visual shapes, the collision shapes are drawn
         shapes = [ModelShape(each.kind, each.size, each.pose, each.colour, mesh=each.mesh) for each in shapes]
-    return Model(tuple(shapes), mass or None)
+    return UserModel(tuple(shapes), mass or None)
 
 
-class _Reader:
+class _XmlModelReader:
     """Base of the SDF and URDF readers, which differ in how they write a shape's figures and name a mesh file."""
 
     figure: Callable[[ET.Element, str], str | None]
@@ -101,7 +101,7 @@ class _Reader:
         return self.vector(scale, "scale") if scale else (1.0, 1.0, 1.0), file
 
 
-class _Sdf(_Reader):
+class _Sdf(_XmlModelReader):
     figure = staticmethod(ET.Element.findtext)
     reference = "uri"
 
@@ -138,7 +138,7 @@ class _Sdf(_Reader):
         return clipped_colour(numbers)
 
 
-class _Urdf(_Reader):
+class _Urdf(_XmlModelReader):
     figure = staticmethod(ET.Element.get)
     reference = "filename"
 

@@ -47,13 +47,13 @@ def parse(text: JoinedText, problems: Problems) -> Node | None:
         loader = _Composer(text.content)
         try:
             root = loader.get_single_node()
-            return _Builder(loader, text, problems).node(root, "") if root is not None else None
+            return _TreeBuilder(loader, text, problems).node(root, "") if root is not None else None
         finally:
             loader.dispose()
     except yaml.reader.ReaderError as error:
         position = error.position if isinstance(error.position, int) else 0
         raise _refusal(text, position, "a character that no text has; is this a YAML file?") from None
-    except _RefusedError as error:
+    except _UnsupportedYamlError as error:
         raise _refusal(text, error.problem_mark.index if error.problem_mark else 0, str(error.problem)) from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -89,7 +89,7 @@ def _refusal(text: JoinedText, index: int, message: str) -> DescriptionError:
     return DescriptionError([Problem(place, "", message + text.glue_hint(place))])
 
 
-class _RefusedError(yaml.MarkedYAMLError):
+class _UnsupportedYamlError(yaml.MarkedYAMLError):
     """YAML that may be valid but is refused here."""
 
 
@@ -106,13 +106,13 @@ class _Composer(yaml.SafeLoader):
         is_alias = self.check_event(yaml.AliasEvent)
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise _RefusedError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+            raise _UnsupportedYamlError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
         node = super().compose_node(parent, index)
         self._depth -= 1
         if node is not None and not is_alias:
             self._measures[node] = self._measure(node, mark)
         elif node is not None and node not in self._measures:
-            raise _RefusedError(problem="an anchor that contains itself", problem_mark=mark)
+            raise _UnsupportedYamlError(problem="an anchor that contains itself", problem_mark=mark)
         return node
 
     def _measure(self, node: yaml.Node, mark: yaml.Mark) -> tuple[int, int]:
@@ -124,13 +124,13 @@ class _Composer(yaml.SafeLoader):
         count = 1 + sum(child[0] for child in children)
         depth = 1 + max((child[1] for child in children), default=0)
         if count > MAX_NODES:
-            raise _RefusedError(problem=f"more than {MAX_NODES} values, aliases counted", problem_mark=mark)
+            raise _UnsupportedYamlError(problem=f"more than {MAX_NODES} values, aliases counted", problem_mark=mark)
         if depth > MAX_DEPTH:
-            raise _RefusedError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+            raise _UnsupportedYamlError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
         return count, depth
 
 
-class _Builder:
+class _TreeBuilder:
     """Builder of the tree from PyYAML's nodes."""
 
     def __init__(self, loader: _Composer, text: JoinedText, problems: Problems) -> None:
@@ -203,5 +203,5 @@ class _Builder:
         if node.tag != expected:
             raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not read")
 
-    def _invalid(self, node: yaml.Node, message: str) -> _RefusedError:
-        return _RefusedError(problem=message, problem_mark=node.start_mark)
+    def _invalid(self, node: yaml.Node, message: str) -> _UnsupportedYamlError:
+        return _UnsupportedYamlError(problem=message, problem_mark=node.start_mark)

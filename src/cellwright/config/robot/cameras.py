@@ -10,9 +10,9 @@ from typing import Any, TypeVar, cast
 
 from cellwright.config.parsing.reader import Keys, Reader, plain
 from cellwright.config.parsing.tree import Items, Leaf, Node, described, shortened
-from cellwright.config.robot.config import Camera, RobotConfig
+from cellwright.config.robot.config import CameraConfig, RobotConfig
 from cellwright.config.trial import sensors
-from cellwright.config.trial.trial import Camera as Taking
+from cellwright.config.trial.trial import PictureCameraConfig
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3, normalized, quaternion_from_rpy
 
@@ -30,7 +30,7 @@ _FIGURES = (
 CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 
 
-def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
+def read_cameras(node: Node, reader: Reader) -> tuple[CameraConfig, ...]:
     """Return the cameras; their use decides which of their figures are mandatory."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list of cameras, not {described(node)}")
@@ -39,7 +39,7 @@ def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def _read_camera(node: Node, reader: Reader) -> Camera | None:
+def _read_camera(node: Node, reader: Reader) -> CameraConfig | None:
     table = reader.table(node)
     name_node = reader.required(table, "name") if table else None
     if table is None or name_node is None:
@@ -49,7 +49,7 @@ def _read_camera(node: Node, reader: Reader) -> Camera | None:
     figures = [entry.value for entry in table.entries.values() if entry.name in CAMERAS.optional]
     for figure in figures:
         _check_finite(figure, reader)
-    return Camera(name, plain(table)) if name is not None else None
+    return CameraConfig(name, plain(table)) if name is not None else None
 
 
 def _check_finite(node: Node, reader: Reader) -> None:
@@ -72,7 +72,7 @@ _NAME = re.compile(r"[A-Za-z0-9_]+", re.ASCII)
 _ALONG = 1e-6
 
 
-def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
+def picture_camera(config: RobotConfig, camera: CameraConfig) -> PictureCameraConfig:
     """Return a picture camera for a camera of a configuration; its frame is the link that it is mounted on.
 
     Raises:
@@ -88,7 +88,7 @@ def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
     if near >= far:
         raise UsageError(f"near_val, {near:g} m, must be less than far_val, {far:g} m")
     fov = 2 * math.atan(math.tan(VERTICAL_FOV / 2) * width / height)
-    return Taking(
+    return PictureCameraConfig(
         camera.name,
         "rgbd_camera",
         _pose(camera),
@@ -112,7 +112,7 @@ def _link(config: RobotConfig, name: str) -> str:
     return config.robot.root
 
 
-def _pose(camera: Camera) -> Pose:
+def _pose(camera: CameraConfig) -> Pose:
     """Return link_T_camera, which looks along +x with z up."""
     x, y, z, w = _numbers(camera, "quat", (0.0, 0.0, 0.0, 1.0))
     turn = Pose((0.0, 0.0, 0.0), normalized((w, x, y, z)))
@@ -144,7 +144,7 @@ def look_rotation(forward: Vector3, up: Vector3) -> tuple[float, float, float, f
     return quaternion_from_rpy(math.atan2(-across, above), pitch, yaw)
 
 
-def _up(camera: Camera) -> Vector3:
+def _up(camera: CameraConfig) -> Vector3:
     value = camera.values.get("up_axis")
     if isinstance(value, str) and value.lower() in _AXES:
         return _AXES[value.lower()]
@@ -153,7 +153,7 @@ def _up(camera: Camera) -> Vector3:
     return _numbers(camera, "up_axis", _AXES["z"])
 
 
-def _size(camera: Camera, name: str, default: int, maximum: int) -> int:
+def _size(camera: CameraConfig, name: str, default: int, maximum: int) -> int:
     value = camera.values.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int) or not sensors.MIN_PICTURE_SIZE <= value <= maximum:
         raise UsageError(
@@ -162,21 +162,21 @@ def _size(camera: Camera, name: str, default: int, maximum: int) -> int:
     return value
 
 
-def _depth(camera: Camera, name: str, default: float) -> float:
+def _depth(camera: CameraConfig, name: str, default: float) -> float:
     value = _number(camera, name, default)
     if not value > 0.0:
         raise UsageError(f"{name} must be above 0 m, not {value:g}")
     return min(max(value, sensors.MIN_CAMERA_DEPTH), sensors.MAX_CAMERA_DEPTH)
 
 
-def _number(camera: Camera, name: str, default: float) -> float:
+def _number(camera: CameraConfig, name: str, default: float) -> float:
     value = camera.values.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise UsageError(f"{name} must be a number, not {_shown(value)}")
     return float(value)
 
 
-def _numbers(camera: Camera, name: str, default: T) -> T:
+def _numbers(camera: CameraConfig, name: str, default: T) -> T:
     value: Any = camera.values.get(name, default)
     is_list = isinstance(value, list | tuple) and len(value) == len(default)
     if not is_list or any(isinstance(each, bool) or not isinstance(each, int | float) for each in value):

@@ -40,7 +40,7 @@ class BaseMode(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Arm:
+class ArmConfig:
     """Arm: its joints, the link at its tip whose pose is commanded, and its home posture [rad; m]."""
 
     joints: tuple[str, ...]
@@ -48,7 +48,7 @@ class Arm:
     home: tuple[float, ...]
 
 
-class End(StrEnum):
+class RangeEnd(StrEnum):
     """End of a joint's range."""
 
     LOWER = "lower"
@@ -56,19 +56,19 @@ class End(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Gripper:
+class GripperConfig:
     """Gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
 
     `open_ends` are the limits at which its joints are open; empty if that is the lower one for all.
     """
 
     joints: tuple[str, ...]
-    open_ends: tuple[End, ...] = ()
+    open_ends: tuple[RangeEnd, ...] = ()
 
     def way(self, joint: Joint) -> tuple[float, float]:
         """Return the open and the closed position of one of its joints [rad; m]."""
         lower, upper = joint.limits.lower, joint.limits.upper
-        opens_up = bool(self.open_ends) and self.open_ends[self.joints.index(joint.name)] is End.UPPER
+        opens_up = bool(self.open_ends) and self.open_ends[self.joints.index(joint.name)] is RangeEnd.UPPER
         return (upper, lower) if opens_up else (lower, upper)
 
 
@@ -81,7 +81,7 @@ class Posture:
 
 
 @dataclass(frozen=True, slots=True)
-class Camera:
+class CameraConfig:
     """Camera as the file describes it, by its own keys."""
 
     name: str
@@ -115,15 +115,15 @@ class RobotConfig:
     urdf_path: Path
     base_pose: Pose = field(default_factory=Pose)
     fixed_link: str | None = None
-    arms: tuple[Arm, ...] = ()
-    grippers: tuple[Gripper, ...] = ()
+    arms: tuple[ArmConfig, ...] = ()
+    grippers: tuple[GripperConfig, ...] = ()
     head: Posture | None = None
     head_axes: tuple[int, ...] = ()
     dorsal: Posture | None = None
     waist: Posture | None = None
     command_links: tuple[str, ...] = ()
     reference_links: tuple[str | None, ...] = ()
-    cameras: tuple[Camera, ...] = ()
+    cameras: tuple[CameraConfig, ...] = ()
     max_accelerations: Mapping[str, float] = field(default_factory=dict)
     others: Mapping[str, Any] = field(default_factory=dict)
 

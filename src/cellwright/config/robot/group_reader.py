@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 from cellwright.config.parsing.reader import Keys, Reader
 from cellwright.config.parsing.tree import Items, Leaf, Node, Table, described, shortened
-from cellwright.config.robot.config import Arm, End, Gripper, Posture
+from cellwright.config.robot.config import ArmConfig, GripperConfig, Posture, RangeEnd
 from cellwright.config.robot.model import ROOT, Joint, RobotModel
 from cellwright.util.errors import did_you_mean
 
@@ -139,7 +139,7 @@ class GroupReader:
             f"(known: {listed(valid)})",
         )
 
-    def arm(self, node: Node) -> Arm | None:
+    def arm(self, node: Node) -> ArmConfig | None:
         """Return an arm."""
         table = self._table(node, ARMS.names)
         if table is None:
@@ -151,9 +151,9 @@ class GroupReader:
         self._bound(table, joints)
         if joints is None or tip is None or home is None:
             return None
-        return Arm(joint_names(joints), tip, home)
+        return ArmConfig(joint_names(joints), tip, home)
 
-    def gripper(self, node: Node) -> Gripper | None:
+    def gripper(self, node: Node) -> GripperConfig | None:
         """Return a gripper; its joints need limits, between which it opens and closes."""
         table = self._table(node, (*GRIPPERS.names, *GRIPPER_UNUSED))
         joints = self._joints_of(table, may_follow=True) if table else None
@@ -171,21 +171,21 @@ class GroupReader:
             )
             return None
         self._bound(table, joints)
-        return Gripper(joint_names(joints), self._open_ends(table, len(joints)))
+        return GripperConfig(joint_names(joints), self._open_ends(table, len(joints)))
 
-    def _open_ends(self, table: Table, count: int) -> tuple[End, ...]:
+    def _open_ends(self, table: Table, count: int) -> tuple[RangeEnd, ...]:
         """Return the limit at which each joint of a gripper is open; empty if that is the lower one for all."""
         node = table.get("open")
         if node is None:
             return ()
         items = node.items if isinstance(node, Items) else (node,) * count
-        ends = [End(str(item.value)) for item in items if isinstance(item, Leaf) and item.value in tuple(End)]
+        ends = [RangeEnd(str(item.value)) for item in items if isinstance(item, Leaf) and item.value in tuple(RangeEnd)]
         if len(items) != count or len(ends) != count:
-            choice = " or ".join(End)
+            choice = " or ".join(RangeEnd)
             actual = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
             self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {actual}")
             return ()
-        return tuple(ends) if End.UPPER in ends else ()
+        return tuple(ends) if RangeEnd.UPPER in ends else ()
 
     def posture(self, node: Node, unused: tuple[str, ...] = ()) -> Posture | None:
         """Return the waist: joints and their home; `unused` entries are known too, but not read."""

@@ -8,7 +8,7 @@ from itertools import takewhile
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Node, Problems, Table
-from cellwright.config.robot.config import UNUSED, Arm, End, RobotConfig
+from cellwright.config.robot.config import UNUSED, ArmConfig, RangeEnd, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
 from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotModel, link_poses
 from cellwright.util.pose import Pose
@@ -94,7 +94,7 @@ def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
 
 
 def check_arms(
-    arms: Sequence[tuple[Node, Arm]], config: RobotConfig, joints: Sequence[Joint], problems: Problems
+    arms: Sequence[tuple[Node, ArmConfig]], config: RobotConfig, joints: Sequence[Joint], problems: Problems
 ) -> None:
     """Warn of arms whose joints do not move their tips, a sign of indices in another order.
 
@@ -118,7 +118,7 @@ def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
     return {joint.name for joint in robot.chain(link)} ^ {joint.name for joint in held}
 
 
-def _other_order(robot: RobotModel, arm: Arm, joints: Sequence[Joint], fixed_link: str | None) -> str:
+def _other_order(robot: RobotModel, arm: ArmConfig, joints: Sequence[Joint], fixed_link: str | None) -> str:
     """Return a hint if the same indices, in the other order, would make an arm that moves its tip."""
     other = "pybullet" if tuple(joints) != robot.joints else "urdf"
     again = numbered(robot, other)
@@ -205,7 +205,7 @@ def _groups(config: RobotConfig) -> dict[str, Any]:
             for arm, command, reference in zip(config.arms, config.command_links, config.reference_links, strict=True)
         ],
         "grippers": [
-            {"joints": list(gripper.joints), "open": list(gripper.open_ends) or [End.LOWER] * len(gripper.joints)}
+            {"joints": list(gripper.joints), "open": list(gripper.open_ends) or [RangeEnd.LOWER] * len(gripper.joints)}
             for gripper in config.grippers
         ],
     }

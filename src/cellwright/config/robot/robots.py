@@ -17,7 +17,7 @@ from cellwright.config.parsing.sources import read_texts
 from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.config.robot.cameras import read_cameras
-from cellwright.config.robot.config import UNUSED, Arm, Posture, RobotConfig
+from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RobotConfig
 from cellwright.config.robot.group_reader import GroupReader, numbered
 from cellwright.config.robot.groups import check_arms, check_shared, check_sides
 from cellwright.config.robot.model import RobotModel
@@ -126,7 +126,7 @@ def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
             robot = read_urdf(urdf, warn=warn)
         except DescriptionError as error:
             raise DescriptionError((*problems.errors, *error.problems), (*problems.warnings, *error.warnings)) from None
-    config = _Reading(root, reader, path, values).config(robot, urdf) if robot and urdf else None
+    config = _FileEntries(root, reader, path, values).config(robot, urdf) if robot and urdf else None
     if config is None or problems.errors:
         raise DescriptionError(problems.errors, problems.warnings)
     for warning in problems.warnings:
@@ -144,7 +144,7 @@ def read_tree(path: Path, problems: Problems) -> Table:
 
 
 @dataclass(frozen=True, slots=True)
-class _Reading:
+class _FileEntries:
     """Reader of the entries of one file."""
 
     root: Table
@@ -208,7 +208,7 @@ class _Reading:
         return Posture(joints, tuple(value for posture in parts for value in posture.home)) if parts else None
 
     def _controller(
-        self, groups: GroupReader, arms: list[tuple[Node, Arm]]
+        self, groups: GroupReader, arms: list[tuple[Node, ArmConfig]]
     ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
         """Return the links that hand poses command, and those in whose frames they are given."""
         node = self.root.get("controller_indices")

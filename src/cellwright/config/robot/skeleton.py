@@ -20,7 +20,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from cellwright.config.robot.config import Arm, End, Gripper, Posture
+from cellwright.config.robot.config import ArmConfig, GripperConfig, Posture, RangeEnd
 from cellwright.config.robot.group_reader import joint_names
 from cellwright.config.robot.groups import mixed_sides, side_of
 from cellwright.config.robot.model import Joint, JointType, RobotModel, link_poses
@@ -34,7 +34,7 @@ _MIN_MOTION = 1e-6  # [m]; a finger whose centre hardly moves gives no evidence
 Vector = NDArray[np.float64]
 
 
-def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[End, ...] | None:
+def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[RangeEnd, ...] | None:
     """Return the end of its range at which each joint of a gripper is open; None if the kinematics are ambiguous.
 
     Joints that mimic another get the end of the joint that they follow.
@@ -45,7 +45,7 @@ def find_open_ends(robot: RobotModel, names: Sequence[str]) -> tuple[End, ...] |
     if len(fingers) > 2 or any(sum(joint in leaders for joint in finger) > 1 for finger in fingers):
         return None
     other = fingers[1] if len(fingers) == 2 else None
-    found: dict[str, End] = {}
+    found: dict[str, RangeEnd] = {}
     for leader in leaders:
         end = _open_end(robot, leaders, leader, fingers[0], other)
         if end is None:
@@ -70,7 +70,7 @@ def _leader(robot: RobotModel, joint: Joint) -> Joint:
 
 def _open_end(
     robot: RobotModel, leaders: Sequence[Joint], leader: Joint, finger: Sequence[Joint], other: Sequence[Joint] | None
-) -> End | None:
+) -> RangeEnd | None:
     """Return the end at which a finger is farther from the other one, or from the palm, along its path of motion."""
     palm = robot.links[finger[0].parent]
     if other is None and palm.inertial is None and not palm.shapes:
@@ -92,7 +92,7 @@ def _open_end(
     lower, upper = np.abs(along[:2])
     if passes or abs(upper - lower) < clear:
         return None
-    return End.UPPER if upper > lower else End.LOWER
+    return RangeEnd.UPPER if upper > lower else RangeEnd.LOWER
 
 
 def _centre(robot: RobotModel, poses: Mapping[str, Pose], links: Sequence[str]) -> Vector:
@@ -127,8 +127,8 @@ class Limbs:
     `is_end_known` is True for each gripper whose open limits follow from its kinematics.
     """
 
-    arms: tuple[Arm, ...]
-    grippers: tuple[Gripper, ...]
+    arms: tuple[ArmConfig, ...]
+    grippers: tuple[GripperConfig, ...]
     is_end_known: tuple[bool, ...]
     head: tuple[str | None, str | None, str | None]
     lift: Posture | None
@@ -152,8 +152,8 @@ def find_limbs(robot: RobotModel) -> Limbs:
     if {"right", "left"} <= {side_of(joint.name) for joint in waist}:
         waist = [joint for joint in waist if not side_of(joint.name)]
     return Limbs(
-        tuple(Arm(joint_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
-        tuple(Gripper(joint_names(hand), each or ()) for hand, each in zip(hands, ends, strict=True)),
+        tuple(ArmConfig(joint_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
+        tuple(GripperConfig(joint_names(hand), each or ()) for hand, each in zip(hands, ends, strict=True)),
         tuple(each is not None for each in ends),
         head,
         Posture(joint_names(lifts[:1]), (_rest(lifts[0]),)) if lifts else None,
@@ -359,14 +359,14 @@ def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
         yield f"controller_indices: {{cmd_ee: {tips}, base: {_numbers([-1] * len(limbs.arms))}}}"
 
 
-def _opening(gripper: Gripper, *, is_known: bool) -> Iterator[str]:
+def _opening(gripper: GripperConfig, *, is_known: bool) -> Iterator[str]:
     """Yield the entry `open` of a gripper, or a comment on its absence."""
     ends = set(gripper.open_ends)
     if not is_known:
         yield "    # Not known which end is open: move it, and write `open: upper` here if status 0 closes it."
-    elif ends == {End.UPPER}:
+    elif ends == {RangeEnd.UPPER}:
         yield "    open: upper   # guessed: at the upper limits its fingers are farther apart"
-    elif End.UPPER in ends:
+    elif RangeEnd.UPPER in ends:
         yield f"    open: [{', '.join(gripper.open_ends)}]   # guessed: there its fingers are farther apart"
 
 

@@ -189,7 +189,7 @@ def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
         DescriptionError: the file is no readable robot; every problem reads `path:line: key: what is wrong`.
     """
     problems = Problems()
-    robot = _Reader(read_elements(path, problems), path, problems).read()
+    robot = _UrdfReader(read_elements(path, problems), path, problems).read()
     if problems.errors or robot is None:
         raise DescriptionError(problems.errors, problems.warnings)
     warnings = problems.warnings
@@ -200,7 +200,7 @@ def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
     return robot
 
 
-class _Reader:
+class _UrdfReader:
     def __init__(self, root: Element, path: Path, problems: Problems) -> None:
         if root.tag != "robot":
             content = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")

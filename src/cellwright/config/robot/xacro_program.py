@@ -93,7 +93,7 @@ _REPETITIONS = (  # xacro repeats a message and its source
 )
 
 
-class _RefusedError(Exception):
+class _ExpansionError(Exception):
     """File that does not expand, with its path, line (0: unknown) and reason."""
 
     def __init__(self, path: Path, line: int, message: str) -> None:
@@ -114,7 +114,7 @@ def main() -> None:
     try:
         expanded = _expanded(path, text)
         answer: dict[str, Any] = {"text": expanded, "files": [str(each) for each in xacro.all_includes]}
-    except _RefusedError as error:
+    except _ExpansionError as error:
         answer = {"path": str(error.path), "line": error.line, "message": str(error)}
     print(json.dumps(answer), end="", file=output, flush=True)
 
@@ -130,13 +130,13 @@ def _expanded(path: Path, text: str) -> str:
             xacro.process_doc(document)
             expanded = str(document.toxml())
     except ExpatError as error:
-        raise _RefusedError(_current(path), error.lineno, f"no valid XML (column {error.offset + 1})") from None
+        raise _ExpansionError(_current(path), error.lineno, f"no valid XML (column {error.offset + 1})") from None
     except RecursionError:
-        raise _RefusedError(_current(path), 0, "xacro: macros that call each other without end") from None
+        raise _ExpansionError(_current(path), 0, "xacro: macros that call each other without end") from None
     except Exception as error:  # expressions are Python and may raise anything
         raise _failure(_current(path), error) from None
     if len(expanded) > MAX_TEXT:
-        raise _RefusedError(path, 0, f"xacro: expands to more than {MAX_TEXT >> 20} MiB")
+        raise _ExpansionError(path, 0, f"xacro: expands to more than {MAX_TEXT >> 20} MiB")
     return expanded
 
 
@@ -161,16 +161,16 @@ def _current(path: Path) -> Path:
     return Path(stack[-1]) if stack else path
 
 
-def _failure(path: Path, error: Exception) -> _RefusedError:
+def _failure(path: Path, error: Exception) -> _ExpansionError:
     if isinstance(error, MemoryError) or isinstance(getattr(error, "exc", None), MemoryError):
-        return _RefusedError(path, 0, f"xacro: needs more than {MAX_MEMORY >> 20} MiB of memory to expand")
+        return _ExpansionError(path, 0, f"xacro: needs more than {MAX_MEMORY >> 20} MiB of memory to expand")
     message = " ".join(str(error).split()) or type(error).__name__
     for pattern, instead in _REPETITIONS:
         message = pattern.sub(instead, message)
     if isinstance(error, xacro.XacroException) and error.macros:
         names = ", ".join(macro.body.getAttribute("name") for macro in error.macros)
         message += f" (in the macro {names})"
-    return _RefusedError(path, _line_of(path, message), f"xacro: {shortened(message, _MAX_MESSAGE_LENGTH)}")
+    return _ExpansionError(path, _line_of(path, message), f"xacro: {shortened(message, _MAX_MESSAGE_LENGTH)}")
 
 
 def _line_of(path: Path, message: str) -> int:

@@ -91,7 +91,7 @@ class Demand:
 
 
 @dataclass(frozen=True, slots=True)
-class Supply:
+class PartSupply:
     """Supply of parts of a type: the number in the cell at the start, on the belt, and of faulty ones."""
 
     lying: int
@@ -114,12 +114,12 @@ def ordered_types(trial: Trial) -> Counter[str]:
     return Counter(ordered.type for ordered in _objects(trial.orders))
 
 
-def supply(trial: Trial, part_type: str) -> Supply:
+def supply(trial: Trial, part_type: str) -> PartSupply:
     """Return the supply of parts of a type; belt parts are counted to the belt's end."""
     lying = [part for part in (*trial.bin_parts, *trial.extra_parts) if part.type == part_type]
     on_belt = [name for name, kind in trial.belt_clones() if kind == part_type]
     names = [part.name.rpartition("|")[2] for part in lying] + on_belt
-    return Supply(len(lying), len(on_belt), sum(name in trial.faulty_parts for name in names))
+    return PartSupply(len(lying), len(on_belt), sum(name in trial.faulty_parts for name in names))
 
 
 def _of_orders(trial: Trial) -> Iterator[Demand]:

@@ -26,7 +26,7 @@ from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.sensors import read_arm, read_cameras, read_sensors
 from cellwright.config.trial.settings import read_settings
-from cellwright.config.trial.trial import DropRegion, Options, Order, Sensor, Trial
+from cellwright.config.trial.trial import DropRegion, Options, Order, SensorConfig, Trial
 from cellwright.util.errors import DescriptionError, UsageError
 from cellwright.util.pose import Pose, Vector3, rpy_from_quaternion
 
@@ -75,7 +75,7 @@ def resolved_cell(trial: Trial) -> dict[str, Any]:
     }
 
 
-def _sensor_data(sensor: Sensor) -> dict[str, Any]:
+def _sensor_data(sensor: SensorConfig) -> dict[str, Any]:
     more = asdict(sensor)
     del more["pose"]
     return {**more, **_pose_data(sensor.pose)}
@@ -195,7 +195,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     faulty = section("faulty_parts", parts.read_faulty, reader) or {}
     time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
-    sensors: tuple[Sensor, ...] = section("sensors", read_sensors, reader) or ()
+    sensors: tuple[SensorConfig, ...] = section("sensors", read_sensors, reader) or ()
     sensors += section(OWN, partial(read_cameras, has_arm=has_arm), sensors, reader) or ()
     if reader.problems.errors:
         raise DescriptionError(reader.problems.errors, reader.problems.warnings)

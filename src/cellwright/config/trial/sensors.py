@@ -8,7 +8,15 @@ from cellwright.config.layout import ARM_FRAMES
 from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
 from cellwright.config.parsing.tree import Entry, Node, Table, shortened
 from cellwright.config.trial.other_years import LATER_SENSORS
-from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, PluginDevice, Sensor, SensorType, WhenLate
+from cellwright.config.trial.trial import (
+    CameraType,
+    PictureCameraConfig,
+    PictureNoise,
+    PluginDevice,
+    SensorConfig,
+    SensorType,
+    WhenLate,
+)
 from cellwright.util import plugins as plugins
 from cellwright.util.errors import did_you_mean, suggestion
 
@@ -64,7 +72,7 @@ def read_arm(node: Node, reader: Reader) -> bool:
     return True
 
 
-def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
+def read_sensors(node: Node, reader: Reader) -> tuple[SensorConfig, ...]:
     """Return the section `sensors` without sensors of unknown types."""
     table = reader.table(node)
     if table and len(table.entries) > MAX_SENSORS:
@@ -82,7 +90,7 @@ def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
     return found
 
 
-def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor | None:
+def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> SensorConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -90,7 +98,7 @@ def _sensor(entry: Entry, from_plugins: Sequence[str], reader: Reader) -> Sensor
     values = SENSOR.read(table, reader)
     if name is None or not SENSOR.complete(values):
         return None
-    sensor = Sensor(name, **values)
+    sensor = SensorConfig(name, **values)
     if sensor.type not in SENSOR_TYPES and sensor.type not in from_plugins:
         year = LATER_SENSORS.get(sensor.type)
         origin = f" of the {year} format" if year else ""
@@ -172,7 +180,9 @@ CAMERA = Keys(
 """Keys of a camera under `sensors` in the section `cellwright`."""
 
 
-def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
+def read_cameras(
+    own: Node, sensors: Sequence[SensorConfig], reader: Reader, *, has_arm: bool
+) -> tuple[PictureCameraConfig, ...]:
     """Return the cameras under `sensors` in the section `cellwright`; names of other sensors are refused."""
     node = own.get("sensors") if isinstance(own, Table) else None
     table = reader.table(node) if node else None
@@ -186,7 +196,7 @@ def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_ar
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bool) -> Camera | None:
+def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bool) -> PictureCameraConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -194,7 +204,7 @@ def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bo
     values = CAMERA.read(table, reader)
     if name is None or not _check_camera_name(entry, name, taken, reader) or not CAMERA.complete(values):
         return None
-    camera = Camera(name, **values)
+    camera = PictureCameraConfig(name, **values)
     if camera.frame != WORLD and not has_arm:
         message = f"there is no arm, and so no {camera.frame}; an arm comes with arm: {{type: ur10}}"
         reader.problems.error(table.entries["frame"].value, message)
@@ -216,7 +226,7 @@ def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: 
     return False
 
 
-def _check_together(entry: Entry, camera: Camera, reader: Reader) -> None:
+def _check_together(entry: Entry, camera: PictureCameraConfig, reader: Reader) -> None:
     """Report figures that are valid alone but not together."""
     if camera.near >= camera.far:
         reader.problems.error(entry, f"near, {camera.near:g} m, must be less than far, {camera.far:g} m")

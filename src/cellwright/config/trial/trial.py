@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 from cellwright.config.layout import PART_TYPES
-from cellwright.config.models.model import Furniture, Model
+from cellwright.config.models.model import Furniture, UserModel
 from cellwright.config.parsing.reader import Placement
 from cellwright.util.pose import Pose, Vector3
 
@@ -30,7 +30,7 @@ NO_TIME_LIMIT = -1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Sensor:
+class SensorConfig:
     """Sensor of the cell; `pose` is in the world frame, `type` a `SensorType` or a plugin's."""
 
     name: str
@@ -54,7 +54,7 @@ class PictureNoise:
 
 
 @dataclass(frozen=True, slots=True)
-class Camera(Sensor):
+class PictureCameraConfig(SensorConfig):
     """Picture camera; `type` is a `CameraType`. It looks along the +x axis of its pose, z is up.
 
     Attributes:
@@ -263,7 +263,7 @@ class Trial:
 
     name: str
     has_arm: bool = False
-    sensors: tuple[Sensor, ...] = ()
+    sensors: tuple[SensorConfig, ...] = ()
     options: Options = field(default_factory=Options)
     time_limit: float = 500.0
     orders: tuple[Order, ...] = ()
@@ -275,7 +275,7 @@ class Trial:
     material_locations: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settings: CellSettings = field(default_factory=CellSettings)
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
-    part_models: Mapping[str, Model] = field(default_factory=dict)
+    part_models: Mapping[str, UserModel] = field(default_factory=dict)
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from cellwright.engine.sensor import Reading
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus, Direction, Publisher
-from cellwright.middleware.interface.table import Kind, Row
+from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.conversions import stamp
 from cellwright.middleware.messages.standard import Clock
@@ -37,7 +37,7 @@ class Output:
 
     bus: Bus
     simulation: Simulation
-    row: Row
+    row: Endpoint
     rank: int = 0
 
     def advertise(self, on_listeners: Callable[[int], None] | None = None) -> Publisher:
@@ -144,7 +144,7 @@ class _Streamed(_OnDemand):
         self._publisher.offer(partial(self._build, reading))
 
 
-def bind(bus: Bus, simulation: Simulation, table: Sequence[Row], handlers: Iterable[object]) -> None:
+def bind(bus: Bus, simulation: Simulation, table: Sequence[Endpoint], handlers: Iterable[object]) -> None:
     """Put every row of a table on a bus.
 
     A row's handler is a method of one of the `handlers`. For a service or an incoming topic it is called with each
@@ -155,7 +155,7 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Row], handlers: Itera
     """
     found = tuple(handlers)
     for rank, row in enumerate(table, 1):
-        if row.kind is Kind.ACTION:
+        if row.kind is EndpointKind.ACTION:
             continue  # its topics have rows of their own
         handler = next((getattr(each, row.handler) for each in found if hasattr(each, row.handler)), None)
         if handler is None:
@@ -163,7 +163,7 @@ def bind(bus: Bus, simulation: Simulation, table: Sequence[Row], handlers: Itera
         if row.direction is Direction.OUT:
             handler(Output(bus, simulation, row, rank))
         else:
-            begin = bus.serve if row.kind is Kind.SERVICE else bus.listen
+            begin = bus.serve if row.kind is EndpointKind.SERVICE else bus.listen
             begin(row.name, row.type, partial(handler, row), node=row.node)
 
 

@@ -13,7 +13,7 @@ from typing import TypeAlias, TypedDict, Unpack
 from cellwright.middleware.bus import Direction
 
 
-class Kind(Enum):
+class EndpointKind(Enum):
     """Kind of a row."""
 
     TOPIC = "topic"
@@ -21,14 +21,14 @@ class Kind(Enum):
     ACTION = "action"  # over topics, which have rows of their own; this row groups them
 
 
-class Pace(Enum):
+class Timing(Enum):
     """Timing of a topic's messages, if it has no rate in Hz."""
 
     EACH_STEP = "each step"
     ON_EVENT = "on event"
 
 
-Rate: TypeAlias = Fraction | Pace  # messages per second of simulation time [Hz], or the occasion
+Rate: TypeAlias = Fraction | Timing  # messages per second of simulation time [Hz], or the occasion
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ BEST_EFFORT = Qos(is_reliable=False, depth=1)
 _LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
 
 
-class Where(Enum):
+class Availability(Enum):
     """Availability of a row: in which cells, and how often."""
 
     ALWAYS = "always"
@@ -82,7 +82,7 @@ class Where(Enum):
     SIMULATED_TIME = "with simulated time"
 
 
-class Competition(Enum):
+class CompetitionMode(Enum):
     """Treatment of a row in competition mode."""
 
     SAME = "the same"
@@ -93,18 +93,18 @@ class Competition(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class Endpoint:
     """Row of one topic, service or action."""
 
     name: str  # absolute; `of` fills in `{sensor}` and `{n}`, the name of a sensor and the number of an AGV
     type: str  # short name of the message, service or action type
     about: str  # description in a sentence
-    kind: Kind = Kind.TOPIC
+    kind: EndpointKind = EndpointKind.TOPIC
     direction: Direction = Direction.OUT
     rate: Rate | None = None  # None for what comes from clients
     latch: bool = False  # true if a late listener gets the newest message
-    where: Where = Where.ALWAYS
-    competition: Competition = Competition.SAME
+    where: Availability = Availability.ALWAYS
+    competition: CompetitionMode = CompetitionMode.SAME
     node: str = "/gazebo"  # publishes, receives or serves it; name as in the original's graph
     source: str = ""  # the part of the original that this comes from
     handler: str = ""  # name of the method that serves it; see `binding.bind`
@@ -125,42 +125,44 @@ class Row:
             return f"{float(self.rate):g} Hz"
         return "" if self.rate is None else self.rate.value
 
-    def of(self, subject: str | None) -> Row:
+    def of(self, subject: str | None) -> Endpoint:
         """Return the row for one sensor or AGV, or for none."""
         if subject is None:
             return self
         return replace(self, name=self.name.replace("{sensor}", subject).replace("{n}", subject), subject=subject)
 
 
-class RowOptions(TypedDict, total=False):
+class EndpointOptions(TypedDict, total=False):
     """Optional fields of a row."""
 
-    competition: Competition
+    competition: CompetitionMode
     node: str
     source: str
     handler: str
     qos: Qos
 
 
-def says(
+def publishes(
     name: str,
     type_name: str,
-    rate: int | Pace,
-    where: Where,
+    rate: int | Timing,
+    where: Availability,
     about: str,
     *,
     latch: bool = False,
-    **more: Unpack[RowOptions],
-) -> Row:
-    """Return the row of a topic that the cell publishes; `rate` in Hz or a `Pace`.
+    **more: Unpack[EndpointOptions],
+) -> Endpoint:
+    """Return the row of a topic that the cell publishes; `rate` in Hz or a `Timing`.
 
     Latched topics are transient local, pictures and point clouds best effort, and all others reliable.
     """
     more.setdefault("qos", LATCHED if latch else BEST_EFFORT if type_name in _LARGE_TYPES else RELIABLE)
     pace = Fraction(rate) if isinstance(rate, int) else rate
-    return Row(name=name, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
+    return Endpoint(name=name, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
 
 
-def takes(kind: Kind, name: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
+def accepts(
+    kind: EndpointKind, name: str, type_name: str, where: Availability, about: str, **more: Unpack[EndpointOptions]
+) -> Endpoint:
     """Return the row of a topic that the cell receives, of a service or of an action. A topic is reliable."""
-    return Row(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)
+    return Endpoint(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)

@@ -5,7 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, Kind
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, FrameKind
 from cellwright.util import errors
 from cellwright.util.errors import CellwrightError
 
@@ -186,7 +186,7 @@ class ClientConnection:
         if self._left >= self.full or len(self._out) - self._left >= AT_ONCE:
             self.dropped += 1
             return
-        self.send(Frame(Kind.MESSAGE, number, payload=message))
+        self.send(Frame(FrameKind.MESSAGE, number, payload=message))
         self.has_news = self.has_news or not is_quiet
 
     def flush(self) -> None:
@@ -228,7 +228,7 @@ def refused_frame(number: int, error: BaseException) -> Frame:
     """Return the REFUSED answer to a request, with the nearest class of error that every client knows."""
     kinds = type(error).__mro__
     known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
-    return Frame(Kind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
+    return Frame(FrameKind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
 
 
 MAX_CLIENTS = 200
@@ -312,7 +312,7 @@ class ClientRegistry:
         now = time.monotonic()
         for client in self._clients:
             if client.heartbeat is not None and not client.is_leaving and (number := client.heartbeat.ping(now)):
-                client.send(Frame(Kind.PING, number))
+                client.send(Frame(FrameKind.PING, number))
 
     def hold_time(self) -> bool:
         """Return whether simulation time stands for clients that are behind; report the first time that it does."""

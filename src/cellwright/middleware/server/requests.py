@@ -21,7 +21,7 @@ from cellwright.middleware.bus import (
     TopicInfo,
     absolute,
 )
-from cellwright.middleware.interface.table import Pace
+from cellwright.middleware.interface.table import Timing
 from cellwright.middleware.messages import ENCODINGS, Message, ServiceType, definition, md5, message_type, type_of
 from cellwright.middleware.server.clients import ClientConnection, Heartbeat, refused_frame
 from cellwright.middleware.wire.frames import (
@@ -29,7 +29,7 @@ from cellwright.middleware.wire.frames import (
     QUIET,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     data_frame,
     read_advance,
     time_frame,
@@ -74,7 +74,7 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
         "time": cell.simulation.now,
         **describe_interface(cell.bus),
     }
-    return Frame(Kind.WELCOME, payload=json.dumps(document).encode())
+    return Frame(FrameKind.WELCOME, payload=json.dumps(document).encode())
 
 
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
@@ -99,7 +99,7 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
         "definition": _ros1_form(info.type, definition),
         "direction": info.direction.value,
         "rate": info.rate,
-        "on_event": info.rate == Pace.ON_EVENT.value,
+        "on_event": info.rate == Timing.ON_EVENT.value,
         "latch": info.latch,
         "publishers": info.publishers,
         "subscribers": info.subscribers,
@@ -188,26 +188,26 @@ class Requests:
         if frame.node and not _is_name(frame.node):
             raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
         match frame.kind:
-            case Kind.SUBSCRIBE:
+            case FrameKind.SUBSCRIBE:
                 self._subscribe(client, frame)
-            case Kind.UNSUBSCRIBE:
+            case FrameKind.UNSUBSCRIBE:
                 client.subscriptions.pop(frame.number, _nothing)()
-            case Kind.PUBLISH:
+            case FrameKind.PUBLISH:
                 self._publish(client, frame)
-            case Kind.CALL:
+            case FrameKind.CALL:
                 self._call(client, frame)
-            case Kind.ADVANCE:
+            case FrameKind.ADVANCE:
                 self._advance(client, frame)
-            case Kind.PONG:
+            case FrameKind.PONG:
                 now = time.monotonic()
                 client.heartbeat = client.heartbeat or Heartbeat(now)
                 client.heartbeat.pong(frame.number, now)
             case _:
-                again = " again" if frame.kind is Kind.HELLO else ""
+                again = " again" if frame.kind is FrameKind.HELLO else ""
                 raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
 
     def _greet(self, client: ClientConnection, frame: Frame) -> None:
-        if frame.kind is not Kind.HELLO:
+        if frame.kind is not FrameKind.HELLO:
             raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
         greeting = frame.json()
         protocol, node, encoding = (greeting.get(key) for key in ("protocol", "node", "encoding"))
@@ -238,7 +238,7 @@ class Requests:
             deliver = partial(self._deliver, client, frame.number, frame.type == QUIET)
             cancel = bus.subscribe(frame.name, deliver, node=client.node, origin=frame.node or None).cancel
         client.subscriptions[frame.number] = cancel
-        client.send(Frame(Kind.DONE, frame.number))
+        client.send(Frame(FrameKind.DONE, frame.number))
 
     def _deliver(self, client: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
@@ -255,7 +255,7 @@ class Requests:
             message = self._read(client, frame, message_class, type_of(message_class))
         self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
         if frame.number:
-            client.send(Frame(Kind.DONE, frame.number))
+            client.send(Frame(FrameKind.DONE, frame.number))
 
     def _call(self, client: ClientConnection, frame: Frame) -> None:
         if frame.name in self.extras:
@@ -267,7 +267,7 @@ class Requests:
                 self._cell.bus.note(ExternalInput(InputKind.EXTRA, frame.name, arguments, frame.node or client.node))
             answer = extra(arguments)
             if isinstance(answer, dict):
-                reply = Frame(Kind.ANSWER, frame.number, payload=json.dumps(answer).encode())
+                reply = Frame(FrameKind.ANSWER, frame.number, payload=json.dumps(answer).encode())
             else:
                 reply = data_frame(frame.number, *answer)
             try:
@@ -283,7 +283,7 @@ class Requests:
             if (
                 self._lockstep and response.response is None
             ):  # a client that does not advance time meanwhile would wait forever
-                client.send(Frame(Kind.DONE, frame.number))
+                client.send(Frame(FrameKind.DONE, frame.number))
             response.then(partial(self._answer, client, frame.number))
         else:
             self._answer(client, frame.number, response)
@@ -291,7 +291,7 @@ class Requests:
     def _answer(self, client: ClientConnection, number: int, response: Message) -> None:
         """Send an answer, which may be a late one; the client may have left."""
         if not client.is_gone:
-            client.send(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, client.encoding)))
+            client.send(Frame(FrameKind.ANSWER, number, payload=self._translation.to_bytes(response, client.encoding)))
 
     def _is_key(self, shown: Any) -> bool:
         """True if this is the key; the comparison takes the same time for every wrong key."""

@@ -17,7 +17,7 @@ from ipaddress import ip_address
 from cellwright.middleware.bus import Served
 from cellwright.middleware.server.clients import ClientConnection, ClientRegistry, refused_frame
 from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests
-from cellwright.middleware.wire.frames import Frame, FrameError, Kind
+from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 from cellwright.util.errors import UsageError
 
 _EXHAUSTED = frozenset({errno.EMFILE, errno.ENFILE})
@@ -56,7 +56,7 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
     raise UsageError(f"{host}:{port}: cannot be listened at: {reason}")
 
 
-class Listener:
+class ListeningSocket:
     """Listening socket that rejects connections when the process has no more descriptors.
 
     A connection that is not accepted stays in the queue, and `select` reports the socket as readable without end. So
@@ -137,7 +137,7 @@ class Server:
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         found = open_listener(host, port) if port is not None else open_listener(host, DEFAULT_PORT, tries=TRIES)
-        self._listener = Listener(found)
+        self._listener = ListeningSocket(found)
         # the default port if it was requested and in use; else 0
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
         self.key = ""  # opens guarded services to a client that shows it; empty while there are none
@@ -239,7 +239,7 @@ class Server:
         """Send clients the reason of the end, and read no more from them, except those whose names `keep` accepts."""
         for client in self._clients:
             if client.node and not keep(client.node) and not client.is_gone:
-                client.send(Frame(Kind.ENDED, payload=reason.encode()))
+                client.send(Frame(FrameKind.ENDED, payload=reason.encode()))
                 client.stop_reading()
         deadline = time.monotonic() + _END_TIMEOUT
         while any(client.is_leaving and not client.is_gone for client in self._clients) and time.monotonic() < deadline:
@@ -251,7 +251,7 @@ class Server:
         self._listener.close()
         for client in self._clients:
             if client.node and not client.is_gone:
-                client.send(Frame(Kind.ENDED, payload=reason.encode()))
+                client.send(Frame(FrameKind.ENDED, payload=reason.encode()))
         deadline = time.monotonic() + _END_TIMEOUT
         while time.monotonic() < deadline:
             self._flush()

@@ -56,7 +56,7 @@ _TIME = struct.Struct("<q")
 _JSON_LENGTH = struct.Struct("<I")
 
 
-class Kind(IntEnum):
+class FrameKind(IntEnum):
     """Purpose of a frame."""
 
     HELLO = 1
@@ -85,7 +85,7 @@ class FrameError(Exception):
 class Frame:
     """One frame; the tables above describe its fields."""
 
-    kind: Kind
+    kind: FrameKind
     number: int = 0
     name: str = ""
     type: str = ""
@@ -122,7 +122,7 @@ class Frame:
         Raises:
             FrameError: it is another kind of frame, or the payload has another form.
         """
-        if self.kind is not Kind.DATA:
+        if self.kind is not FrameKind.DATA:
             raise FrameError(f"expected DATA (got {self.kind.name}); use the same version at both ends")
         begin = _JSON_LENGTH.size
         try:
@@ -189,7 +189,7 @@ def _decoded(data: bytes) -> Frame:
         raise FrameError("the names of a frame are longer than itself")
     try:
         name, type_name, node = (each.decode() for each in names)
-        return Frame(Kind(kind), number, name, type_name, node, data[position:])
+        return Frame(FrameKind(kind), number, name, type_name, node, data[position:])
     except ValueError as error:  # an unknown kind, or names that are no UTF-8
         raise FrameError(f"no frame: {error}") from None
 
@@ -205,13 +205,13 @@ def hello(node: str, encoding: str, key: str = "") -> Frame:
     request = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
     if key:
         request["key"] = key
-    return Frame(Kind.HELLO, payload=json.dumps(request).encode())
+    return Frame(FrameKind.HELLO, payload=json.dumps(request).encode())
 
 
 def data_frame(number: int, request: Dict[str, Any], data: bytes) -> Frame:  # noqa: UP006
     """Return a server service's answer with bytes: `u32` length of the JSON, little endian, JSON object, bytes."""
     text = json.dumps(request).encode()
-    return Frame(Kind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
+    return Frame(FrameKind.DATA, number, payload=b"".join((_JSON_LENGTH.pack(len(text)), text, data)))
 
 
 def advance(number: int, until: int, *, each_tick: bool) -> Frame:
@@ -219,7 +219,7 @@ def advance(number: int, until: int, *, each_tick: bool) -> Frame:
 
     It ends early in the tick of a message that is not quiet, and with `each_tick` after the next tick.
     """
-    return Frame(Kind.ADVANCE, number, payload=_ADVANCE.pack(until, each_tick))
+    return Frame(FrameKind.ADVANCE, number, payload=_ADVANCE.pack(until, each_tick))
 
 
 def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
@@ -233,7 +233,7 @@ def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
 
 def time_frame(number: int, now: int) -> Frame:
     """Return the answer to ADVANCE: simulation time [ns]."""
-    return Frame(Kind.TIME, number, payload=_TIME.pack(now))
+    return Frame(FrameKind.TIME, number, payload=_TIME.pack(now))
 
 
 def read_time(frame: Frame) -> int:

@@ -16,7 +16,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import FRAME, OWN_TOPICS, Entry, RecordingHeader
 from cellwright.recording.format.scan import ChunkPlace, chunk_entries, scan_file, unpack_chunk, verify_checksums
-from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
+from cellwright.rendering.scene.scene import SceneFrame, decode_frame, is_whole_frame
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
 from cellwright.util.files import open_to_read
 
@@ -296,13 +296,15 @@ class TimeRange:
 _WHOLE_FRAME_SEARCH = 5_000_000_000  # [ns] searched backwards for a whole frame; there is one a second
 
 
-def recorded_frames(recording: Recording, *, start: int | None = None, until: int | None = None) -> Iterator[Frame]:
+def recorded_frames(
+    recording: Recording, *, start: int | None = None, until: int | None = None
+) -> Iterator[SceneFrame]:
     """Yield the frames from `start` on and before `until` [ns], in order. Changes without a whole frame are skipped.
 
     Raises:
         RecordingError: the file is damaged.
     """
-    before: Frame | None = None
+    before: SceneFrame | None = None
     begin = None if start is None else start - _WHOLE_FRAME_SEARCH
     for message in recording.messages([FRAME], start=begin, until=until):
         data = frame_bytes(message.data)

@@ -18,7 +18,7 @@ from cellwright.recording.format.commands import Command, note_commands
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.scene.scene import Frame, encode_scene
+from cellwright.rendering.scene.scene import SceneFrame, encode_scene
 from cellwright.util.errors import CellwrightError
 
 NODE = "/recorder"
@@ -115,7 +115,7 @@ class Recorder:
         self._channels = {topic.name: file.channel(topic) for topic in topics}
         self._frames = 0
         self._hashed = -1
-        self._before: Frame | None = None
+        self._before: SceneFrame | None = None
         self._last_panel = ""
 
     def _restart(self) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cellwright.recording.plots.tracks import Array, JointTrack, PlotData, ScoreTrack, Span, ToolTrack, TrayPart
+from cellwright.recording.plots.tracks import Array, JointTrack, PlotData, ScoreTrack, Span, ToolTrack, TrackedTrayPart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -377,7 +377,7 @@ def draw_trays(axes: Axes, data: PlotData) -> None:
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=corner, ncols=5, borderpad=0, handlelength=1.4)
 
 
-def _name_part(axes: Axes, row: int, part: TrayPart, behind: str, data: PlotData) -> None:
+def _name_part(axes: Axes, row: int, part: TrackedTrayPart, behind: str, data: PlotData) -> None:
     """Write a part's name into its bar if it fits, else beside it."""
     from matplotlib.patheffects import withStroke
 

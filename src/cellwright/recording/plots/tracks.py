@@ -64,7 +64,7 @@ class ToolTrack:
 
 
 @dataclass(frozen=True)
-class TrayPart:
+class TrackedTrayPart:
     """A part on a tray.
 
     Attributes:
@@ -135,7 +135,7 @@ class PlotData:
     joints: dict[str, list[JointTrack]] = field(default_factory=dict)
     tools: Sequence[ToolTrack] = ()
     trays: Sequence[str] = ()
-    tray_parts: Sequence[TrayPart] = ()
+    tray_parts: Sequence[TrackedTrayPart] = ()
     score: ScoreTrack | None = None
     marks: Sequence[Mark] = ()
     states: dict[str, list[Span]] = field(default_factory=dict)

@@ -33,7 +33,7 @@ from cellwright.recording.format.format import EXPORT, FRAME, METADATA, Recorded
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording, TimeRange
 from cellwright.recording.replay.frame_cursor import FrameCursor
-from cellwright.rendering.scene import SEEN, Form, Frame, Scene, Shape
+from cellwright.rendering.scene import SEEN, Scene, SceneFrame, SceneShape, ShapeType
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import CellwrightError, MessageError, UsageError
 from cellwright.util.files import in_its_place
@@ -91,25 +91,25 @@ class Markers:
                     found.append(_marker(len(found), shape, scene.bodies[shape.body], piece))
         self.message = MarkerArray(found)  # type: ignore[arg-type]  # the library names an older form of Marker there
 
-    def _pieces(self, shape: Shape) -> Iterator[_Piece]:
+    def _pieces(self, shape: SceneShape) -> Iterator[_Piece]:
         x, y, z = shape.size
         match shape.form:
-            case Form.BOX:
+            case ShapeType.BOX:
                 yield _Piece(Marker.CUBE, (2 * x, 2 * y, 2 * z), shape.pose)
-            case Form.PLANE:
+            case ShapeType.PLANE:
                 size = 2 * (x or _MAX_HALF_SIZE), 2 * (y or _MAX_HALF_SIZE), _PLANE_THICKNESS
                 yield _Piece(Marker.CUBE, size, shape.pose @ Pose((0.0, 0.0, -_PLANE_THICKNESS / 2)))
-            case Form.SPHERE:
+            case ShapeType.SPHERE:
                 yield _Piece(Marker.SPHERE, (2 * x, 2 * x, 2 * x), shape.pose)
-            case Form.ELLIPSOID:
+            case ShapeType.ELLIPSOID:
                 yield _Piece(Marker.SPHERE, (2 * x, 2 * y, 2 * z), shape.pose)
-            case Form.CYLINDER:
+            case ShapeType.CYLINDER:
                 yield _Piece(Marker.CYLINDER, (2 * x, 2 * x, 2 * y), shape.pose)
-            case Form.CAPSULE:
+            case ShapeType.CAPSULE:
                 yield _Piece(Marker.CYLINDER, (2 * x, 2 * x, 2 * y), shape.pose)
                 for end in (-y, y):
                     yield _Piece(Marker.SPHERE, (2 * x, 2 * x, 2 * x), shape.pose @ Pose((0.0, 0.0, end)))
-            case Form.MESH:
+            case ShapeType.MESH:
                 corners = self._mesh(shape.mesh)
                 if corners:
                     yield _Piece(Marker.TRIANGLE_LIST, _UNSCALED, shape.pose, corners)
@@ -137,7 +137,7 @@ class _Piece(NamedTuple):
     corners: Sequence[Point] = ()
 
 
-def _marker(number: int, shape: Shape, body: str, piece: _Piece) -> Marker:
+def _marker(number: int, shape: SceneShape, body: str, piece: _Piece) -> Marker:
     return Marker(
         header=header(frame_of(shape.body, body)),
         ns=body,
@@ -172,9 +172,9 @@ class Transforms:
         self._names = [frame_of(body, name) for body, name in enumerate(bodies)]
         self._sent_at = np.full(len(bodies), -1)  # time of each body's last transform [ns]
         self._whole = -_WHOLE_PERIOD
-        self._before: Frame | None = None
+        self._before: SceneFrame | None = None
 
-    def take(self, frame: Frame) -> TFMessage | None:
+    def take(self, frame: SceneFrame) -> TFMessage | None:
         """Return the transforms of the next frame; None if there are none, or it is of another scene."""
         if len(frame.poses) != len(self._names):
             return None
@@ -202,7 +202,7 @@ class Transforms:
         return transform_stamped(WORLD, self._names[body], Pose((x, y, z), (qw, qx, qy, qz)), time)
 
 
-def _places(frame: Frame) -> NDArray[np.float64]:
+def _places(frame: SceneFrame) -> NDArray[np.float64]:
     """Return position and quaternion of each body (bodies, 7); hidden bodies are far below the floor."""
     places = np.where(frame.shown[:, None], frame.poses.astype(np.float64), _HIDDEN_POSE)
     length = np.linalg.norm(places[:, 3:], axis=1, keepdims=True)

@@ -5,7 +5,7 @@ from typing import Any
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.recording.format.format import FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes, json_object
-from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
+from cellwright.rendering.scene.scene import SceneFrame, decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
 
 _SEARCH_RANGE = 2 * NANOSECONDS  # first range of the search for a whole frame [ns]
@@ -20,7 +20,7 @@ class FrameCursor:
     def __init__(self, source: Recording) -> None:
         self._source = source
         self._waiting: list[bytes] = []
-        self._frame: Frame | None = None
+        self._frame: SceneFrame | None = None
         self._panel = b""
 
     def take(self, message: RecordedMessage) -> None:
@@ -49,7 +49,7 @@ class FrameCursor:
         panel = self._source.newest(PANEL, time)
         self._panel = b"" if panel is None else panel.data
 
-    def frame(self) -> Frame | None:
+    def frame(self) -> SceneFrame | None:
         """Return the frame; None as long as it is not known."""
         for data in self._waiting:
             try:

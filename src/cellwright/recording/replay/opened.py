@@ -13,7 +13,7 @@ from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import EVENT
 from cellwright.recording.format.reader import Recording, recorded_frames
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import MessageError, RecordingError, UnknownNameError
 
@@ -153,7 +153,7 @@ class OpenedRecording:
         except MessageError as error:
             raise RecordingError(f"{self.recording.path}: {error}") from None
 
-    def frames(self, *, start: float | None = None, until: float | None = None) -> Iterator[Frame]:
+    def frames(self, *, start: float | None = None, until: float | None = None) -> Iterator[SceneFrame]:
         """Yield the poses of all bodies of the scene, 25 times a simulated second.
 
         Raises:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import mujoco
 
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.simulation import Device, Simulation
 from cellwright.middleware.bus import Bus, Publisher
@@ -236,7 +236,7 @@ class Playing:
             self.recorded.seek(self.first)
         self.rate.resume()
 
-    def run(self, loop: Loop) -> None:
+    def run(self, loop: SimulationLoop) -> None:
         """Play until the end, or until the loop, which stops at `last`, is stopped on request."""
         while not loop.stop.is_requested:
             loop.run()
@@ -247,7 +247,7 @@ class Playing:
             else:
                 self._hold(loop)
 
-    def _hold(self, loop: Loop) -> None:
+    def _hold(self, loop: SimulationLoop) -> None:
         """Serve clients while time stands at the end."""
         self.rate.pause()
         while not loop.stop.is_requested and self.recorded.simulation.now >= self.last:

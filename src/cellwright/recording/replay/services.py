@@ -14,7 +14,7 @@ import numpy as np
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.middleware.server import Server
 from cellwright.recording.replay.playback import Playing
-from cellwright.rendering.scene.scene import Frame, Scene, decode_scene, encode_scene
+from cellwright.rendering.scene.scene import Scene, SceneFrame, decode_scene, encode_scene
 from cellwright.util.errors import MessageError, RejectedCommandError
 from cellwright.viewer.services.control import Control, Reset, offer_panel
 from cellwright.viewer.services.scene import SceneServices
@@ -53,14 +53,14 @@ class RecordingServices:
         """Return further facts of the scene: none."""
         return {}
 
-    def frame(self) -> Frame:
+    def frame(self) -> SceneFrame:
         """Return the current frame; if it is unknown, all bodies but the world are hidden."""
         frame = self._recorded.cursor.frame()
         if frame is not None and len(frame.poses) == self._bodies:
             return frame
         poses = np.zeros((self._bodies, 7), np.float32)
         poses[:, 3] = 1.0
-        return Frame(self._recorded.simulation.now, poses, np.arange(self._bodies) == 0)
+        return SceneFrame(self._recorded.simulation.now, poses, np.arange(self._bodies) == 0)
 
     def details(self, _request: dict[str, Any]) -> dict[str, Any]:
         """Return `tick` and `run`; sensors and contacts are not recorded."""

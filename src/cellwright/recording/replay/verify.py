@@ -17,7 +17,7 @@ from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
 from cellwright.recording.format.reader import Recording, frame_bytes
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.scene.scene import Frame, decode_frame
+from cellwright.rendering.scene.scene import SceneFrame, decode_frame
 from cellwright.util.errors import MessageError, RecordingError, SimulationError
 
 _NEVER = 1 << 62
@@ -31,7 +31,7 @@ class HashPoint:
     hash: str
 
 
-Step: TypeAlias = Command | HashPoint | Frame
+Step: TypeAlias = Command | HashPoint | SceneFrame
 
 
 def recorded_steps(source: Recording) -> Iterator[Step]:
@@ -40,7 +40,7 @@ def recorded_steps(source: Recording) -> Iterator[Step]:
     Raises:
         RecordingError: the recording is damaged.
     """
-    before: Frame | None = None
+    before: SceneFrame | None = None
     for message in source.messages((COMMAND, STATE_HASH, FRAME)):
         try:
             if message.topic == FRAME:
@@ -72,7 +72,7 @@ class Answer(StrEnum):
 
 
 @dataclass(frozen=True)
-class Moment:
+class TickTime:
     """A tick and its simulation time [ns]."""
 
     tick: int
@@ -83,7 +83,7 @@ class Moment:
 
 
 @dataclass
-class Verdict:
+class VerificationResult:
     """Results of a verification so far.
 
     Attributes:
@@ -100,14 +100,14 @@ class Verdict:
         fault: error that ended the run early; empty if there was none.
     """
 
-    begun: Moment
-    reached: Moment
+    begun: TickTime
+    reached: TickTime
     hashes: int = 0
     frames: int = 0
     commands: int = 0
-    equal_until: Moment | None = None
-    different: Moment | None = None
-    moved: Moment | None = None
+    equal_until: TickTime | None = None
+    different: TickTime | None = None
+    moved: TickTime | None = None
     bodies: tuple[str, ...] = ()
     wall: float = 0.0
     fault: str = ""
@@ -120,7 +120,7 @@ class Verdict:
         return Answer.EQUAL if self.hashes else Answer.UNKNOWN
 
     @property
-    def first_difference(self) -> Moment | None:
+    def first_difference(self) -> TickTime | None:
         """First moment at which the run is known to differ."""
         found = [moment for moment in (self.different, self.moved) if moment is not None]
         return min(found, key=lambda moment: moment.tick, default=None)
@@ -143,7 +143,9 @@ def versions_that_differ(recorded: dict[str, str], here: dict[str, str]) -> list
 _MAX_NAMED = 5  # bodies
 
 
-def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int], None] = lambda _time: None) -> Verdict:
+def verify(
+    rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int], None] = lambda _time: None
+) -> VerificationResult:
     """Run the commands again until the end of the recording or the first different state hash.
 
     Args:
@@ -154,13 +156,13 @@ def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int],
     simulation = rebuilt.served.simulation
     taker = SceneCapture(simulation.model, hidden=rebuilt.served.hidden_bodies)
 
-    def now() -> Moment:
-        return Moment(simulation.clock.tick, simulation.now)
+    def now() -> TickTime:
+        return TickTime(simulation.clock.tick, simulation.now)
 
-    begun, verdict = time.perf_counter(), Verdict(now(), now())
+    begun, verdict = time.perf_counter(), VerificationResult(now(), now())
     try:
         for step in steps:
-            end = step.time if isinstance(step, Frame) else simulation.clock.time_of(step.tick)
+            end = step.time if isinstance(step, SceneFrame) else simulation.clock.time_of(step.tick)
             if simulation.now < end:
                 simulation.step_until(end)
                 on_progress(simulation.now)
@@ -174,7 +176,7 @@ def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int],
                         break
                     verdict.hashes += 1
                     verdict.equal_until = now()
-                case Frame() if verdict.moved is None:
+                case SceneFrame() if verdict.moved is None:
                     simulation.refresh()
                     here = taker.frame(simulation.data, simulation.now)
                     if here.encode() == step.encode():
@@ -187,7 +189,7 @@ def verify(rebuilt: Rebuilt, steps: Iterable[Step], on_progress: Callable[[int],
     return verdict
 
 
-def _moved_bodies(names: Sequence[str], here: Frame, there: Frame) -> tuple[str, ...]:
+def _moved_bodies(names: Sequence[str], here: SceneFrame, there: SceneFrame) -> tuple[str, ...]:
     """Return the names of some bodies whose poses differ in another frame; empty if it is of another scene."""
     if len(here.poses) != len(there.poses):
         return ()

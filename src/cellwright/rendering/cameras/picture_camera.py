@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.config.trial.trial import Camera, PictureNoise
+from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
 from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
@@ -115,7 +115,11 @@ class PictureCamera(Sensor[Picture]):
     default_period: ClassVar[Fraction] = Fraction(1, 10)
 
     def __init__(
-        self, description: Camera, studio: RenderService, *, report: Callable[[str], None] = lambda _line: None
+        self,
+        description: PictureCameraConfig,
+        studio: RenderService,
+        *,
+        report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         requested_backend()  # an unknown backend is refused now, not with the first picture
         period = 1 / Fraction(repr(description.rate))

@@ -19,7 +19,7 @@ from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import VIEWS, Pinhole
 from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.scene.scene import Frame, Scene
+from cellwright.rendering.scene.scene import Scene, SceneFrame
 from cellwright.util.errors import RenderingError
 from cellwright.util.pose import Pose, Vector3
 
@@ -81,7 +81,7 @@ class RenderService:
         self._report = report
         self._taker: SceneCapture | None = None
         self._worker: RenderWorker | None = None
-        self._frame: Frame | None = None
+        self._frame: SceneFrame | None = None
         self._tick = -1
         self._is_broken = False
 
@@ -130,7 +130,7 @@ class RenderService:
             self._end()
             self._worker = None
 
-    def _this_frame(self, taker: SceneCapture) -> Frame:
+    def _this_frame(self, taker: SceneCapture) -> SceneFrame:
         """Frame of this tick, shared by its cameras."""
         simulation = self._simulation
         simulation.refresh()

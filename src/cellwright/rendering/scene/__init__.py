@@ -3,6 +3,6 @@
 Viewers, videos, cameras and recordings share it: small, and the same for every version of the engine.
 """
 
-from cellwright.rendering.scene.scene import SEEN, TOUCHED, Form, Frame, Layer, Mesh, Scene, Shape
+from cellwright.rendering.scene.scene import SEEN, TOUCHED, Mesh, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 
-__all__ = ["SEEN", "TOUCHED", "Form", "Frame", "Layer", "Mesh", "Scene", "Shape"]
+__all__ = ["SEEN", "TOUCHED", "Mesh", "Scene", "SceneFrame", "SceneShape", "ShapeLayer", "ShapeType"]

@@ -7,17 +7,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.scene import SEEN, Form, Frame, Layer, Mesh, Scene, Shape
+from cellwright.rendering.scene.scene import SEEN, Mesh, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.util.pose import Pose
 
 _TYPES = {
-    Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
-    Form.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
-    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
-    Form.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
-    Form.MESH: mujoco.mjtGeom.mjGEOM_MESH,
+    ShapeType.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+    ShapeType.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+    ShapeType.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
+    ShapeType.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    ShapeType.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    ShapeType.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    ShapeType.MESH: mujoco.mjtGeom.mjGEOM_MESH,
 }
 _FORMS = {int(kind): form for form, kind in _TYPES.items()}
 
@@ -46,12 +46,12 @@ class SceneCapture:
         """Return the index in `Scene.bodies` of a body by the engine's id; 0 for a static one."""
         return self._index.get(body, 0)
 
-    def frame(self, data: mujoco.MjData, time: int) -> Frame:
+    def frame(self, data: mujoco.MjData, time: int) -> SceneFrame:
         """Return the poses of the data's `xpos` and `xquat` (see `Simulation.refresh`) as a frame at `time` [ns]."""
         poses = np.empty((len(self._bodies), 7), np.float32)
         poses[:, :3] = data.xpos.take(self._bodies, axis=0)
         poses[:, 3:] = data.xquat.take(self._bodies, axis=0)
-        return Frame(time, poses, self._shown())
+        return SceneFrame(time, poses, self._shown())
 
     def _shown(self) -> NDArray[np.bool_]:
         """Flags of the shown bodies: the same array as last time if nothing has changed."""
@@ -64,7 +64,7 @@ class SceneCapture:
         return shown
 
 
-def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[Shape]:
+def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[SceneShape]:
     still = mujoco.MjData(model)
     mujoco.mj_kinematics(model, still)
     shapes = []
@@ -81,15 +81,15 @@ def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, i
             w, x, y, z = quaternion.tolist()
             pose = Pose(tuple(still.geom_xpos[geom].tolist()), (w, x, y, z))
         shapes.append(
-            Shape(
+            SceneShape(
                 body=index[body] if moving[body] else 0,
                 form=form,
                 size=tuple(model.geom_size[geom].tolist()),
                 pose=pose,
                 colour=tuple(model.geom_rgba[geom].tolist()),
                 # the layer is the geom's group; the engine's default group 0 counts as seen and touched
-                layer=Layer(min(max(int(model.geom_group[geom]), Layer.BOTH), Layer.MARK)),
-                mesh=int(model.geom_dataid[geom]) if form is Form.MESH else None,
+                layer=ShapeLayer(min(max(int(model.geom_group[geom]), ShapeLayer.BOTH), ShapeLayer.MARK)),
+                mesh=int(model.geom_dataid[geom]) if form is ShapeType.MESH else None,
             )
         )
     return shapes
@@ -121,7 +121,11 @@ class EngineScene:
     """
 
     def __init__(
-        self, scene: Scene, *, layers: Collection[Layer] = SEEN, prepare: Callable[[Any], None] = lambda _spec: None
+        self,
+        scene: Scene,
+        *,
+        layers: Collection[ShapeLayer] = SEEN,
+        prepare: Callable[[Any], None] = lambda _spec: None,
     ) -> None:
         spec = mujoco.MjSpec()
         spec.modelname = scene.name
@@ -154,7 +158,7 @@ class EngineScene:
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
 
-    def show(self, frame: Frame) -> None:
+    def show(self, frame: SceneFrame) -> None:
         """Move the bodies to a frame's poses, and hidden ones far away."""
         poses = np.where(frame.shown[:, None], frame.poses[:, :3], _OUT_OF_SIGHT)
         self.data.mocap_pos[:] = poses[1:]

@@ -17,7 +17,7 @@ from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose, Vector3
 
 
-class Form(StrEnum):
+class ShapeType(StrEnum):
     """Form of a shape, and meaning of its `size` [m]; all are centred on the shape's pose."""
 
     PLANE = "plane"
@@ -36,7 +36,7 @@ class Form(StrEnum):
     """Unused: the mesh has its own size."""
 
 
-class Layer(IntEnum):
+class ShapeLayer(IntEnum):
     """Purpose of a shape."""
 
     BOTH = 1
@@ -49,9 +49,9 @@ class Layer(IntEnum):
     """Mark for designers of the cell; no picture has it."""
 
 
-SEEN = frozenset({Layer.BOTH, Layer.LOOKS})
+SEEN = frozenset({ShapeLayer.BOTH, ShapeLayer.LOOKS})
 """Layers that are seen."""
-TOUCHED = frozenset({Layer.BOTH, Layer.TOUCH})
+TOUCHED = frozenset({ShapeLayer.BOTH, ShapeLayer.TOUCH})
 """Layers that the engine collides."""
 
 
@@ -64,13 +64,13 @@ class Mesh:
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class SceneShape:
     """Shape fixed to a body.
 
     Attributes:
         body: index in `Scene.bodies`; 0 for a static shape.
         form: its form.
-        size: its size [m]; see `Form`.
+        size: its size [m]; see `ShapeType`.
         pose: in the frame of its body.
         colour: red, green, blue and opacity, sRGB 0..1.
         layer: its purpose.
@@ -78,11 +78,11 @@ class Shape:
     """
 
     body: int
-    form: Form
+    form: ShapeType
     size: Vector3
     pose: Pose
     colour: tuple[float, float, float, float]
-    layer: Layer
+    layer: ShapeLayer
     mesh: int | None = None
 
 
@@ -99,7 +99,7 @@ class Scene:
 
     name: str
     bodies: tuple[str, ...]
-    shapes: tuple[Shape, ...]
+    shapes: tuple[SceneShape, ...]
     meshes: tuple[Mesh, ...]
 
 
@@ -110,7 +110,7 @@ MAX_BODIES = 100_000  # limit for decoded data
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class SceneFrame:
     """Poses of the bodies of a scene.
 
     Attributes:
@@ -136,7 +136,7 @@ class Frame:
         found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
         return found
 
-    def equals(self, other: Frame) -> bool:
+    def equals(self, other: SceneFrame) -> bool:
         """Return whether times, poses and visibility are equal."""
         return (
             self.time == other.time
@@ -144,7 +144,7 @@ class Frame:
             and np.array_equal(self.shown, other.shown)
         )
 
-    def encode(self, before: Frame | None = None) -> bytes:
+    def encode(self, before: SceneFrame | None = None) -> bytes:
         """Encode as bytes; with a frame `before` of the same scene, only the changes since then."""
         count = len(self.poses)
         if before is None or len(before.poses) != count:
@@ -159,7 +159,7 @@ class Frame:
         return _FRAME_HEAD.pack(kind, self.time, count, len(bodies)) + entries.tobytes()
 
 
-def decode_frame(data: bytes | memoryview, before: Frame | None = None) -> Frame:
+def decode_frame(data: bytes | memoryview, before: SceneFrame | None = None) -> SceneFrame:
     """Decode a frame; `before` is the previous one, for bytes that hold changes.
 
     Raises:
@@ -179,11 +179,11 @@ def decode_frame(data: bytes | memoryview, before: Frame | None = None) -> Frame
     if not is_fitting or not np.isfinite(entries["pose"]).all():
         raise MessageError("a frame of a scene that does not fit the one before it")
     if kind == _WHOLE or before is None:
-        return Frame(time, entries["pose"].copy(), entries["shown"] != 0)
+        return SceneFrame(time, entries["pose"].copy(), entries["shown"] != 0)
     poses, shown = before.poses.copy(), before.shown.copy()
     poses[entries["body"]] = entries["pose"]
     shown[entries["body"]] = entries["shown"] != 0
-    return Frame(time, poses, shown)
+    return SceneFrame(time, poses, shown)
 
 
 def is_whole_frame(data: bytes | memoryview) -> bool:
@@ -237,23 +237,23 @@ def _scene(document: dict[str, Any]) -> Scene:
     return Scene(str(document["name"]), bodies, shapes, meshes)
 
 
-def _shape(entry: Any, bodies: int, meshes: int) -> Shape:
+def _shape(entry: Any, bodies: int, meshes: int) -> SceneShape:
     body, form, size, position, quaternion, colour, layer, mesh = entry
     numbers = np.array([*size, *position, *quaternion, *colour], np.float64)
     if numbers.shape != (14,) or not np.isfinite(numbers).all() or (numbers[:3] < 0).any():
         raise ValueError("a shape's numbers make no sense")
-    known = Form(form)
-    if not 0 <= body < bodies or (known is Form.MESH and not 0 <= mesh < meshes):
+    known = ShapeType(form)
+    if not 0 <= body < bodies or (known is ShapeType.MESH and not 0 <= mesh < meshes):
         raise ValueError("a shape belongs to nothing")
     (sx, sy, sz, x, y, z, qw, qx, qy, qz, red, green, blue, opacity) = numbers.tolist()
-    return Shape(
+    return SceneShape(
         body=int(body),
         form=known,
         size=(sx, sy, sz),
         pose=Pose((x, y, z), (qw, qx, qy, qz)),
         colour=(red, green, blue, opacity),
-        layer=Layer(layer),
-        mesh=int(mesh) if known is Form.MESH else None,
+        layer=ShapeLayer(layer),
+        mesh=int(mesh) if known is ShapeType.MESH else None,
     )
 
 

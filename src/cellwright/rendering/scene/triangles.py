@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.scene import Form, Mesh, Scene, Shape
+from cellwright.rendering.scene.scene import Mesh, Scene, SceneShape, ShapeType
 from cellwright.util.pose import Pose, Vector3
 
 
@@ -130,26 +130,26 @@ _NO_AREA = 1e-14  # [m²]
 _ENDLESS = 30.0  # [m], half the side of an endless plane
 
 
-def shape_triangles(shape: Shape, scene: Scene, corners: Callable[[float], int]) -> Triangles:
+def shape_triangles(shape: SceneShape, scene: Scene, corners: Callable[[float], int]) -> Triangles:
     """Return the surface of a shape of a scene, in the frame of its body.
 
     `corners` returns the number of corners of a circle for its radius [m], a multiple of 4.
     """
     x, y, z = shape.size
     match shape.form:
-        case Form.BOX:
+        case ShapeType.BOX:
             found = box_triangles((x, y, z))
-        case Form.CYLINDER:
+        case ShapeType.CYLINDER:
             found = _cylinder(x, y, corners(x))
-        case Form.SPHERE:
+        case ShapeType.SPHERE:
             found = _ball((x, x, x), 0.0, corners(x))
-        case Form.CAPSULE:
+        case ShapeType.CAPSULE:
             found = _ball((x, x, x), y, corners(x))
-        case Form.ELLIPSOID:
+        case ShapeType.ELLIPSOID:
             found = _ball((x, y, z), 0.0, corners(max(x, y, z)))
-        case Form.PLANE:
+        case ShapeType.PLANE:
             found = _plane(x or _ENDLESS, y or _ENDLESS)
-        case Form.MESH:
+        case ShapeType.MESH:
             assert shape.mesh is not None
             found = mesh_triangles(scene.meshes[shape.mesh])
     return found.placed(shape.pose)

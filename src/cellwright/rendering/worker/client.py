@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.picture import PictureRequest
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import RenderingError, showable
 from cellwright.util.process import ChildProcess
@@ -63,11 +63,11 @@ class RenderWorker(ChildProcess):
         with self._changed:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
-    def colour(self, frame: Frame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
+    def colour(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.uint8]]:
         """Request a picture (height, width, 3), sRGB."""
         return self.ask("colour", frame, request)
 
-    def depth(self, frame: Frame, request: PictureRequest) -> Future[NDArray[np.float32]]:
+    def depth(self, frame: SceneFrame, request: PictureRequest) -> Future[NDArray[np.float32]]:
         """Request the depths [m] (height, width); see `CastRenderer.depth`."""
         return self.ask("depth", frame, request)
 

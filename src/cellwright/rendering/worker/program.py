@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cellwright.rendering.backend import OPENGL_BACKENDS, RAYS, NoOpenGL, open_context, requested_backend
 from cellwright.rendering.engine_renderer import EngineRenderer
 from cellwright.rendering.picture import CastRenderer, PictureRequest, check_size
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.worker import wire
 from cellwright.util.errors import CellwrightError, in_a_line
 
@@ -66,10 +66,10 @@ class Drawing:
         self._renderer = self._make(scene)
         return self._renderer.description
 
-    def _do_colour(self, frame: Frame, request: PictureRequest) -> NDArray[np.uint8]:
+    def _do_colour(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.uint8]:
         return np.ascontiguousarray(self._renderer_for(request).colour(frame, request))
 
-    def _do_depth(self, frame: Frame, request: PictureRequest) -> NDArray[np.float32]:
+    def _do_depth(self, frame: SceneFrame, request: PictureRequest) -> NDArray[np.float32]:
         return np.ascontiguousarray(self._renderer_for(request).depth(frame, request))
 
     def _do_film(self, file: Path, width: int, height: int, rate: Fraction) -> None:
@@ -77,7 +77,7 @@ class Drawing:
 
         self._film = Film(file, width, height, rate)
 
-    def _do_take(self, frame: Frame, request: PictureRequest, caption: str, repeats: int) -> None:
+    def _do_take(self, frame: SceneFrame, request: PictureRequest, caption: str, repeats: int) -> None:
         if self._film is None:
             raise CellwrightError("no video is under way")
         self._repeat(repeats)

@@ -29,7 +29,7 @@ Samples: TypeAlias = Annotated[list[tuple[float, float]], Meta(min_length=1)]
 """Steps since the command, with the value after each."""
 
 
-class Hand(Struct, frozen=True):
+class HandReference(Struct, frozen=True):
     """World pose of a link [m; x, y, z, w] in the initial posture."""
 
     link: str
@@ -44,7 +44,7 @@ class GripperPositions(Struct, frozen=True):
     joints: list[float]
 
 
-class Gripper(Struct, frozen=True):
+class GripperReference(Struct, frozen=True):
     """Joints of a gripper, and their positions at each status."""
 
     joints: tuple[str, ...]
@@ -59,7 +59,7 @@ class Closing(Struct, frozen=True):
     samples: Samples
 
 
-class Step(Struct, frozen=True):
+class StepTarget(Struct, frozen=True):
     """Joint that gets one target: its positions [rad; m] over time."""
 
     joint: str
@@ -81,10 +81,10 @@ class ReferenceMotion(Struct, frozen=True):
 
     steps_per_second: Positive
     joints: tuple[str, ...]
-    hands: list[Hand]
-    grippers: list[Gripper]
+    hands: list[HandReference]
+    grippers: list[GripperReference]
     closing: list[Closing]
-    steps: list[Step]
+    steps: list[StepTarget]
     sines: list[Sine]
 
 
@@ -161,7 +161,7 @@ def _order(rig: Rig, reference: ReferenceMotion) -> Finding:
     return Finding(f"order of {len(expected)} joint states", len(differ), 0, "differ", where, not differ)
 
 
-def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
+def _hand(rig: Rig, hand: HandReference) -> Iterator[Finding]:
     if hand.link not in rig.config.robot.links:
         yield Finding(
             f"{hand.link} at home", math.inf, 1e3 * HAND_POSITION, "mm", "there is no such link", passed=False
@@ -211,7 +211,7 @@ def _closing(rig: Rig, closing: Closing, at: Array, expected: Array) -> Finding:
     return Finding(title, 100 * off[worst], 100 * GRIPPER, "%", f"{at[worst]:.3f} s", bool(off[worst] <= GRIPPER))
 
 
-def _step(rig: Rig, step: Step, at: Array, expected: Array) -> Finding:
+def _step(rig: Rig, step: StepTarget, at: Array, expected: Array) -> Finding:
     title = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
     if step.joint not in rig.numbers:
         return Finding(title, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)

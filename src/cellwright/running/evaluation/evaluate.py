@@ -14,7 +14,7 @@ from cellwright.running.evaluation.process import (
     MEBIBYTE,
     MEMORY_IS_LIMITED,
     JobOrder,
-    Limits,
+    RunLimits,
     WorkerProcess,
     memory_of_sessions,
 )
@@ -56,7 +56,7 @@ class Evaluation:
         self,
         store: ResultsFile,
         *,
-        limits: Limits | None = None,
+        limits: RunLimits | None = None,
         workers: int = 1,
         records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
@@ -65,7 +65,7 @@ class Evaluation:
         if workers < 1:
             raise UsageError(f"{workers} processes work nothing: give at least one")
         self._store = store
-        self._limits = limits or Limits()
+        self._limits = limits or RunLimits()
         self._workers = workers
         self._records = records
         self._on_result = on_result

@@ -20,7 +20,7 @@ from typing import Any, Self
 
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.process import Limits
+from cellwright.running.evaluation.process import RunLimits
 from cellwright.running.run import Outcome
 from cellwright.util.errors import CellwrightError, UsageError
 
@@ -168,7 +168,7 @@ class Result:
     command: str = ""
 
     @classmethod
-    def of(cls, job: Job, limits: Limits, **content: Any) -> Result:
+    def of(cls, job: Job, limits: RunLimits, **content: Any) -> Result:
         """Return the result of a job within these limits; `content` holds the remaining fields."""
         return cls(
             key=job.key,

@@ -83,7 +83,7 @@ def main(arguments: Sequence[str]) -> None:
         said = {"parting": REFUSED, "error": str(error)}
     else:
         log = logging.getLogger()
-        log.addHandler(_LogLines(transport))
+        log.addHandler(_SimulationTimeHandler(transport))
         log.setLevel(int(level))
         worked = run_agent(agent, transport)
         said = {"parting": worked.parting, "error": worked.error}
@@ -92,7 +92,7 @@ def main(arguments: Sequence[str]) -> None:
     end_despite_threads(before, 0)
 
 
-class _LogLines(logging.Handler):
+class _SimulationTimeHandler(logging.Handler):
     """Logging handler that prints records with the simulation time."""
 
     def __init__(self, transport: SocketTransport) -> None:

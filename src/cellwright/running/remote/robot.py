@@ -20,7 +20,7 @@ import yaml
 from cellwright.clients.assembled.process import OWNER
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import read_robot_config
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.robot.services import RobotServices
@@ -65,7 +65,7 @@ def _run(node: RobotNode, server: Server, parent: int) -> None:
         if (has_come and not is_here) or is_late or is_orphan:
             loop.stop.request()
 
-    loop = Loop(node.simulation, server, on_poll=look)
+    loop = SimulationLoop(node.simulation, server, on_poll=look)
     try:
         loop.run()
         reason = "the program has ended"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.ros1.host.ros1 import Identity
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
@@ -72,7 +72,7 @@ class PlaybackTarget(Target):
         """Go to its start."""
         self.playing.begin_anew()
 
-    def pass_time(self, loop: Loop) -> None:
+    def pass_time(self, loop: SimulationLoop) -> None:
         """Play until it is over, or until a request stops it."""
         self.playing.run(loop)
 

@@ -17,7 +17,7 @@ from cellwright.cell.kitting.evidence import Evidence
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.config.layout import ARM_JOINTS
-from cellwright.engine.loop import Pace
+from cellwright.engine.loop import PaceFigures
 from cellwright.viewer.services.names import MIN_DEVIATION
 
 PERIOD = Fraction(1, 20)
@@ -193,7 +193,7 @@ class SessionResult:
     wall: float
     steps: int
     state_hash: str
-    pace: Pace | None = None
+    pace: PaceFigures | None = None
     recordings: list[Path] = field(default_factory=list)
     videos: list[dict[str, float | str]] = field(default_factory=list)
     is_recorded: bool = True

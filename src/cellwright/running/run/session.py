@@ -33,7 +33,7 @@ from cellwright.config.trial.catalogue import bundled as bundled_trials
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NEVER, nanoseconds
-from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.running.run.observers import has_desktop, keep_log, record_run, take_video
@@ -328,7 +328,7 @@ class Session(SessionState):
             self.stop.limit(nanoseconds(until))
         self.restart_requested, self._is_over = False, False
         self.number += 1
-        self.loop = Loop(
+        self.loop = SimulationLoop(
             self.node.simulation,
             self.server,
             rate=self.rate,

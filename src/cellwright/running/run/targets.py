@@ -24,7 +24,7 @@ from cellwright.config.trial import gear2017
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.loop import Loop, StopCondition
+from cellwright.engine.loop import SimulationLoop, StopCondition
 from cellwright.engine.rate_control import RateControl
 from cellwright.engine.snapshot import read_checkpoint
 from cellwright.recording.format.run_log import RunEvents
@@ -102,7 +102,7 @@ class SessionState:
     options: RunOptions
     rate: RateControl
     stop: StopCondition
-    loop: Loop
+    loop: SimulationLoop
     lockstep: bool
     about: dict[str, Any]
     record: RecordOptions | None
@@ -201,7 +201,7 @@ class Target:
             return "stopped", ""
         return "stopped" if session.stop.is_requested else "until", ""
 
-    def pass_time(self, loop: Loop) -> None:
+    def pass_time(self, loop: SimulationLoop) -> None:
         """Let time pass until the loop stops."""
         loop.run()
 

@@ -4,7 +4,7 @@ Both answer in JSON and bytes:
 
 - `cellwright/scene`: JSON with the SHA-256 `digest` of the bytes, and `about`, see `ViewedNode.scene_metadata`; bytes
   of `encode_scene`.
-- `cellwright/frame`: JSON with `sequence`, `tick`, `run` and the scene's `digest`; bytes of `Frame.encode`, whole.
+- `cellwright/frame`: JSON with `sequence`, `tick`, `run` and the scene's `digest`; bytes of `SceneFrame.encode`, whole.
 - `cellwright/frame` with `since`, a `sequence`: bytes with the changes since that frame if it is recent; else whole.
 - `cellwright/frame` with `sensors` true: also `sensors`, see `ViewedNode.sensor_overlay`.
 - `cellwright/frame` with `contacts` true: also `contacts`, see `contact_forces`.
@@ -26,7 +26,7 @@ import numpy as np
 from cellwright.middleware.bus import Served
 from cellwright.middleware.server import Server
 from cellwright.rendering.scene.engine import SceneCapture
-from cellwright.rendering.scene.scene import Frame, encode_scene
+from cellwright.rendering.scene.scene import SceneFrame, encode_scene
 from cellwright.viewer.services.control import Control, Tell, offer_panel
 from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
 
@@ -78,7 +78,7 @@ class SceneSource(Protocol):
         """Constants of the scene; see `ViewedNode.scene_metadata`."""
         ...
 
-    def frame(self) -> Frame:
+    def frame(self) -> SceneFrame:
         """Current poses of the bodies."""
         ...
 
@@ -102,7 +102,7 @@ class ServedScene:
         """See `SceneSource`."""
         return self._served.scene_metadata(self._taker.index)
 
-    def frame(self) -> Frame:
+    def frame(self) -> SceneFrame:
         """See `SceneSource`."""
         simulation = self._served.simulation
         simulation.refresh()
@@ -133,7 +133,7 @@ class SceneServices:
 
     def __init__(self, source: SceneSource) -> None:
         self._source = source
-        self._history: deque[tuple[int, Frame]] = deque(maxlen=HISTORY_LENGTH)
+        self._history: deque[tuple[int, SceneFrame]] = deque(maxlen=HISTORY_LENGTH)
         self._sequence = secrets.randbits(31)
 
     def offer(self, server: Server) -> None:

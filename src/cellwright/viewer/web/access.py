@@ -45,11 +45,11 @@ _Three: TypeAlias = tuple[_Number, _Number, _Number]
 _Four: TypeAlias = tuple[_Number, _Number, _Number, _Number]
 
 
-class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
+class _ViserMessage(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
     """Message of viser, under its name there."""
 
 
-class _Camera(_Message, tag="ViewerCameraMessage"):
+class _BrowserCamera(_ViserMessage, tag="ViewerCameraMessage"):
     """Camera of a browser."""
 
     wxyz: _Four
@@ -69,28 +69,28 @@ class _Value(msgspec.Struct, forbid_unknown_fields=True):
     value: bool | _Number | _Text
 
 
-class _Update(_Message, tag="GuiUpdateMessage"):
+class _Update(_ViserMessage, tag="GuiUpdateMessage"):
     """Change of an element."""
 
     uuid: _Text
     updates: _Value
 
 
-class _Hold(_Message, tag="GuiButtonHoldMessage"):
+class _ButtonHold(_ViserMessage, tag="GuiButtonHoldMessage"):
     """Hold of a button."""
 
     uuid: _Text
     frequency: _Number
 
 
-class _Start(_Message, tag="TransformControlsDragStartMessage"):
+class _Start(_ViserMessage, tag="TransformControlsDragStartMessage"):
     """Grab of a handle in the scene."""
 
     name: _Text
     owner: _Text = ""
 
 
-class _Drag(_Message, tag="TransformControlsUpdateMessage"):
+class _Drag(_ViserMessage, tag="TransformControlsUpdateMessage"):
     """Drag of a handle."""
 
     name: _Text
@@ -99,14 +99,14 @@ class _Drag(_Message, tag="TransformControlsUpdateMessage"):
     owner: _Text = ""
 
 
-class _End(_Message, tag="TransformControlsDragEndMessage"):
+class _HandleRelease(_ViserMessage, tag="TransformControlsDragEndMessage"):
     """Release of a handle."""
 
     name: _Text
     owner: _Text = ""
 
 
-_Taken: TypeAlias = _Camera | _Update | _Hold | _Start | _Drag | _End
+_Taken: TypeAlias = _BrowserCamera | _Update | _ButtonHold | _Start | _Drag | _HandleRelease
 
 
 class Incoming:
@@ -140,19 +140,19 @@ class Incoming:
         if message is None or not self._fits(message):
             self.dropped += 1
             return None
-        if isinstance(message, _Camera):
+        if isinstance(message, _BrowserCamera):
             return 0.0  # it moves only its browser's view
         now = self._clock()
         self._next = max(self._next + 1 / MAX_RATE, now)
         return self._next - now
 
     def _fits(self, message: _Taken) -> bool:
-        if isinstance(message, _Update | _Hold):
+        if isinstance(message, _Update | _ButtonHold):
             element = self._elements.get(message.uuid)
             if element is None or not element.visible or getattr(element, "disabled", False):
                 return False
-            return isinstance(message, _Hold) or _holds(element, message.updates.value)
-        if isinstance(message, _Drag | _Camera):
+            return isinstance(message, _ButtonHold) or _holds(element, message.updates.value)
+        if isinstance(message, _Drag | _BrowserCamera):
             return any(message.wxyz)  # a rotation has a direction
         return True
 
@@ -251,7 +251,7 @@ class AccessGuard:
 
     def _connection(self, *arguments: Any, **options: Any) -> websockets.asyncio.server.ServerConnection:
         """Connection without a request so far."""
-        connection = _Connection(*arguments, **options)
+        connection = _PendingConnection(*arguments, **options)
         connection.unfinished, connection.incoming = self._unfinished, self.incoming
         return connection
 
@@ -299,7 +299,7 @@ class AccessGuard:
         return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in shown)
 
 
-class _Connection(websockets.asyncio.server.ServerConnection):
+class _PendingConnection(websockets.asyncio.server.ServerConnection):
     """Connection that stays in `unfinished` until its request is whole, so that half requests block no others.
 
     viser receives only messages that `incoming` accepts.

@@ -10,11 +10,10 @@ from dataclasses import replace
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
-from cellwright.clients.client.socket_transport import Connection
+from cellwright.clients.client.socket_transport import SocketConnection
 from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
-from cellwright.middleware.wire.frames import Frame as WireFrame
-from cellwright.middleware.wire.frames import FrameError, Kind
-from cellwright.rendering.scene import Frame
+from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
+from cellwright.rendering.scene import SceneFrame
 from cellwright.rendering.scene.scene import decode_frame, decode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RunEndedError, UnknownNameError
 from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
@@ -29,7 +28,7 @@ class AwayError(CellwrightError):
     """Error of a server that does not answer; it may come back."""
 
 
-class Link:
+class ServerConnection:
     """Connection to the server. Several threads may use it; each waits for its answer.
 
     It connects on first use, and reconnects on use after a loss. All methods raise AwayError if the server does not
@@ -47,7 +46,7 @@ class Link:
         self.node = node or f"{PAGE}{os.getpid()}"
         self.welcome: dict[str, Any] = {}
         """Welcome message of the last connection: `trial`, `topics`, `services`, `lockstep` …"""
-        self._connection: Connection | None = None
+        self._connection: SocketConnection | None = None
         self._lock = threading.RLock()
 
     @property
@@ -60,7 +59,7 @@ class Link:
         with self._lock:
             self.close()
             try:
-                self._connection = Connection(
+                self._connection = SocketConnection(
                     self.address,
                     node=self.node,
                     encoding="cdr",
@@ -78,15 +77,15 @@ class Link:
         Raises:
             UnknownNameError: the server has no such service.
         """
-        return self._ask_server(service, request, WireFrame.json)
+        return self._ask_server(service, request, Frame.json)
 
     def ask_data(self, service: str, **request: Any) -> tuple[dict[str, Any], memoryview]:
         """Call a service of the server that answers with JSON and bytes, such as `cellwright/frame`, as `ask` does."""
-        return self._ask_server(service, request, WireFrame.data)
+        return self._ask_server(service, request, Frame.data)
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message as any client does; the server refuses it, or acts on it even while time is paused."""
-        self._ask(WireFrame(Kind.PUBLISH, 0, topic, type_of(type(message)), payload=to_cdr(message)))
+        self._ask(Frame(FrameKind.PUBLISH, 0, topic, type_of(type(message)), payload=to_cdr(message)))
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service of the bus; return the response."""
@@ -96,8 +95,8 @@ class Link:
         types = {each["name"]: str(each["type"]) for each in self.welcome.get("services", ())}
         if service not in types:
             raise UnknownNameError("service", service, types)
-        answer = self._ask(WireFrame(Kind.CALL, 0, service, name, payload=to_cdr(request)))
-        if answer.kind is Kind.DONE:
+        answer = self._ask(Frame(FrameKind.CALL, 0, service, name, payload=to_cdr(request)))
+        if answer.kind is FrameKind.DONE:
             raise CellwrightError(f"{service} answers when time has passed, which nobody waits for here")
         return from_cdr(answer.payload, service_type(types[service]).response)
 
@@ -108,14 +107,14 @@ class Link:
                 self._connection.close()
             self._connection = None
 
-    def _ask_server(self, service: str, request: dict[str, Any], read: Callable[[WireFrame], T]) -> T:
-        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(request).encode()))
+    def _ask_server(self, service: str, request: dict[str, Any], read: Callable[[Frame], T]) -> T:
+        answer = self._ask(Frame(FrameKind.CALL, 0, service, payload=json.dumps(request).encode()))
         try:
             return read(answer)
         except FrameError as error:
             raise CellwrightError(f"{service}: {error}") from None
 
-    def _ask(self, frame: WireFrame) -> WireFrame:
+    def _ask(self, frame: Frame) -> Frame:
         with self._lock:
             if self._connection is None:
                 self.connect()
@@ -151,7 +150,7 @@ class StatePoller:
         wants: returns the overlays to request with each frame.
     """
 
-    def __init__(self, link: Link, wants: Callable[[], dict[str, Any]]) -> None:
+    def __init__(self, link: ServerConnection, wants: Callable[[], dict[str, Any]]) -> None:
         self.found: SimpleQueue[Any] = SimpleQueue()
         self.is_watched = False
         """True while a browser is connected."""
@@ -159,7 +158,7 @@ class StatePoller:
         self._wants = wants
         self._digest = ""
         self._bodies = 0
-        self._newest: tuple[int, Frame] | None = None  # with its sequence number, which `since` refers to
+        self._newest: tuple[int, SceneFrame] | None = None  # with its sequence number, which `since` refers to
         self._has_panel = True
         self._panel_due = 0.0
         self._wake = threading.Event()

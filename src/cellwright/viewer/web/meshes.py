@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene import Scene, Shape
+from cellwright.rendering.scene import Scene, SceneShape
 from cellwright.rendering.scene.scene import linear
 from cellwright.rendering.scene.triangles import Triangles, join_triangles, shape_triangles
 
 _MAX_CORNERS, _MIN_CORNERS = 48, 12  # corners of a circle
 
 
-def surface(shape: Shape, scene: Scene) -> Triangles:
+def surface(shape: SceneShape, scene: Scene) -> Triangles:
     """Surface of a shape, in the frame of its body."""
     return shape_triangles(shape, scene, _corners)
 

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.viewer.web.meshes import node_name
-from cellwright.viewer.web.page import Feature, Moment
+from cellwright.viewer.web.page import Feature, TimelineFrame
 from cellwright.viewer.web.views import TAB, tool_point
 
 _ABOVE = 0.04  # [m] of a name above its body
@@ -83,7 +83,7 @@ class Names(Overlay):
 
     LABEL = "Names"
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Move the labels with the bodies."""
         scene, frame = self.page.scene, moment.frame
         named = set(_named_bodies(scene, frame)) if scene is not None and self.is_on else set()
@@ -105,7 +105,7 @@ class Axes(Overlay):
     LABEL = "Frames"
     HINT = "x red, y green, z blue, 12 cm long"
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Move the axes with the bodies."""
         scene = self.page.scene
         if scene is None or not self.is_on:
@@ -122,7 +122,7 @@ class Axes(Overlay):
         )
 
 
-def _named_bodies(scene: Scene, frame: Frame) -> list[int]:
+def _named_bodies(scene: Scene, frame: SceneFrame) -> list[int]:
     """Shown bodies that have a name of their own."""
     named = enumerate(zip(scene.bodies, frame.shown.tolist(), strict=True))
     return [index for index, (name, is_shown) in named if index and is_shown and not name.endswith(_LOOKS)]
@@ -295,7 +295,7 @@ class ToolPaths(Overlay):
         self._paths = [deque(maxlen=_MAX_PATH_POINTS) for _ in self._tools]
         return bool(self._tools)
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Draw the past positions of the tools."""
         if moment.is_cut or not self.is_on:
             self.clear()

@@ -14,10 +14,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import AwayError, Link, StatePoller
+from cellwright.viewer.web.connection import AwayError, ServerConnection, StatePoller
 
 _DELAY = 1.5  # delay of the page in usual frame periods: one frame may come late unnoticed
 _MAX_GAP = 0.25  # [s]: frames at longer intervals are shown as they come
@@ -25,7 +25,7 @@ _LEAP = 0.5  # [m]: a body that moves farther between two frames jumps; it is no
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class TimelineFrame:
     """Frame to show.
 
     Attributes:
@@ -35,13 +35,13 @@ class Moment:
         switched: (bodies,) True for those that appeared or disappeared; all after a cut.
     """
 
-    frame: Frame
+    frame: SceneFrame
     is_cut: bool
     moved: NDArray[np.bool_]
     switched: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, frame: Frame, before: Frame | None = None) -> Moment:
+    def of(cls, frame: SceneFrame, before: SceneFrame | None = None) -> TimelineFrame:
         """Moment of a frame after the one `before` it; a cut if there is none."""
         if before is None:
             everything = np.ones(len(frame.poses), np.bool_)
@@ -51,7 +51,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class _Arrival:
-    frame: Frame
+    frame: SceneFrame
     wall: float
     run: int
 
@@ -63,9 +63,9 @@ class FrameInterpolator:
         self._arrivals: deque[_Arrival] = deque(maxlen=8)
         self._period = 1 / 30
         self._is_cut = True
-        self._shown: Frame | None = None
+        self._shown: SceneFrame | None = None
 
-    def take(self, frame: Frame, *, run: int, wall: float) -> None:
+    def take(self, frame: SceneFrame, *, run: int, wall: float) -> None:
         """Add a frame of a run that came at `wall` [s]."""
         if self._arrivals:
             newest = self._arrivals[-1]
@@ -81,7 +81,7 @@ class FrameInterpolator:
         self._arrivals.clear()
         self._is_cut = True
 
-    def at(self, wall: float) -> Moment | None:
+    def at(self, wall: float) -> TimelineFrame | None:
         """Moment to show at `wall` [s]; None if it is the one returned last."""
         if not self._arrivals:
             return None
@@ -90,9 +90,9 @@ class FrameInterpolator:
         if frame is self._shown and not is_cut:
             return None
         before, self._shown = self._shown, frame
-        return Moment.of(frame, None if is_cut else before)
+        return TimelineFrame.of(frame, None if is_cut else before)
 
-    def _frame(self, wall: float) -> Frame:
+    def _frame(self, wall: float) -> SceneFrame:
         arrivals = self._arrivals
         while len(arrivals) > 1 and arrivals[1].wall <= wall:
             arrivals.popleft()
@@ -105,7 +105,7 @@ class FrameInterpolator:
         return interpolate_frames(before.frame, after.frame, (wall - before.wall) / gap)
 
 
-def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
+def interpolate_frames(before: SceneFrame, after: SceneFrame, share: float) -> SceneFrame:
     """Interpolate between two frames, `share` (0..1) of the way: positions linearly, rotations on their arc."""
     if np.array_equal(before.poses, after.poses) and np.array_equal(before.shown, after.shown):
         return before
@@ -115,7 +115,7 @@ def interpolate_frames(before: Frame, after: Frame, share: float) -> Frame:
     leap |= before.shown != after.shown
     poses[leap] = before.poses[leap]
     time = round(before.time + share * (after.time - before.time))
-    return Frame(time, poses, before.shown)
+    return SceneFrame(time, poses, before.shown)
 
 
 def _turned(before: NDArray[np.float32], after: NDArray[np.float32], share: float) -> NDArray[np.float32]:
@@ -146,7 +146,7 @@ class Feature:
         """Overlays to request from the frame service, such as `{"contacts": True}`."""
         return {}
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Show a moment: some 60 times a second while a browser is connected."""
 
     def on_frame(self, answer: dict[str, Any]) -> None:
@@ -190,7 +190,7 @@ class Page:
         self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature], *, key: str = ""
     ) -> None:
         self.server = server
-        self.link = Link(address, key=key)
+        self.link = ServerConnection(address, key=key)
         self.scene: Scene | None = None
         self.about: dict[str, Any] = {}
         self.first_panel: dict[str, Any] = {}
@@ -198,7 +198,7 @@ class Page:
         for feature in self.features:
             feature.page = self
         self._interpolator = FrameInterpolator()
-        self._poller = StatePoller(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
+        self._poller = StatePoller(ServerConnection(address, node=f"{self.link.node}_eyes", key=key), self._wants)
         self._tabs: Any = None
         self._tab: dict[str, Any] = {}
         self._away_reason: str | None = None
@@ -293,7 +293,7 @@ class Page:
             self.server.scene.add_frame(self.root, show_axes=False)
             self._each(lambda feature: feature.on_scene(scene))
 
-    def _show(self, moment: Moment) -> None:
+    def _show(self, moment: TimelineFrame) -> None:
         with self.server.atomic():
             self._each(lambda feature: feature.show(moment))
 

@@ -37,7 +37,7 @@ def features() -> list[Feature]:
     return [*panels, *drawn]
 
 
-class Server(viser.ViserServer):
+class ViserServer(viser.ViserServer):
     """viser's server without sharing: it opens no tunnel through a server on the internet."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002, FBT001
@@ -59,7 +59,7 @@ def main() -> int:
     try:
         door = AccessGuard(str(options["host"]), int(options["port"]), token=str(options.get("token", "")))
         with door.guards_viser():
-            server = Server(door.host, door.port, label=str(options.get("title", "Cellwright")), verbose=False)
+            server = ViserServer(door.host, door.port, label=str(options.get("title", "Cellwright")), verbose=False)
         door.incoming.follow(server.gui)
     except CellwrightError as error:
         _answer(out, {"error": str(error)})

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene import SEEN, TOUCHED, Form, Frame, Layer, Scene, Shape
+from cellwright.rendering.scene import SEEN, TOUCHED, Scene, SceneFrame, SceneShape, ShapeLayer, ShapeType
 from cellwright.rendering.scene.triangles import Triangles
 from cellwright.util.pose import Vector3
 from cellwright.viewer.web.meshes import Colour, Material, glb, node_name, surface
-from cellwright.viewer.web.page import Feature, Moment, Page
+from cellwright.viewer.web.page import Feature, Page, TimelineFrame
 from cellwright.viewer.web.views import TAB
 
 _FEW = 4
@@ -31,7 +31,7 @@ class Bodies(Feature):
     def __init__(self) -> None:
         self._looks: BodyNodes | None = None
         self._touched: BodyNodes | None = None
-        self._newest: Frame | None = None
+        self._newest: SceneFrame | None = None
         self._box: Any = None
 
     def on_scene(self, scene: Scene) -> None:
@@ -47,7 +47,7 @@ class Bodies(Feature):
         if self._box.value:
             self.show_touched(True)
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Move the bodies to their poses."""
         self._newest = moment.frame
         for nodes in (self._looks, self._touched):
@@ -61,7 +61,7 @@ class Bodies(Feature):
         if is_wanted and self._touched is None:
             self._touched = BodyNodes(self.page, self.page.scene, "touched", TOUCHED)
             if self._newest is not None:
-                self._touched.show(Moment.of(self._newest))
+                self._touched.show(TimelineFrame.of(self._newest))
         if self._touched is not None:
             self._touched.set_visible(is_wanted)
         self._looks.set_visible(not is_wanted)
@@ -70,13 +70,13 @@ class Bodies(Feature):
 class BodyNodes:
     """Nodes for those shapes of a scene's bodies that are in `layers`, below a node of this name."""
 
-    def __init__(self, page: Page, scene: Scene, name: str, layers: Collection[Layer]) -> None:
+    def __init__(self, page: Page, scene: Scene, name: str, layers: Collection[ShapeLayer]) -> None:
         self._scene = page.server.scene
         self._root = self._scene.add_frame(f"{page.root}/{name}", show_axes=False)
         self._singles: list[tuple[int, Any]] = []
         self._alike: list[tuple[NDArray[np.intp], Any]] = []
-        is_touched = Layer.TOUCH in layers
-        shapes: dict[int, list[Shape]] = defaultdict(list)
+        is_touched = ShapeLayer.TOUCH in layers
+        shapes: dict[int, list[SceneShape]] = defaultdict(list)
         for shape in scene.shapes:
             if shape.layer in layers:
                 shapes[shape.body].append(shape)
@@ -105,7 +105,7 @@ class BodyNodes:
         """Show or hide them all."""
         self._root.visible = is_visible
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Move them to their poses; only changes are sent."""
         frame, moved, switched = moment.frame, moment.moved, moment.switched
         for body, handle in self._singles:
@@ -117,7 +117,7 @@ class BodyNodes:
                 handle.batched_positions, handle.batched_wxyzs = frame.poses[bodies, :3], frame.poses[bodies, 3:]
 
 
-def _place(handle: Any, body: int, moment: Moment) -> None:
+def _place(handle: Any, body: int, moment: TimelineFrame) -> None:
     """Move the node of a body to its pose; only changes are sent."""
     frame = moment.frame
     if moment.moved[body]:
@@ -126,7 +126,7 @@ def _place(handle: Any, body: int, moment: Moment) -> None:
         handle.visible = bool(frame.shown[body])
 
 
-def _pieces(shapes: Sequence[Shape], scene: Scene, *, is_touched: bool) -> list[tuple[Any, Colour, Material]]:
+def _pieces(shapes: Sequence[SceneShape], scene: Scene, *, is_touched: bool) -> list[tuple[Any, Colour, Material]]:
     if is_touched:
         return [
             (surface(shape, scene), colour, Material(0.9, 0.0, colour[3]))
@@ -134,7 +134,7 @@ def _pieces(shapes: Sequence[Shape], scene: Scene, *, is_touched: bool) -> list[
             for colour in [_TOUCHED_COLOURS[number % len(_TOUCHED_COLOURS)]]
         ]
     return [
-        (surface(shape, scene), shape.colour, _FLOOR if shape.form is Form.PLANE else material(shape.colour))
+        (surface(shape, scene), shape.colour, _FLOOR if shape.form is ShapeType.PLANE else material(shape.colour))
         for shape in shapes
     ]
 
@@ -174,9 +174,9 @@ class Shadows(Feature):
         root = f"{self.page.root}/shadows"
         nodes = self.page.server.scene
         nodes.add_frame(root, show_axes=False, position=-_MARGIN / np.linalg.norm(lamp) * lamp)
-        shapes: dict[int, list[Shape]] = defaultdict(list)
+        shapes: dict[int, list[SceneShape]] = defaultdict(list)
         for shape in scene.shapes:
-            if shape.layer in SEEN and shape.form is not Form.PLANE and shape.colour[3] >= 1:
+            if shape.layer in SEEN and shape.form is not ShapeType.PLANE and shape.colour[3] >= 1:
                 shapes[shape.body].append(shape)
         for body, its in shapes.items():
             surfaces = [
@@ -186,7 +186,7 @@ class Shadows(Feature):
                 data = glb((found, _BLACK, _UNSEEN) for found in surfaces)
                 self._handles[body] = nodes.add_glb(f"{root}/{body}", data, cast_shadow=True, receive_shadow=False)
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Move the casters with the bodies."""
         for body, handle in self._handles.items():
             _place(handle, body, moment)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.rendering.camera import VIEWS, Camera
-from cellwright.rendering.scene import SEEN, Form, Frame, Scene
+from cellwright.rendering.scene import SEEN, Scene, SceneFrame, ShapeType
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.meshes import surface
-from cellwright.viewer.web.page import Feature, Moment
+from cellwright.viewer.web.page import Feature, TimelineFrame
 
 TAB = "View"  # the tab for all that changes the view, and nothing else
 
@@ -34,7 +34,7 @@ class Views(Feature):
         """Update the views for another scene."""
         self._is_due = True
 
-    def show(self, moment: Moment) -> None:
+    def show(self, moment: TimelineFrame) -> None:
         """Make the views with the first frame, which has the poses."""
         page = self.page
         if not self._is_due or page.scene is None:
@@ -62,7 +62,7 @@ class Views(Feature):
                 camera.up_direction, camera.fov = view.up, view.fov
 
 
-def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[str, Camera]:
+def views_of(scene: Scene, frame: SceneFrame, about: Mapping[str, Any]) -> Mapping[str, Camera]:
     """Cameras by name for a frame; the first is the initial one. `about` has its `kind` and `tools`."""
     if about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies):
         return VIEWS
@@ -76,11 +76,11 @@ def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[st
     return found
 
 
-def _corners(scene: Scene, frame: Frame) -> NDArray[np.float64]:
+def _corners(scene: Scene, frame: SceneFrame) -> NDArray[np.float64]:
     """Corners of boxes (n, 3) [m] around bodies that can move or stand on the ground; a hidden one has one corner."""
     found = []
     for shape in scene.shapes:
-        if shape.layer not in SEEN or shape.form is Form.PLANE or not frame.shown[shape.body]:
+        if shape.layer not in SEEN or shape.form is ShapeType.PLANE or not frame.shown[shape.body]:
             continue
         points = surface(shape, scene).points
         if len(points):
@@ -109,7 +109,7 @@ def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
         return VIEWS["overview"]
 
 
-def tool_point(frame: Frame, tool: Any) -> NDArray[np.float64]:
+def tool_point(frame: SceneFrame, tool: Any) -> NDArray[np.float64]:
     """Position (3,) [m] of a tool, [body, [x, y, z]]."""
     body, place = tool
     point: NDArray[np.float64] = frame.placed(int(body), np.array([place], np.float64))[0]

@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.arm import Arm
+from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.motion import Joints, forward
@@ -14,7 +14,7 @@ from tests.cells import ARM_ONLY, BARE
 def test_the_newest_joint_states_are_read() -> None:
     cell = Cell(ARM_ONLY)
     client = Client(InProcess(cell))
-    arm = Arm(client)
+    arm = KitterArm(client)
     first = arm.joints
     assert arm.tool_time == client.time == 0.02
     assert first == pytest.approx(Joints.of(client.joint_positions))
@@ -28,4 +28,4 @@ def test_the_newest_joint_states_are_read() -> None:
 
 def test_without_an_arm_there_is_nothing_to_work_with() -> None:
     with pytest.raises(UsageError, match="the arm does not tell where its joints are"):
-        Arm(Client(InProcess(Cell(BARE))))
+        KitterArm(Client(InProcess(Cell(BARE))))

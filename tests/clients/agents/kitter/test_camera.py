@@ -5,7 +5,7 @@ from collections.abc import Callable
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import BINS, IMAGES, Camera, Images, Sighting, take_fresh
+from cellwright.clients.agents.kitter.perception import BINS, IMAGES, CameraView, Images, Sighting, take_fresh
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
@@ -53,7 +53,7 @@ def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
         if is_watched:
             client.on_sensor("logical_camera_bin7", lambda _image: None)
         client.sleep(0.55)
-        camera = Camera(client, "logical_camera_bin7", BIN_7, Catalogue())
+        camera = CameraView(client, "logical_camera_bin7", BIN_7, Catalogue())
         take_fresh(client, [camera], 2)
         times.append([each.time for each in camera.newest])
     assert times[0] == times[1] == [0.6, 0.7]
@@ -63,7 +63,7 @@ def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
     final01 = cell("final01", "kitter_sensors")
     final01.sensors["logical_camera_bin7"].enabled = False
     client = Client(InProcess(final01))
-    camera = Camera(client, "logical_camera_bin7", BIN_7, Catalogue())
+    camera = CameraView(client, "logical_camera_bin7", BIN_7, Catalogue())
     take_fresh(client, [camera])
     assert client.time < 1.5
     assert not camera.newest

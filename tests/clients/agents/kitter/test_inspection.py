@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.kits import Kit, Task, Verdict, inspect_part, is_known_faulty, strays
+from cellwright.clients.agents.kitter.kits import InspectionResult, KitTask, Task, inspect_part, is_known_faulty, strays
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.perception import Sighting
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS, pose_on_tray
@@ -15,7 +15,7 @@ from cellwright.util.pose import Pose
 PLACE = Pose((0.1, 0.1, 0.0))
 KINDS = Catalogue()
 TASK = Task("gear_part", PLACE, PLACE)
-KIT = Kit("kit", [TASK], KINDS, STATIONS[2])
+KIT = KitTask("kit", [TASK], KINDS, STATIONS[2])
 
 
 def beside(dx: float = 0.0, yaw: float = 0.0, part_type: str = "gear_part") -> Sighting:
@@ -39,15 +39,15 @@ def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True
 @pytest.mark.parametrize(
     ("seen", "verdict"),
     [
-        ([beside(0.002)], Verdict.GOOD),
-        ([beside(0.02)], Verdict.OUT_OF_PLACE),
-        ([beside(yaw=0.1)], Verdict.OUT_OF_PLACE),
-        ([beside(0.11)], Verdict.LOST),
-        ([beside(part_type="disk_part")], Verdict.LOST),
-        ([], Verdict.LOST),
+        ([beside(0.002)], InspectionResult.GOOD),
+        ([beside(0.02)], InspectionResult.OUT_OF_PLACE),
+        ([beside(yaw=0.1)], InspectionResult.OUT_OF_PLACE),
+        ([beside(0.11)], InspectionResult.LOST),
+        ([beside(part_type="disk_part")], InspectionResult.LOST),
+        ([], InspectionResult.LOST),
     ],
 )
-def test_verdicts(seen: list[Sighting], verdict: Verdict) -> None:
+def test_verdicts(seen: list[Sighting], verdict: InspectionResult) -> None:
     assert inspect_part(view(*seen), KIT, TASK, PLACE).verdict is verdict
 
 
@@ -60,14 +60,16 @@ def test_how_far_off_a_part_is() -> None:
 
 def test_a_fault_is_found_without_a_camera_too() -> None:
     fault = beside(0.01).world_T_part
-    assert inspect_part(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.FAULTY
+    assert inspect_part(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is InspectionResult.FAULTY
     elsewhere = beside(0.1).world_T_part
-    assert inspect_part(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.UNSEEN
+    assert (
+        inspect_part(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE).verdict is InspectionResult.UNSEEN
+    )
 
 
 def test_what_was_not_put_where_it_lies_is_a_stray() -> None:
     stray, other = beside(0.06), beside(-0.3, part_type="disk_part")
     assert strays(view(beside(0.03), stray, other), KIT) == [stray, other]
     assert not is_known_faulty(KIT, stray)
-    kit = Kit("kit", [TASK], KINDS, STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
+    kit = KitTask("kit", [TASK], KINDS, STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
     assert is_known_faulty(kit, stray)

@@ -9,11 +9,11 @@ from typing import Any, cast
 import pytest
 
 from cellwright.clients.agents.kitter.agent import ATTEMPTS, MAX_SENDINGS, Strategy
-from cellwright.clients.agents.kitter.arm import Arm
+from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import Area, BeltPart, Sighting
+from cellwright.clients.agents.kitter.perception import Area, Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Manipulator
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_message
@@ -33,7 +33,7 @@ class Floor:
 
     bins: list[Sighting] = field(default_factory=list)
     tray: list[Sighting] = field(default_factory=list)
-    coming: list[BeltPart] = field(default_factory=list)
+    coming: list[TrackedBeltPart] = field(default_factory=list)
     faulty: list[Pose] = field(default_factory=list)
     slips: int = 0
     """Number of grasps that fail, from the next on."""
@@ -104,7 +104,7 @@ class FakeView:
         self.belt = SimpleNamespace(coming=self._coming, forget=floor.coming.remove)
         self.not_upright: set[str] = set()
 
-    def _coming(self, part_type: str, _time: float, _y: float) -> list[BeltPart]:
+    def _coming(self, part_type: str, _time: float, _y: float) -> list[TrackedBeltPart]:
         return [part for part in self.floor.coming if part.type == part_type]
 
     def look(self, *_areas: Area) -> None:
@@ -167,10 +167,10 @@ class FakeHand:
     def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
         return True
 
-    def meeting_place(self, _part: BeltPart, first: float, _last: float) -> float | None:
+    def meeting_place(self, _part: TrackedBeltPart, first: float, _last: float) -> float | None:
         return first
 
-    def from_belt(self, part: BeltPart, _y: float) -> Held | None:
+    def from_belt(self, part: TrackedBeltPart, _y: float) -> Held | None:
         self.floor.time += 5.0
         return Held(part.type, flat(0.0, 0.0, -0.02))
 
@@ -222,7 +222,7 @@ def work(
     Strategy(
         cast("Client", client),
         cast("CellView", view),
-        cast("Arm", FakeArm()),
+        cast("KitterArm", FakeArm()),
         cast("Manipulator", hand),
         Catalogue({"cone_part": CONE}),
     ).run()
@@ -289,7 +289,7 @@ def test_an_unknown_type_does_not_hold_up_the_kit() -> None:
 
 
 def test_a_part_on_the_belt_is_taken_first() -> None:
-    disk = BeltPart("disk_part", [flat(1.21, 2.0, 0.907)])
+    disk = TrackedBeltPart("disk_part", [flat(1.21, 2.0, 0.907)])
     floor = Floor(bins=gears(1), coming=[disk])
     work(floor, [order(("gear_part", 0.1, 0.1), ("disk_part", -0.1, 0.1))], ("disk_part",))
     assert [part.type for part in floor.tray] == ["disk_part", "gear_part"]

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 from typing import cast
 
 from cellwright.clients.agents.kitter.agent import ATTEMPTS, BELT_HORIZON, Supply, bin_cell
-from cellwright.clients.agents.kitter.arm import Arm
+from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
-from cellwright.clients.agents.kitter.perception import BELT_SPEED, BeltPart, Sighting
+from cellwright.clients.agents.kitter.perception import BELT_SPEED, Sighting, TrackedBeltPart
 from cellwright.clients.agents.kitter.pick_and_place import Manipulator
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
@@ -16,14 +16,14 @@ def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
     return Sighting(part_type, Pose((x, y, 0.725)))
 
 
-def supply(*coming: BeltPart, reachable: float | None = 0.5) -> Supply:
+def supply(*coming: TrackedBeltPart, reachable: float | None = 0.5) -> Supply:
     """Return a supply at time 0, the rail at y = 0; belt parts can be met at one place, or nowhere."""
     belt = SimpleNamespace(coming=lambda *_: list(coming))
     view = SimpleNamespace(belt=belt, not_upright={"disk_part"})
     return Supply(
         cast("Client", SimpleNamespace(time=0.0)),
         cast("CellView", view),
-        cast("Arm", SimpleNamespace(joints=SimpleNamespace(rail=0.0))),
+        cast("KitterArm", SimpleNamespace(joints=SimpleNamespace(rail=0.0))),
         cast("Manipulator", SimpleNamespace(meeting_place=lambda *_: reachable)),
     )
 
@@ -67,8 +67,8 @@ def test_a_part_that_lies_a_little_beside_is_in_the_same_spot() -> None:
 
 
 def test_the_belt_goes_first_only_for_what_comes_soon() -> None:
-    soon = BeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
-    late = BeltPart("gear_part", [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
+    soon = TrackedBeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
+    late = TrackedBeltPart("gear_part", [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
     meeting = supply(soon, late).on_belt("gear_part")
     assert meeting == (soon, 0.5)
     assert supply(late).on_belt("gear_part") is None

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cellwright.middleware.messages import definition, md5
-from cellwright.middleware.wire.frames import Decoder, Frame, Kind, time_frame
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, time_frame
 from tests.waiting import TIMEOUT
 
 TICK = 2_000_000
@@ -85,7 +85,7 @@ class FakeCell:
             self.frames.clear()
             self.answer = self.usual
 
-    def of(self, kind: Kind) -> list[Frame]:
+    def of(self, kind: FrameKind) -> list[Frame]:
         """Return the frames of a kind received so far."""
         with self._lock:
             return [frame for frame in self.frames if frame.kind is kind]
@@ -99,7 +99,7 @@ class FakeCell:
         """Publish a message to the present subscribers."""
         with self._lock:
             for number in self.subscribed.get(topic, {}):
-                self.send(Frame(Kind.MESSAGE, number, payload=payload))
+                self.send(Frame(FrameKind.MESSAGE, number, payload=payload))
 
     def say_heard(self, topic: str, payload: bytes) -> None:
         """Publish a message as soon as there is a subscriber: a subscription may still be in transit."""
@@ -123,14 +123,14 @@ class FakeCell:
 
     def usual(self, frame: Frame) -> Frame | None:
         """Return the usual answer of a cell: it grants all time, and services have empty responses."""
-        if frame.kind is Kind.ADVANCE:
+        if frame.kind is FrameKind.ADVANCE:
             until = int.from_bytes(frame.payload[:8], "little", signed=True)
             self.now = max(self.now, -(-until // TICK) * TICK)
             return time_frame(frame.number, self.now)
-        if frame.kind is Kind.CALL:
-            return Frame(Kind.ANSWER, frame.number)
-        if frame.kind is Kind.SUBSCRIBE or (frame.kind is Kind.PUBLISH and frame.number):
-            return Frame(Kind.DONE, frame.number)
+        if frame.kind is FrameKind.CALL:
+            return Frame(FrameKind.ANSWER, frame.number)
+        if frame.kind is FrameKind.SUBSCRIBE or (frame.kind is FrameKind.PUBLISH and frame.number):
+            return Frame(FrameKind.DONE, frame.number)
         return None
 
     def hang_up(self) -> None:
@@ -165,13 +165,13 @@ class FakeCell:
             for frame in decoder.feed(data):
                 with self._lock:
                     self.frames.append(frame)
-                    if frame.kind is Kind.HELLO:
-                        self.send(Frame(Kind.WELCOME, payload=json.dumps(self.welcome).encode()))
+                    if frame.kind is FrameKind.HELLO:
+                        self.send(Frame(FrameKind.WELCOME, payload=json.dumps(self.welcome).encode()))
                         continue
-                    if frame.kind is Kind.SUBSCRIBE:
+                    if frame.kind is FrameKind.SUBSCRIBE:
                         self.subscribed.setdefault(frame.name, {})[frame.number] = frame
                         self._has_come.notify_all()
-                    elif frame.kind is Kind.UNSUBSCRIBE:
+                    elif frame.kind is FrameKind.UNSUBSCRIBE:
                         for numbers in self.subscribed.values():
                             numbers.pop(frame.number, None)
                     answer = self.answer(frame)

@@ -13,7 +13,7 @@ import pytest
 
 from cellwright.middleware.messages import to_ros1
 from cellwright.middleware.messages.standard import String
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
 from tests.middleware.ros1.bridge.wire import Calls, subscribe
@@ -98,7 +98,7 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     assert services == {"/ariac/start_competition": ["/gazebo"]}
     subscribe(master, "/tf")
     cell.wait_for_listener("/tf")
-    (frame,) = [frame for frame in cell.of(Kind.SUBSCRIBE) if frame.name == "/tf"]
+    (frame,) = [frame for frame in cell.of(FrameKind.SUBSCRIBE) if frame.name == "/tf"]
     assert frame.node == "/gazebo"
     assert 'child_frame_id: "bin1_frame"' in master.tool("rostopic", "echo", "-n", "1", "/tf_static")
     bridge.signal(signal.SIGINT)
@@ -184,7 +184,7 @@ def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> 
 
 def test_it_ends_with_the_cell(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
-    cell.send(Frame(Kind.ENDED, payload=b"the run is over"))
+    cell.send(Frame(FrameKind.ENDED, payload=b"the run is over"))
     assert bridge.finish() == 0
     assert bridge.err == ""
     assert not is_registered(master)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.ros1.bridge.connection import BufferedConnection
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.loop import EventLoop
 from tests.waiting import TIMEOUT
 
 
@@ -18,7 +18,7 @@ class Line:
     """Connection and its other end, with buffers so small that it is soon full."""
 
     def __init__(self, limit: int | None = None, max_bytes: int | None = None) -> None:
-        self.loop = Loop()
+        self.loop = EventLoop()
         self.here, self.there = socket.socketpair()
         for end, option in ((self.here, socket.SO_SNDBUF), (self.there, socket.SO_RCVBUF)):
             end.setsockopt(socket.SOL_SOCKET, option, 2048)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.loop import EventLoop
 from tests.waiting import TIMEOUT, wait_until
 
 
@@ -27,7 +27,7 @@ def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
 
 @given(st.lists(st.integers(0, 10), max_size=8))
 def test_timers_fall_due_in_order(delays: list[int]) -> None:
-    loop = Loop()
+    loop = EventLoop()
     called: list[int] = []
     now = time.monotonic()  # noqa: TID251 - only the start of a clock that then stands still
     with pytest.MonkeyPatch.context() as patch:  # a pause between two of them would change their order
@@ -41,7 +41,7 @@ def test_timers_fall_due_in_order(delays: list[int]) -> None:
 
 
 def test_calls_of_other_threads_come_in_their_order() -> None:
-    loop = Loop()
+    loop = EventLoop()
     called: list[tuple[int, int]] = []
 
     def ask(who: int) -> None:
@@ -65,7 +65,7 @@ def test_calls_of_other_threads_come_in_their_order() -> None:
 
 
 def test_a_call_that_comes_just_as_it_listens_is_not_the_last_that_it_hears(monkeypatch: pytest.MonkeyPatch) -> None:
-    loop = Loop()
+    loop = EventLoop()
     called: list[str] = []
     ear = loop._ear
 
@@ -93,7 +93,7 @@ def test_a_call_that_comes_just_as_it_listens_is_not_the_last_that_it_hears(monk
 
 
 def test_a_stop_from_another_thread_wakes_it_and_the_first_counts() -> None:
-    loop = Loop()
+    loop = EventLoop()
 
     def stop() -> None:
         loop.stop(4)
@@ -109,7 +109,7 @@ def test_a_stop_from_another_thread_wakes_it_and_the_first_counts() -> None:
 
 def test_reading_and_writing(pair: tuple[socket.socket, socket.socket]) -> None:
     here, there = pair
-    loop = Loop()
+    loop = EventLoop()
     heard: list[bytes] = []
 
     def read() -> None:
@@ -131,7 +131,7 @@ def test_reading_and_writing(pair: tuple[socket.socket, socket.socket]) -> None:
 
 def test_a_source_is_forgotten_once_and_again(pair: tuple[socket.socket, socket.socket]) -> None:
     here, there = pair
-    loop = Loop()
+    loop = EventLoop()
     loop.watch(here, lambda: loop.stop(1))
     loop.forget(here)
     loop.forget(here)
@@ -142,7 +142,7 @@ def test_a_source_is_forgotten_once_and_again(pair: tuple[socket.socket, socket.
 
 
 def test_defect_is_reported_in_a_line_and_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    loop = Loop()
+    loop = EventLoop()
 
     def fail() -> None:
         raise KeyError("x")

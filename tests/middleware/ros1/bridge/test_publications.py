@@ -11,7 +11,7 @@ import pytest
 from cellwright.middleware.messages import definition, from_ros1, md5, to_ros1
 from cellwright.middleware.messages.conversions import stamp
 from cellwright.middleware.messages.standard import Header, String
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, out
 from tests.middleware.ros1.bridge.wire import Connection, subscribe
@@ -64,7 +64,7 @@ def test_bridge_subscribes_only_while_it_has_a_subscriber(master: Ground, make_c
     cell = make_cell([out("/words"), out("/once", latch=True, on_event=True)])
     start_bridge(master, cell)
     cell.wait_for_listener("/once")
-    assert [frame.name for frame in cell.of(Kind.SUBSCRIBE)] == ["/once"]
+    assert [frame.name for frame in cell.of(FrameKind.SUBSCRIBE)] == ["/once"]
     first, second = subscribe(master, "/words", caller="/a"), subscribe(master, "/words", caller="/b")
     cell.say_heard("/words", text("both"))
     assert word(first) == word(second) == "both"
@@ -96,7 +96,7 @@ def test_a_subscriber_is_there_when_the_cell_has_answered(master: Ground, make_c
     asked: list[Frame] = []
 
     def hold_back(frame: Frame) -> Frame | None:
-        if frame.kind is not Kind.SUBSCRIBE:
+        if frame.kind is not FrameKind.SUBSCRIBE:
             return cell.usual(frame)
         asked.append(frame)
         return None
@@ -108,7 +108,7 @@ def test_a_subscriber_is_there_when_the_cell_has_answered(master: Ground, make_c
         wait_until(lambda: asked, "subscription at the cell")
         cell.say("/words", text("latched"))
         assert not coming.done()
-        cell.send(Frame(Kind.DONE, asked[0].number))
+        cell.send(Frame(FrameKind.DONE, asked[0].number))
         assert word(coming.result(TIMEOUT)) == "latched"
     assert len(asked) == 1
 
@@ -179,7 +179,7 @@ def test_messages_of_other_nodes_are_left_to_them(master: Ground, make_cell: Mak
     start_bridge(master, cell)  # without robot_state_publisher the bridge publishes everything
     subscribe(master, "/tf")
     cell.wait_for_listener("/tf")
-    assert [frame.node for frame in cell.of(Kind.SUBSCRIBE)] == [""]
+    assert [frame.node for frame in cell.of(FrameKind.SUBSCRIBE)] == [""]
 
 
 def hear_with_rospy(topic: str, count: int) -> list[str]:

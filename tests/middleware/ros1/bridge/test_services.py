@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.messages import md5
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
 from tests.middleware.ros1.bridge.wire import Calls, address_of_service, encoded, subscribe
@@ -59,9 +59,9 @@ def cell(shared: tuple[Ground, FakeCell]) -> FakeCell:
     return cell
 
 
-def answering(cell: FakeCell, kind: Kind, payload: bytes, name: str = "") -> None:
+def answering(cell: FakeCell, kind: FrameKind, payload: bytes, name: str = "") -> None:
     def answer(frame: Frame) -> Frame | None:
-        if frame.kind is Kind.CALL:
+        if frame.kind is FrameKind.CALL:
             return Frame(kind, frame.number, name=name, payload=payload)
         return cell.usual(frame)
 
@@ -69,19 +69,19 @@ def answering(cell: FakeCell, kind: Kind, payload: bytes, name: str = "") -> Non
 
 
 def test_a_call_goes_there_and_back(served: Ground, cell: FakeCell) -> None:
-    answering(cell, Kind.ANSWER, b"\1\2\0\0\0ok")
+    answering(cell, FrameKind.ANSWER, b"\1\2\0\0\0ok")
     calls = Calls(served, START, caller="/team", md5sum=md5("std_srvs/Trigger"))
     assert calls.header["type"] == "std_srvs/Trigger"
     assert calls.header["md5sum"] == md5("std_srvs/Trigger")
     assert calls.call(b"") == (True, b"\1\2\0\0\0ok")
     with pytest.raises(EOFError):  # one call for each connection
         calls.read(1)
-    (frame,) = cell.of(Kind.CALL)
+    (frame,) = cell.of(FrameKind.CALL)
     assert (frame.name, frame.type, frame.node, frame.payload) == (START, "std_srvs/Trigger", "/team", b"")
 
 
 def test_calls_on_one_connection(served: Ground, cell: FakeCell) -> None:
-    cell.answer = lambda frame: Frame(Kind.ANSWER, frame.number, payload=frame.payload[::-1])
+    cell.answer = lambda frame: Frame(FrameKind.ANSWER, frame.number, payload=frame.payload[::-1])
     calls = Calls(served, START, persistent="1")
     assert [calls.call(data) for data in (b"abc", b"", b"xy")] == [(True, b"cba"), (True, b""), (True, b"yx")]
     for data in (b"one", b"two", b"three"):  # without waiting for answers
@@ -98,39 +98,39 @@ def test_slow_answer_blocks_no_other_caller(master: Ground, make_cell: MakeCell)
     cell.wait_for_listener("/words")
     waiting = Calls(master, "/home", caller="/patient")
     waiting.ask(b"")
-    wait_until(lambda: cell.of(Kind.CALL), "call")
-    (asked,) = cell.of(Kind.CALL)
+    wait_until(lambda: cell.of(FrameKind.CALL), "call")
+    (asked,) = cell.of(FrameKind.CALL)
     assert Calls(master, "/other").call(b"") == (True, b"")
     assert Calls(master, "/home", probe="1").header["type"] == "std_srvs/Trigger"
     cell.say("/words", b"\2\0\0\0up")
     assert words.piece() == b"\2\0\0\0up"
     master.client(COMMAND)
-    wait_until(lambda: cell.of(Kind.PUBLISH), "command")
-    cell.send(Frame(Kind.ANSWER, asked.number, payload=b"home"))
+    wait_until(lambda: cell.of(FrameKind.PUBLISH), "command")
+    cell.send(Frame(FrameKind.ANSWER, asked.number, payload=b"home"))
     assert waiting.answer() == (True, b"home")
 
 
 def test_in_lockstep_an_answer_may_be_promised_first(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([], [service("/home")], lockstep=True)
-    cell.answer = lambda frame: Frame(Kind.DONE, frame.number) if frame.name == "/home" else cell.usual(frame)
+    cell.answer = lambda frame: Frame(FrameKind.DONE, frame.number) if frame.name == "/home" else cell.usual(frame)
     start_bridge(master, cell)
     waiting = Calls(master, "/home")
     waiting.ask(b"")
-    wait_until(lambda: cell.of(Kind.CALL), "call")
-    cell.send(Frame(Kind.ANSWER, cell.of(Kind.CALL)[0].number, payload=b"home"))
+    wait_until(lambda: cell.of(FrameKind.CALL), "call")
+    cell.send(Frame(FrameKind.ANSWER, cell.of(FrameKind.CALL)[0].number, payload=b"home"))
     assert waiting.answer() == (True, b"home")
 
 
 def test_no_answer_fails_as_a_cpp_service_that_returns_false(served: Ground, cell: FakeCell) -> None:
-    answering(cell, Kind.REFUSED, b"the state is not go", "ServiceFailedError")
+    answering(cell, FrameKind.REFUSED, b"the state is not go", "ServiceFailedError")
     assert Calls(served, START).call(b"") == (False, b"")
 
 
 def test_a_refusal_fails_with_its_reason_in_one_line(served: Ground, cell: FakeCell) -> None:
-    answering(cell, Kind.REFUSED, b"no\n  such", "MessageError")
+    answering(cell, FrameKind.REFUSED, b"no\n  such", "MessageError")
     calls = Calls(served, START, persistent="1")
     assert calls.call(b"") == (False, b"no such")
-    answering(cell, Kind.ANSWER, b"\1")
+    answering(cell, FrameKind.ANSWER, b"\1")
     assert calls.call(b"") == (True, b"\1")
 
 
@@ -143,7 +143,7 @@ def test_killed_caller_harms_no_other(served: Ground, cell: FakeCell) -> None:
     waiting: list[Frame] = []
 
     def keep(frame: Frame) -> Frame | None:
-        if frame.kind is not Kind.CALL:
+        if frame.kind is not FrameKind.CALL:
             return cell.usual(frame)
         waiting.append(frame)
         return None
@@ -153,8 +153,8 @@ def test_killed_caller_harms_no_other(served: Ground, cell: FakeCell) -> None:
     calls.ask(b"")
     wait_until(lambda: waiting, "call")
     calls.close()
-    cell.send(Frame(Kind.ANSWER, waiting[0].number, payload=b"\1"))
-    answering(cell, Kind.ANSWER, b"\2")
+    cell.send(Frame(FrameKind.ANSWER, waiting[0].number, payload=b"\1"))
+    answering(cell, FrameKind.ANSWER, b"\2")
     assert Calls(served, START).call(b"") == (True, b"\2")
 
 
@@ -198,10 +198,10 @@ def test_silent_connections_block_no_other(served: Ground, cell: FakeCell) -> No
 
 
 def test_the_tools_know_it(served: Ground, cell: FakeCell) -> None:
-    answering(cell, Kind.ANSWER, b"\1\2\0\0\0ok")
+    answering(cell, FrameKind.ANSWER, b"\1\2\0\0\0ok")
     assert served.tool("rosservice", "type", START) == "std_srvs/Trigger\n"
     assert "success: True" in served.tool("rosservice", "call", START)
     assert "Args: \n" in served.tool("rosservice", "info", START)
-    answering(cell, Kind.REFUSED, b"not so", "RejectedCommandError")
+    answering(cell, FrameKind.REFUSED, b"not so", "RejectedCommandError")
     served.tool("rosservice", "call", START, status=2)
     assert "rospy.topics" in served.tool("rosservice", "call", "/gazebo/get_loggers")  # rospy's own still work

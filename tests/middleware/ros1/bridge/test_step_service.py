@@ -12,7 +12,7 @@ from cellwright.middleware.messages.cellwright_msgs import StepRequest, StepResp
 from cellwright.middleware.messages.conversions import duration, stamp
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.ros1.bridge import message_bytes
-from cellwright.middleware.wire.frames import Frame, Kind, read_advance
+from cellwright.middleware.wire.frames import Frame, FrameKind, read_advance
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out
 from tests.middleware.ros1.bridge.wire import Calls, subscribe
@@ -51,13 +51,13 @@ def tick_by_tick(cell: FakeCell) -> None:
     """Let the cell publish in each tick, and end the step there, as a cell does after a message to a client."""
 
     def answer(frame: Frame) -> Frame | None:
-        if frame.kind is not Kind.ADVANCE:
+        if frame.kind is not FrameKind.ADVANCE:
             return cell.usual(frame)
         until_ns, _ = read_advance(frame)
         if cell.now < until_ns:
             cell.now += TICK
             cell.say("/words", to_ros1(String(str(cell.now))))
-        return Frame(Kind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
+        return Frame(FrameKind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
 
     cell.answer = answer
 
@@ -86,7 +86,7 @@ def test_the_topic_of_the_newest_message_comes_last(master: Ground, cell: FakeCe
     connections = [subscribe(master, topic) for topic in ("/words", "/others")]
 
     def answer(frame: Frame) -> Frame | None:
-        if frame.kind is Kind.ADVANCE and cell.now == 0 and read_advance(frame)[0]:
+        if frame.kind is FrameKind.ADVANCE and cell.now == 0 and read_advance(frame)[0]:
             cell.say("/others", to_ros1(String("first")))
             cell.say("/words", to_ros1(String("second")))
         return cell.usual(frame)
@@ -116,14 +116,14 @@ def test_a_step_waits_for_what_was_published(master: Ground, cell: FakeCell) -> 
     calls = Calls(master, STEP, caller="/speaker")
     calls.ask(request(TICK, commands=20))
     assert Calls(master, "/gazebo/get_loggers").call(b"")[0]  # earlier requests to the bridge have arrived
-    assert not cell.of(Kind.ADVANCE)
+    assert not cell.of(FrameKind.ADVANCE)
     master.ask("setParam", "/go", True)
     succeeded, data = calls.answer()
     assert succeeded
     assert from_ros1(data, StepResponse).success
     kinds = [frame.kind for frame in cell.frames]
-    assert kinds.index(Kind.ADVANCE) > max(i for i, kind in enumerate(kinds) if kind is Kind.PUBLISH)
-    assert len(cell.of(Kind.PUBLISH)) == 20
+    assert kinds.index(FrameKind.ADVANCE) > max(i for i, kind in enumerate(kinds) if kind is FrameKind.PUBLISH)
+    assert len(cell.of(FrameKind.PUBLISH)) == 20
 
 
 def test_what_never_comes_is_said_after_a_while(master: Ground, cell: FakeCell) -> None:
@@ -156,7 +156,7 @@ def test_a_caller_that_is_gone_stops_time(master: Ground, cell: FakeCell) -> Non
     tick_by_tick(cell)
     calls = Calls(master, STEP)
     calls.ask(request(2_000_000 * SECOND))
-    wait_until(lambda: len(cell.of(Kind.ADVANCE)) > 10, "progress")
+    wait_until(lambda: len(cell.of(FrameKind.ADVANCE)) > 10, "progress")
     calls.close()
     assert step(master, TICK).success
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.wire.frames import Kind
+from cellwright.middleware.wire.frames import FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, out, service
 from tests.middleware.ros1.bridge.wire import Connection, address_of, address_of_service, encoded
@@ -104,7 +104,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
             stranger(xml, posted(body))
     wait_until(lambda: is_well(master), "an answer")
     assert memory(bridge) - before < 60 * MEGABYTE
-    assert len(cell.of(Kind.CALL)) >= 2
+    assert len(cell.of(FrameKind.CALL)) >= 2
 
 
 def received(connection: socket.socket) -> bytes:

@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.middleware.messages import from_ros1
 from cellwright.middleware.messages.standard import String
-from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.middleware.wire.frames import Frame, FrameKind
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard
 from tests.ros1.ground import Ground
@@ -36,16 +36,16 @@ def say(node: str, topic: str, count: int) -> None:
 
 
 def words(cell: FakeCell) -> list[tuple[str, str]]:
-    return [(frame.node, from_ros1(frame.payload, String).data) for frame in cell.of(Kind.PUBLISH)]
+    return [(frame.node, from_ros1(frame.payload, String).data) for frame in cell.of(FrameKind.PUBLISH)]
 
 
 def test_commands_come_whole_in_order_and_by_name(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
     master.client(say, "team", "/words", 50)
-    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 50, "messages")
+    wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == 50, "messages")
     assert words(cell) == [("/team", str(number)) for number in range(50)]
-    frame = cell.of(Kind.PUBLISH)[0]
+    frame = cell.of(FrameKind.PUBLISH)[0]
     assert (frame.name, frame.type) == ("/words", "std_msgs/String")
 
 
@@ -55,7 +55,7 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
     is_open = threading.Event()
 
     def answer(frame: Frame) -> Frame | None:
-        if frame.kind is Kind.PUBLISH and not is_open.is_set():
+        if frame.kind is FrameKind.PUBLISH and not is_open.is_set():
             held.append(frame)
             return None
         return cell.usual(frame)
@@ -65,10 +65,10 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
     master.client(say, "team", "/words", 500)
     dropped = re.compile(r"^(\d+) messages on /words dropped: they come faster than they are taken$", re.MULTILINE)
     wait_until(lambda: sum(map(int, dropped.findall(bridge.said))) == 399, "count of all", seen=lambda: bridge.said)
-    assert len(cell.of(Kind.PUBLISH)) == 1
+    assert len(cell.of(FrameKind.PUBLISH)) == 1
     is_open.set()
-    cell.send(Frame(Kind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
-    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 101, "rest")
+    cell.send(Frame(FrameKind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
+    wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == 101, "rest")
     assert [word for _, word in words(cell)] == ["0", *map(str, range(400, 500))]
 
 
@@ -90,7 +90,7 @@ def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: Make
     bridge = start_bridge(master, cell)
     master.client(say_too_much, "team", "/words", 17 << 20)
     bridge.wait_for("messages on /words are too long, and not taken")
-    wait_until(lambda: cell.of(Kind.PUBLISH), "messages after it")
+    wait_until(lambda: cell.of(FrameKind.PUBLISH), "messages after it")
     assert {word for _, word in words(cell)} == {"short"}
 
 
@@ -98,7 +98,7 @@ def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> 
     cell = make_cell([heard("/words")], lockstep=True)
     start_bridge(master, cell)
     master.client(say, "team", "/words", 3000)
-    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 3000, "messages")
+    wait_until(lambda: len(cell.of(FrameKind.PUBLISH)) == 3000, "messages")
     assert [word for _, word in words(cell)] == list(map(str, range(3000)))
 
 
@@ -106,5 +106,5 @@ def test_rostopic_pub(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
     master.tool("rostopic", "pub", "-1", "/words", "std_msgs/String", "hello")
-    wait_until(lambda: cell.of(Kind.PUBLISH), "message")
+    wait_until(lambda: cell.of(FrameKind.PUBLISH), "message")
     assert words(cell)[0][1] == "hello"

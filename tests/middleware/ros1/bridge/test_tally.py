@@ -2,7 +2,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cellwright.middleware.ros1.bridge.loop import LOG_PERIOD, Loop, ThrottledLog
+from cellwright.middleware.ros1.bridge.loop import LOG_PERIOD, EventLoop, ThrottledLog
 
 
 def test_the_first_at_once_the_others_after_a_second(
@@ -10,7 +10,7 @@ def test_the_first_at_once_the_others_after_a_second(
 ) -> None:
     now = [0.0]
     monkeypatch.setattr("cellwright.middleware.ros1.bridge.loop.time", SimpleNamespace(monotonic=lambda: now[0]))
-    loop = Loop()
+    loop = EventLoop()
     tally = ThrottledLog(loop, "{count} of {subject}")
 
     def run_to(seconds: float) -> str:

@@ -11,7 +11,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
-from cellwright.middleware.ros1.host.master import Master, MasterError
+from cellwright.middleware.ros1.host.master import MasterClient, MasterError
 from cellwright.util.errors import UsageError
 from tests.ports import free_port
 from tests.waiting import TIMEOUT
@@ -93,17 +93,17 @@ def answering(talk: Callable[[socket.socket], None]) -> Iterator[str]:
 )
 def test_what_is_no_address_is_refused(uri: str) -> None:
     with pytest.raises(UsageError, match="which is no address like http://localhost:11311"):
-        Master(uri)
+        MasterClient(uri)
 
 
 def test_addresses_of_this_machine() -> None:
     for host in ("localhost", "127.0.0.1", "127.1.2.3", "[::1]", socket.gethostname()):
-        assert Master(f"http://{host}:11311/").is_local
-    assert not Master("http://192.0.2.1:11311").is_local
+        assert MasterClient(f"http://{host}:11311/").is_local
+    assert not MasterClient("http://192.0.2.1:11311").is_local
 
 
 def test_a_master(fake: FakeMaster) -> None:
-    master = Master(fake.uri + "/")
+    master = MasterClient(fake.uri + "/")
     assert master.answers()
     assert master.is_port_taken()
     assert master.living_node("/gazebo") is None
@@ -114,12 +114,12 @@ def test_a_master(fake: FakeMaster) -> None:
 
 
 def test_parameters_leave_alone_what_lies_beside_them(fake: FakeMaster) -> None:
-    Master(fake.uri).set_parameters({"use_sim_time": True, "ariac": {"arm": {"gains": {"p": 1.0}}, "text": "x"}})
+    MasterClient(fake.uri).set_parameters({"use_sim_time": True, "ariac": {"arm": {"gains": {"p": 1.0}}, "text": "x"}})
     assert fake.parameters == {"/use_sim_time": True, "/ariac/arm": {"gains": {"p": 1.0}}, "/ariac/text": "x"}
 
 
 def test_unset_parameter_is_none(fake: FakeMaster) -> None:
-    master = Master(fake.uri)
+    master = MasterClient(fake.uri)
     assert master.parameter("/x") is None
     master.set_parameter("/x", 0)
     assert master.parameter("/x") == 0
@@ -127,12 +127,12 @@ def test_unset_parameter_is_none(fake: FakeMaster) -> None:
 
 def test_publishers_that_live(fake: FakeMaster) -> None:
     fake.nodes = {"/alive": fake.uri, "/dead": f"http://127.0.0.1:{free_port()}"}
-    assert Master(fake.uri).living_publishers("/states") == ["/alive"]
-    assert Master(fake.uri).living_publishers("/others") == []
+    assert MasterClient(fake.uri).living_publishers("/states") == ["/alive"]
+    assert MasterClient(fake.uri).living_publishers("/others") == []
 
 
 def test_no_master() -> None:
-    master = Master(f"http://127.0.0.1:{free_port()}", PATIENCE)
+    master = MasterClient(f"http://127.0.0.1:{free_port()}", PATIENCE)
     assert not master.answers()
     assert not master.is_port_taken()
     with pytest.raises(MasterError, match="gave no answer"):
@@ -186,7 +186,7 @@ def xml(value: str) -> Callable[[socket.socket], None]:
 def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.socket], None]) -> None:
     with answering(talk) as uri:
         is_over.clear()
-        master = Master(uri, PATIENCE)
+        master = MasterClient(uri, PATIENCE)
         assert not master.answers()  # the server that drips would block it forever
         is_over.set()
         assert master.is_port_taken()
@@ -195,7 +195,7 @@ def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.s
 def test_an_address_that_cannot_be_looked_up_costs_no_more_than_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
     ready = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_more: ready.wait(TIMEOUT))
-    assert not Master("http://far.away:11311", PATIENCE).answers()
+    assert not MasterClient("http://far.away:11311", PATIENCE).answers()
     assert not ready.is_set()
     assert [thread.name for thread in threading.enumerate() if thread.name == "ros-master"], "it looks it up still"
     ready.set()

@@ -12,7 +12,7 @@ import pytest
 
 from cellwright.middleware.ros1.host import installation
 from cellwright.middleware.ros1.host.installation import Installation
-from cellwright.middleware.ros1.host.master import Master, OwnMaster
+from cellwright.middleware.ros1.host.master import MasterClient, OwnMaster
 from cellwright.util.errors import UsageError
 from tests.ros1.ground import Ground
 from tests.waiting import wait_until
@@ -31,16 +31,16 @@ def place(no_master: Ground) -> Installation:
 
 
 @pytest.fixture
-def own(place: Installation, no_master: Ground) -> Iterator[tuple[OwnMaster, Master, list[str]]]:
+def own(place: Installation, no_master: Ground) -> Iterator[tuple[OwnMaster, MasterClient, list[str]]]:
     said: list[str] = []
-    master = Master(no_master.uri)
+    master = MasterClient(no_master.uri)
     made = OwnMaster(place, master, said.append)
     yield made, master, said
     made.stop()
     assert not master.answers()
 
 
-Own = tuple[OwnMaster, Master, list[str]]
+Own = tuple[OwnMaster, MasterClient, list[str]]
 
 
 @pytest.mark.ros1
@@ -93,7 +93,7 @@ def script(path: Path, text: str) -> Installation:
 
 def test_master_that_ends_at_once_is_reported_with_its_output(tmp_path: Path) -> None:
     broken = script(tmp_path / "rosmaster", "echo it is broken >&2; exit 3")
-    made = OwnMaster(broken, Master("http://127.0.0.1:9", 0.2), lambda _line: None)
+    made = OwnMaster(broken, MasterClient("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match=r"at http://127\.0\.0\.1:9 ended with status 3: it is broken$"):
         made.wait(never)
     made.stop()
@@ -101,7 +101,7 @@ def test_master_that_ends_at_once_is_reported_with_its_output(tmp_path: Path) ->
 
 def test_one_that_never_answers_is_given_up(tmp_path: Path) -> None:
     silent = script(tmp_path / "rosmaster", "exec sleep 60")  # it shall just live on
-    made = OwnMaster(silent, Master("http://127.0.0.1:9", 0.2), lambda _line: None)
+    made = OwnMaster(silent, MasterClient("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match="does not answer"):
         made.wait(never, limit=0.5)
     made.stop()
@@ -110,4 +110,4 @@ def test_one_that_never_answers_is_given_up(tmp_path: Path) -> None:
 def test_one_that_is_not_installed_is_asked_for(tmp_path: Path) -> None:
     nothing = Installation("/usr/bin/python3", {"PATH": str(tmp_path)}, ())
     with pytest.raises(UsageError, match="rosmaster is not installed; on Debian 12 and Ubuntu: scripts/install-ros1"):
-        OwnMaster(nothing, Master("http://127.0.0.1:9"), lambda _line: None)
+        OwnMaster(nothing, MasterClient("http://127.0.0.1:9"), lambda _line: None)

@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 from cellwright.middleware.bus import InputKind
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
-from cellwright.recording.plots.reading.reader import Commands
+from cellwright.recording.plots.reading.reader import CommandReader
 from cellwright.util.errors import showable
 from tests.recording.plots.reading.recordings import message
 
 
 @given(st.lists(st.text(min_size=1, max_size=20)))
 def test_each_name_with_its_times(called: list[str]) -> None:
-    reader, expected = Commands(), dict[str, list[float]]()
+    reader, expected = CommandReader(), dict[str, list[float]]()
     for time, name in enumerate(called):
         reader.take(message(time, String(data=json.dumps({"tick": 3, "name": name, "data": "x" * 9}))))
         expected.setdefault(showable(name, 200), []).append(float(time))
@@ -23,7 +23,7 @@ def test_each_name_with_its_times(called: list[str]) -> None:
 
 
 def test_a_command_as_it_is_recorded() -> None:
-    reader = Commands()
+    reader = CommandReader()
     command = Command(
         tick=7, how=InputKind.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
     )
@@ -33,6 +33,6 @@ def test_a_command_as_it_is_recorded() -> None:
 
 
 def test_an_invalid_command_is_skipped() -> None:
-    reader = Commands()
+    reader = CommandReader()
     reader.take(message(0.0, String(data="nothing")))
     assert reader.tracks() == []

@@ -5,15 +5,15 @@ import pytest
 from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.cell import Competition
+from cellwright.recording.plots.reading.cell import CompetitionReader
 from cellwright.util.errors import MessageError
 from tests.recording.plots.reading.recordings import event, kit, message, text
 
 SCORE, STATE = "/ariac/current_score", "/ariac/competition_state"
 
 
-def taken(*messages: RecordedMessage) -> Competition:
-    competition = Competition()
+def taken(*messages: RecordedMessage) -> CompetitionReader:
+    competition = CompetitionReader()
     for each in messages:
         competition.take(each)
     return competition

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages.osrf_gear import VacuumGripperState
-from cellwright.recording.plots.reading.reader import Gripper, Spans
+from cellwright.recording.plots.reading.reader import GripperReader, Spans
 from tests.recording.plots.reading.recordings import message
 
 
@@ -19,7 +19,7 @@ def test_spans_have_the_newest_label_at_each_time(labels: list[str]) -> None:
 
 
 def test_suction_and_load() -> None:
-    gripper = Gripper()
+    gripper = GripperReader()
     states = [(False, False), (True, False), (True, True), (True, True), (False, False)]
     for time, (enabled, attached) in enumerate(states):
         gripper.take(message(time, VacuumGripperState(enabled=enabled, attached=attached)))
@@ -28,6 +28,6 @@ def test_suction_and_load() -> None:
 
 
 def test_one_that_holds_to_the_end() -> None:
-    gripper = Gripper()
+    gripper = GripperReader()
     gripper.take(message(1.0, VacuumGripperState(enabled=True, attached=False)))
     assert [(span.begin, span.end) for span in gripper.on.until(9.0)] == [(1.0, 9.0)]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cellwright.middleware.messages.standard import Header, JointState, Time
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.robot import JointStates
+from cellwright.recording.plots.reading.robot import JointStateReader
 from cellwright.util.errors import MessageError
 from tests.recording.plots.reading.recordings import message
 
@@ -41,7 +41,7 @@ def state(names: list[str], positions: list[float], frame: str = "", second: int
     )
 )
 def test_whatever_the_names_and_however_they_change(tables: list[tuple[list[str], str, list[list[float]]]]) -> None:
-    reader, expected, now = JointStates("/joints"), dict[str, list[tuple[float, float]]](), 0
+    reader, expected, now = JointStateReader("/joints"), dict[str, list[tuple[float, float]]](), 0
     for names, frame, rows in tables:
         for row in rows:
             reader.take(message(now, state(names, row, frame, now)))
@@ -57,7 +57,7 @@ def test_whatever_the_names_and_however_they_change(tables: list[tuple[list[str]
 @given(st.integers(0, 150), st.integers(0, 150))
 def test_a_message_that_was_cut_is_left_out(first: int, second: int) -> None:
     whole = message(1.0, state(["a", "b"], [1.0, 2.0]))
-    reader = JointStates("/joints")
+    reader = JointStateReader("/joints")
     for place, length in enumerate((first, 200, second)):
         try:
             reader.take(RecordedMessage("/joints", place, whole.data[:length]))
@@ -70,7 +70,7 @@ def test_a_message_that_was_cut_is_left_out(first: int, second: int) -> None:
 
 def test_other_numbers_of_names_and_positions_are_refused() -> None:
     with pytest.raises(MessageError, match="other numbers"):
-        JointStates("/joints").take(message(0.0, state(["a", "b"], [1.0])))
+        JointStateReader("/joints").take(message(0.0, state(["a", "b"], [1.0])))
 
 
 def test_another_order_of_bytes_is_refused() -> None:
@@ -78,4 +78,4 @@ def test_another_order_of_bytes_is_refused() -> None:
 
     data = bytes(ros2_store().serialize_cdr(state(["a"], [1.0]), JointState.__msgtype__, little_endian=False))
     with pytest.raises(MessageError, match="order of bytes"):
-        JointStates("/joints").take(RecordedMessage("/joints", 0, data))
+        JointStateReader("/joints").take(RecordedMessage("/joints", 0, data))

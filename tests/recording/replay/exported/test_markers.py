@@ -14,7 +14,7 @@ from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.standard import Marker, MarkerArray
 from cellwright.recording.replay import exported
 from cellwright.recording.replay.exported import Markers
-from cellwright.rendering.scene import Form, Layer, Mesh, Scene, Shape
+from cellwright.rendering.scene import Mesh, Scene, SceneShape, ShapeLayer, ShapeType
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.meshes import surface
 from tests.rendering.scene.scenes import small
@@ -26,7 +26,7 @@ WEDGE = Mesh(
 SIZES = st.floats(0.01, 3.0)
 
 
-def of(shape: Shape) -> list[Any]:
+def of(shape: SceneShape) -> list[Any]:
     """Return the markers of a scene with this shape on its second body."""
     return Markers(Scene("one", ("world", "cart"), (shape,), (WEDGE,))).message.markers
 
@@ -44,21 +44,21 @@ def reach(marker: Any) -> NDArray[np.float64]:
     return found
 
 
-@given(st.sampled_from(Form), st.tuples(SIZES, SIZES, SIZES), st.tuples(SIZES, SIZES, SIZES))
-def test_a_shape_takes_as_much_room_as_on_the_page(form: Form, size: Any, position: Any) -> None:
-    mesh = 0 if form is Form.MESH else None
-    shape = Shape(1, form, size, Pose(position), (1.0, 0.5, 0.0, 1.0), Layer.BOTH, mesh)
+@given(st.sampled_from(ShapeType), st.tuples(SIZES, SIZES, SIZES), st.tuples(SIZES, SIZES, SIZES))
+def test_a_shape_takes_as_much_room_as_on_the_page(form: ShapeType, size: Any, position: Any) -> None:
+    mesh = 0 if form is ShapeType.MESH else None
+    shape = SceneShape(1, form, size, Pose(position), (1.0, 0.5, 0.0, 1.0), ShapeLayer.BOTH, mesh)
     reaches = np.stack([reach(each) for each in of(shape)])
     points = surface(shape, Scene("one", ("world", "cart"), (shape,), (WEDGE,))).points
     assert reaches[:, 0].min(axis=0) == pytest.approx(points.min(axis=0), abs=0.002)
     assert reaches[:, 1].max(axis=0) == pytest.approx(points.max(axis=0), abs=0.002)
 
 
-@pytest.mark.parametrize("form", list(Form))
-def test_it_is_turned_and_coloured_as_the_shape(form: Form) -> None:
+@pytest.mark.parametrize("form", list(ShapeType))
+def test_it_is_turned_and_coloured_as_the_shape(form: ShapeType) -> None:
     pose = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
-    mesh = 0 if form is Form.MESH else None
-    for marker in of(Shape(1, form, (0.1, 0.2, 0.3), pose, (1.0, 0.5, 0.25, 0.75), Layer.LOOKS, mesh)):
+    mesh = 0 if form is ShapeType.MESH else None
+    for marker in of(SceneShape(1, form, (0.1, 0.2, 0.3), pose, (1.0, 0.5, 0.25, 0.75), ShapeLayer.LOOKS, mesh)):
         turn, colour = marker.pose.orientation, marker.color
         assert (turn.w, turn.x, turn.y, turn.z) == pytest.approx(pose.quaternion)
         assert (colour.r, colour.g, colour.b, colour.a) == (1.0, 0.5, 0.25, 0.75)
@@ -68,7 +68,7 @@ def test_it_is_turned_and_coloured_as_the_shape(form: Form) -> None:
 
 def test_the_ends_of_a_capsule_lie_along_it() -> None:
     pose = Pose.from_rpy((1.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0))
-    _, *ends = of(Shape(1, Form.CAPSULE, (0.1, 0.5, 0.0), pose, (1.0, 1.0, 1.0, 1.0), Layer.BOTH))
+    _, *ends = of(SceneShape(1, ShapeType.CAPSULE, (0.1, 0.5, 0.0), pose, (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH))
     assert [each.pose.position.x for each in ends] == pytest.approx([0.5, 1.5])
 
 
@@ -87,13 +87,13 @@ def test_what_is_seen_is_shown_and_what_is_only_touched_is_not() -> None:
 
 
 def test_a_floor_without_end_has_one() -> None:
-    (floor,) = of(Shape(0, Form.PLANE, (0.0, 0.0, 0.1), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.LOOKS))
+    (floor,) = of(SceneShape(0, ShapeType.PLANE, (0.0, 0.0, 0.1), Pose(), (1.0, 1.0, 1.0, 1.0), ShapeLayer.LOOKS))
     assert reach(floor)[:, :2].tolist() == [[-30.0, -30.0], [30.0, 30.0]]
     assert reach(floor)[1, 2] == pytest.approx(0.0)
 
 
 def test_meshes_that_are_too_large_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exported, "MAX_CORNERS", 2 * WEDGE.faces.size)
-    shape = Shape(1, Form.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, 0)
+    shape = SceneShape(1, ShapeType.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), ShapeLayer.BOTH, 0)
     found = Markers(Scene("many", ("world", "cart"), (shape,) * 3, (WEDGE,)))
     assert (len(found.message.markers), found.left_out) == (2, 1)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.standard import TFMessage
 from cellwright.recording.replay.exported import Transforms
-from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene import SceneFrame
 
 PERIOD = 40_000_000  # [ns]
 BODIES = ("world", "cart", "ball")
@@ -23,10 +23,10 @@ UNTURNED = (1.0, 0.0, 0.0, 0.0)
 Place = tuple[float, bool]
 
 
-def frame(number: int, places: list[Place]) -> Frame:
+def frame(number: int, places: list[Place]) -> SceneFrame:
     """Return a frame of the cart and the ball, with the x coordinate and the visibility of each."""
     poses = np.array([(0, 0, 0, *UNTURNED), *((x, 0, 0, *UNTURNED) for x, _ in places)], np.float32)
-    return Frame(number * PERIOD, poses, np.array([True, *(shown for _, shown in places)]))
+    return SceneFrame(number * PERIOD, poses, np.array([True, *(shown for _, shown in places)]))
 
 
 class Buffer:
@@ -102,7 +102,7 @@ def test_a_frame_of_another_scene_is_skipped() -> None:
 
 def test_a_turn_that_is_none_is_no_turn() -> None:
     poses = np.zeros((2, 7), np.float32)
-    said = Transforms(("world", "cart")).take(Frame(0, poses, np.array([True, True])))
+    said = Transforms(("world", "cart")).take(SceneFrame(0, poses, np.array([True, True])))
     assert said is not None
     turn = said.transforms[0].transform.rotation
     assert (turn.w, turn.x, turn.y, turn.z) == UNTURNED

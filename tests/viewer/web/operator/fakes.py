@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.viewer.web.connection import Link
+from cellwright.viewer.web.connection import ServerConnection
 
 
 class FakeHandle:
@@ -107,7 +107,7 @@ class FakePage:
     root = "/scene"
 
     def __init__(self, address: tuple[str, int]) -> None:
-        self.link = Link(address)
+        self.link = ServerConnection(address)
         self.first_panel: dict[str, Any] = {}
         self.tabs: list[str] = []
         self.server = SimpleNamespace(

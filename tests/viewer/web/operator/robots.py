@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from cellwright.engine.loop import Loop
+from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
@@ -64,7 +64,7 @@ def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
     SceneServices(ServedScene(node)).offer(server)
     panel = RobotPanel(node)
     server.offer(PANEL, panel.tell)
-    loop = Loop(node.simulation, server)
+    loop = SimulationLoop(node.simulation, server)
     thread = threading.Thread(target=loop.run)
     thread.start()
     try:

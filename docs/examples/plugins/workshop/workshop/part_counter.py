@@ -6,11 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from cellwright.cell.devices.logical_camera import Scene
+from cellwright.cell.devices.logical_camera import ModelSnapshot
 from cellwright.cell.interface.plugins import SensorPlugin
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.middleware.interface.table import Where, says
+from cellwright.middleware.interface.table import Availability, publishes
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.standard import Float32
 
@@ -29,7 +29,7 @@ class PartCounter(Sensor[Count]):
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
 
-    def __init__(self, description: SensorDescription, scene: Scene) -> None:
+    def __init__(self, description: SensorDescription, scene: ModelSnapshot) -> None:
         super().__init__(description.name, description.pose)
         self.scene = scene
 
@@ -48,6 +48,6 @@ def message(reading: Count, _: Sensor[Count]) -> Message:
 
 PART_COUNTER = SensorPlugin(
     make=PartCounter,
-    row=says("/ariac/{sensor}", "std_msgs/Float32", 10, Where.ALWAYS, "How many parts are near."),
+    row=publishes("/ariac/{sensor}", "std_msgs/Float32", 10, Availability.ALWAYS, "How many parts are near."),
     message=message,
 )

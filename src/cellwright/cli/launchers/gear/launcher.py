@@ -31,7 +31,7 @@ from cellwright.cli.options import default_speed
 from cellwright.cli.serve import EXIT_ON_COMPLETION, run_served, served_session
 from cellwright.config.parsing.sources import read_texts
 from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
-from cellwright.config.trial.trial import Camera, Sensor
+from cellwright.config.trial.trial import PictureCameraConfig, SensorConfig
 from cellwright.engine.clock import seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import CellTarget, RunOptions, ServerOptions
@@ -225,13 +225,15 @@ def resolved_text(loaded: Loaded) -> str:
     facts: dict[str, Any] = {
         "name": trial.name,
         "arm": trial.has_arm,
-        "sensors": {sensor.name: _sensor(sensor) for sensor in trial.sensors if not isinstance(sensor, Camera)},
+        "sensors": {
+            sensor.name: _sensor(sensor) for sensor in trial.sensors if not isinstance(sensor, PictureCameraConfig)
+        },
         **resolved(loaded),
     }
     return yaml.safe_dump(facts, sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
 
 
-def _sensor(sensor: Sensor) -> dict[str, Any]:
+def _sensor(sensor: SensorConfig) -> dict[str, Any]:
     xyz, rpy = ([float(value) for value in vector] for vector in (sensor.pose.position, sensor.pose.rpy))
     return {"type": sensor.type, "xyz": xyz, "rpy": rpy}
 

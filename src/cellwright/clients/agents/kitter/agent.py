@@ -15,21 +15,21 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, TypeAlias
 
-from cellwright.clients.agents.kitter.arm import Arm
+from cellwright.clients.agents.kitter.arm import KitterArm
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.kits import (
-    Kit,
+    InspectionResult,
+    KitTask,
     OrderBook,
-    Place,
     Task,
-    Verdict,
+    TraySpot,
     find_place,
     inspect_part,
     is_known_faulty,
     strays,
 )
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.perception import BINS, BeltPart, Sighting, is_in_bin
+from cellwright.clients.agents.kitter.perception import BINS, Sighting, TrackedBeltPart, is_in_bin
 from cellwright.clients.agents.kitter.pick_and_place import (
     STATIONS,
     Held,
@@ -77,7 +77,7 @@ log = logging.getLogger(__name__)
 class Supply:
     """Available parts, and failed attempts at them."""
 
-    def __init__(self, client: Client, view: CellView, arm: Arm, hand: Manipulator) -> None:
+    def __init__(self, client: Client, view: CellView, arm: KitterArm, hand: Manipulator) -> None:
         self._client = client
         self._view = view
         self._arm = arm
@@ -86,7 +86,7 @@ class Supply:
         self._tried: Counter[str] = Counter()
         self._too_far: Counter[str] = Counter()
 
-    def on_belt(self, part_type: str) -> tuple[BeltPart, float] | None:
+    def on_belt(self, part_type: str) -> tuple[TrackedBeltPart, float] | None:
         """Return the first reachable belt part of a type, and the world y [m] at which the arm meets it."""
         now = self._client.time
         for part in self._view.belt.coming(part_type, now, LAST_Y):
@@ -137,7 +137,7 @@ def bin_cell(world_T_part: Pose) -> tuple[int, int]:
 class Strategy:
     """Behaviour of the agent in one run."""
 
-    def __init__(self, client: Client, view: CellView, arm: Arm, hand: Manipulator, catalogue: Catalogue) -> None:
+    def __init__(self, client: Client, view: CellView, arm: KitterArm, hand: Manipulator, catalogue: Catalogue) -> None:
         self._client = client
         self._view = view
         self._arm = arm
@@ -168,7 +168,7 @@ class Strategy:
         for (kit_type, part_type, reason), count in undone.items():
             log.warning("%.1f s: not brought for %s: %d %s: %s", self._client.time, kit_type, count, part_type, reason)
 
-    def _why_not(self, kit: Kit, task: Task) -> str:
+    def _why_not(self, kit: KitTask, task: Task) -> str:
         if task.given_up:
             return task.given_up
         return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
@@ -200,7 +200,7 @@ class Strategy:
         self._intend("building %s on AGV %d", kit.kit_type, kit.station.number)
         return partial(self.choose_part, kit)
 
-    def submit(self, kit: Kit) -> State | None:
+    def submit(self, kit: KitTask) -> State | None:
         """Send the kit."""
         number = kit.station.number
         self._view.watch_agvs(True)
@@ -220,7 +220,7 @@ class Strategy:
     def _is_over(self) -> bool:
         return self._client.competition_state in ("end_game", "done")
 
-    def choose_part(self, kit: Kit) -> State | None:
+    def choose_part(self, kit: KitTask) -> State | None:
         """Choose the next part, from the belt if one arrives in time, else from a bin; send the kit without any."""
         self._orders.open_kits()
         tasks = kit.open_tasks
@@ -246,7 +246,7 @@ class Strategy:
             return partial(self.choose_part, kit)
         return partial(self.wait_by_belt, kit)
 
-    def wait_by_belt(self, kit: Kit) -> State | None:
+    def wait_by_belt(self, kit: KitTask) -> State | None:
         """Wait for a part that the belt brings, when nothing else is in reach."""
         types = {task.type for task in kit.open_tasks}
         if any("belt" in self._client.material_locations(each) for each in types):
@@ -260,7 +260,7 @@ class Strategy:
             self._client.sleep(2.0)
         return partial(self.choose_part, kit)
 
-    def fetch(self, kit: Kit, task: Task, part: Sighting) -> State | None:
+    def fetch(self, kit: KitTask, task: Task, part: Sighting) -> State | None:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
         self._intend("fetching a %s at (%.3f, %.3f)", task.type, x, y)
@@ -274,7 +274,7 @@ class Strategy:
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
-    def fetch_from_belt(self, kit: Kit, task: Task, part: BeltPart, y: float) -> State | None:
+    def fetch_from_belt(self, kit: KitTask, task: Task, part: TrackedBeltPart, y: float) -> State | None:
         """Take a part from the belt at world y [m]."""
         self._intend("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
         held = self._hand.from_belt(part, y)
@@ -284,7 +284,7 @@ class Strategy:
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
-    def place(self, kit: Kit, task: Task, held: Held) -> State | None:
+    def place(self, kit: KitTask, task: Task, held: Held) -> State | None:
         """Put the held part on the tray."""
         station = kit.station
         kind = self._catalogue.figures(task.type)
@@ -311,12 +311,12 @@ class Strategy:
         self._last_progress = self._client.time
         return partial(self.check, kit, task, place)
 
-    def check(self, kit: Kit, task: Task, place: Place) -> State | None:
+    def check(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
         """Check a placed part: throw a faulty one away, correct a misplaced one once."""
         finding = inspect_part(self._view, kit, task, place.tray_T_part)
-        if finding.verdict is Verdict.FAULTY:
+        if finding.verdict is InspectionResult.FAULTY:
             return partial(self.reject, kit, task, place)
-        if finding.verdict is Verdict.LOST:
+        if finding.verdict is InspectionResult.LOST:
             self._log("the %s is not on the tray", task.type)
             task.tray_T_part = None
             self._note_loss(task)
@@ -324,7 +324,7 @@ class Strategy:
             return partial(self.choose_part, kit)
         self._log("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
         task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
-        if finding.verdict is Verdict.OUT_OF_PLACE and place.is_ordered and not task.corrected:
+        if finding.verdict is InspectionResult.OUT_OF_PLACE and place.is_ordered and not task.corrected:
             task.corrected = True
             held = self._hand.from_rest(task.type, finding.world_T_part, kit.station.rail)
             if held is not None:
@@ -338,7 +338,7 @@ class Strategy:
         if task.losses >= MAX_LOSSES:
             task.given_up = f"it did not come to lie on the tray, {task.losses} times"
 
-    def reject(self, kit: Kit, task: Task, place: Place) -> State | None:
+    def reject(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
         """Take a faulty part off the tray."""
         self._intend("the %s is faulty: throwing it away", task.type)
         task.tray_T_part = None
@@ -348,7 +348,7 @@ class Strategy:
             kit.faulty.append((task.type, place.tray_T_part))
         return partial(self.choose_part, kit)
 
-    def clean(self, kit: Kit) -> State | None:
+    def clean(self, kit: KitTask) -> State | None:
         """Remove what does not belong on the tray, then send it."""
         self._view.look(kit.station.area)
         found = strays(self._view, kit)
@@ -359,7 +359,7 @@ class Strategy:
         kit.cleanings += 1
         return partial(self.clean, kit)
 
-    def _throw_away(self, kit: Kit, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
+    def _throw_away(self, kit: KitTask, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
         """Take a part off the tray and drop it on the floor; False if the cup did not hold it."""
         for attempt in range(first, first + attempts):
             held = self._hand.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
@@ -380,7 +380,7 @@ class KitterAgent:
             catalogue = Catalogue({})
         belt_types = [each for each in catalogue.types if "belt" in client.material_locations(each)]
         view = CellView(client, catalogue, belt_types)
-        arm = Arm(client)
+        arm = KitterArm(client)
         client.start_competition()
         client.sleep(0.02)
         Strategy(client, view, arm, Manipulator(client, arm, catalogue), catalogue).run()

@@ -56,7 +56,7 @@ MAX_SAG = 0.03
 """Largest error of a joint [rad] from sag alone."""
 
 
-class Arm:
+class KitterArm:
     """The arm of a cell.
 
     Raises:

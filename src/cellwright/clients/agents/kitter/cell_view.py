@@ -77,10 +77,10 @@ class CellView:
         self._catalogue = catalogue
         self.not_upright: set[str] = set()
         """Types seen with another side up, or not on the floor of their bin."""
-        self._cameras: list[perception.Camera] = []
+        self._cameras: list[perception.CameraView] = []
         self._watching: set[str] = set()
         for name, world_T_camera in cameras.items():
-            camera = perception.Camera(client, name, world_T_camera, catalogue)
+            camera = perception.CameraView(client, name, world_T_camera, catalogue)
             if belt_types and perception.BELT.meets(camera.view):
                 camera.on_image = self.belt.take_image
                 camera.listen()

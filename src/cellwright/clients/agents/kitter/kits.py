@@ -26,7 +26,7 @@ _TURNS = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class TraySpot:
     """A place on the tray; `is_ordered` if that is the ordered pose."""
 
     tray_T_part: Pose
@@ -35,7 +35,7 @@ class Place:
 
 def find_place(
     kind: PartFigures, tray_T_goal: Pose, others: Sequence[Disc], is_reachable: Callable[[Pose], bool] = lambda _: True
-) -> Place | None:
+) -> TraySpot | None:
     """Return a place for a part beside others (in the tray frame); None when there is no room.
 
     The ordered pose is taken if it keeps the part inside the rims and off the others, however narrowly. Else places on
@@ -43,10 +43,10 @@ def find_place(
     """
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
-        return Place(goal, is_ordered=True)
+        return TraySpot(goal, is_ordered=True)
     for candidate in _candidates(goal):
         if fits(kind.covers(candidate), others, RIM_GAP, PART_GAP) and is_reachable(candidate):
-            return Place(candidate, is_ordered=False)
+            return TraySpot(candidate, is_ordered=False)
     return None
 
 
@@ -101,7 +101,7 @@ class Task:
 
 
 @dataclass
-class Kit:
+class KitTask:
     """A kit to build, on the AGV of a station."""
 
     kit_type: str
@@ -153,16 +153,16 @@ class OrderBook:
         self._client = client
         self._catalogue = catalogue
         self._known = 0
-        self.kits: list[Kit] = []
+        self.kits: list[KitTask] = []
         """All kits ordered so far, sent ones included."""
 
-    def open_kits(self) -> list[Kit]:
+    def open_kits(self) -> list[KitTask]:
         """Read new orders, and return the kits that are not yet sent, oldest first."""
         for order in self._client.orders[self._known :]:
             self._known += 1
             for kit in order.kits:
                 tasks = [self._task(each) for each in kit.objects]
-                self.kits.append(Kit(kit.kit_type, tasks, self._catalogue))
+                self.kits.append(KitTask(kit.kit_type, tasks, self._catalogue))
                 types = ", ".join(task.type for task in tasks)
                 log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
                 for task in tasks:
@@ -191,7 +191,7 @@ MISTURNED = 0.05
 """Distance [m] or angle [rad] from its ordered pose from which a part is out of place."""
 
 
-class Verdict(Enum):
+class InspectionResult(Enum):
     """Result of the inspection of a placed part."""
 
     UNSEEN = auto()
@@ -203,35 +203,35 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Inspection:
     """A verdict, and where the part was seen, if it was: distance [m] and angle [rad] from the ordered pose."""
 
-    verdict: Verdict
+    verdict: InspectionResult
     world_T_part: Pose | None = None
     offset: float = 0.0
     turn: float = 0.0
 
 
-def inspect_part(view: CellView, kit: Kit, task: Task, tray_T_part: Pose) -> Finding:
+def inspect_part(view: CellView, kit: KitTask, task: Task, tray_T_part: Pose) -> Inspection:
     """Inspect a part that was placed on the tray of its kit. It takes a second."""
     station = kit.station
     expected = pose_on_tray(station, kit.catalogue.figures(task.type), tray_T_part)
     if any(is_near(pose, expected, SAME_PLACE) for pose in view.faulty_on_tray(station.number)):
-        return Finding(Verdict.FAULTY)
+        return Inspection(InspectionResult.FAULTY)
     if not view.sees(expected):
-        return Finding(Verdict.UNSEEN)
+        return Inspection(InspectionResult.UNSEEN)
     view.look(station.area)
     seen = [part.world_T_part for part in view.parts_on_tray(station.world_T_tray) if part.type == task.type]
     found = min(seen, key=lambda pose: horizontal_distance(pose, expected), default=None)
     if found is None or horizontal_distance(found, expected) > LOST_DISTANCE:
-        return Finding(Verdict.LOST)
+        return Inspection(InspectionResult.LOST)
     offset = horizontal_distance(found, expected)
     turn = abs(math.remainder(found.yaw - expected.yaw, 2 * math.pi))
     is_off = offset > MISPLACED or turn > MISTURNED
-    return Finding(Verdict.OUT_OF_PLACE if is_off else Verdict.GOOD, found, offset, turn)
+    return Inspection(InspectionResult.OUT_OF_PLACE if is_off else InspectionResult.GOOD, found, offset, turn)
 
 
-def strays(view: CellView, kit: Kit) -> list[Sighting]:
+def strays(view: CellView, kit: KitTask) -> list[Sighting]:
     """Return the parts on the tray that were not placed there, such as lost ones, from the last look."""
     return [
         part
@@ -240,12 +240,12 @@ def strays(view: CellView, kit: Kit) -> list[Sighting]:
     ]
 
 
-def is_known_faulty(kit: Kit, part: Sighting) -> bool:
+def is_known_faulty(kit: KitTask, part: Sighting) -> bool:
     """Return whether a part lies where a faulty one could not be removed."""
     return any(is_near(part.world_T_part, pose, SAME_PLACE) for pose in _world_poses(kit, kit.faulty))
 
 
-def _world_poses(kit: Kit, parts: Iterable[tuple[str, Pose]]) -> Iterator[Pose]:
+def _world_poses(kit: KitTask, parts: Iterable[tuple[str, Pose]]) -> Iterator[Pose]:
     """Yield world_T_part of parts on the tray of a kit, given by type and place."""
     for part_type, tray_T_part in parts:
         yield pose_on_tray(kit.station, kit.catalogue.figures(part_type), tray_T_part)

@@ -205,7 +205,7 @@ class Images:
         self.on_image(image)
 
 
-class Camera(Images):
+class CameraView(Images):
     """A logical camera, and the box in the world that it can see."""
 
     def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
@@ -236,7 +236,7 @@ MAX_BELT_SIGHTINGS = 40
 
 
 @dataclass
-class BeltPart:
+class TrackedBeltPart:
     """A part on the belt, seen several times by a camera, or once by a beam."""
 
     type: str
@@ -282,7 +282,7 @@ class BeltWatch:
     """
 
     def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue) -> None:
-        self.parts: list[BeltPart] = []
+        self.parts: list[TrackedBeltPart] = []
         self._client = client
         self._types = tuple(types)
         self._catalogue = catalogue
@@ -302,19 +302,19 @@ class BeltWatch:
                     self._leave_beams.pop()()
                 self._note(seen.type, seen.world_T_part, image.time)
 
-    def coming(self, part_type: str, time: float, y: float) -> list[BeltPart]:
+    def coming(self, part_type: str, time: float, y: float) -> list[TrackedBeltPart]:
         """Return the parts of a type that pass world y later than `time` [s], the first of them first."""
         found = [part for part in self.parts if part.type == part_type and part.time_at(y) > time]
         return sorted(found, key=lambda part: part.time_at(y))
 
-    def forget(self, part: BeltPart) -> None:
+    def forget(self, part: TrackedBeltPart) -> None:
         """Forget a part that has left the belt, or that was tried in vain."""
         self.parts = [each for each in self.parts if each is not part]
 
     def _note(self, part_type: str, pose: Pose, time: float) -> None:
         known = next((p for p in self.parts if p.type == part_type and p.has_yaw and p.is_near(pose, time)), None)
         if known is None:
-            known = self._new(BeltPart(part_type), time)
+            known = self._new(TrackedBeltPart(part_type), time)
         known.add(pose, time)
 
     def _watch_beam(self, name: str, y: float) -> Callable[[], None]:
@@ -336,10 +336,10 @@ class BeltWatch:
         """Take a part of `length` [m] whose middle passed a beam at time `middle` [s]."""
         kind = self._catalogue.figures(self._types[0])
         if length >= kind.reach / 2:
-            part = self._new(BeltPart(self._types[0], has_yaw=False), middle)
+            part = self._new(TrackedBeltPart(self._types[0], has_yaw=False), middle)
             part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
 
-    def _new(self, part: BeltPart, time: float) -> BeltPart:
+    def _new(self, part: TrackedBeltPart, time: float) -> TrackedBeltPart:
         """Add a part that came in view; forget those that have left the belt."""
         self.parts = [*(each for each in self.parts if each.time_at(-5.0) > time), part]
         return part

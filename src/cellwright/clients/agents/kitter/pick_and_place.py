@@ -4,7 +4,7 @@ import logging
 import math
 from dataclasses import dataclass
 
-from cellwright.clients.agents.kitter.arm import CUP_FACE, Arm
+from cellwright.clients.agents.kitter.arm import CUP_FACE, KitterArm
 from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, RAIL_END, SHOULDER_OFFSET, at_height
 from cellwright.clients.agents.kitter.part_figures import Catalogue, PartFigures
 from cellwright.clients.agents.kitter.perception import (
@@ -13,7 +13,7 @@ from cellwright.clients.agents.kitter.perception import (
     TRAY_HALF_Y,
     TRAY_SURFACE,
     Area,
-    BeltPart,
+    TrackedBeltPart,
 )
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
@@ -61,7 +61,7 @@ PLACE_APPROACH_HEIGHT = 0.012
 class Manipulator:
     """Picks parts up and puts them down, with an arm and its gripper."""
 
-    def __init__(self, client: Client, arm: Arm, catalogue: Catalogue) -> None:
+    def __init__(self, client: Client, arm: KitterArm, catalogue: Catalogue) -> None:
         self._client = client
         self._arm = arm
         self._catalogue = catalogue
@@ -97,7 +97,7 @@ class Manipulator:
         x, y, z = above.position
         return Pose((x, y, max(z + 0.1, 0.9)), above.quaternion), z
 
-    def meeting_place(self, part: BeltPart, first: float, last: float) -> float | None:
+    def meeting_place(self, part: TrackedBeltPart, first: float, last: float) -> float | None:
         """Return a world y [m] in `first` to `last` where the arm can meet a belt part; None if it comes too late."""
         y = min(first, part.pose(self._client.time).position[1])
         for _ in range(4):
@@ -111,13 +111,13 @@ class Manipulator:
                 return None
         return y
 
-    def belt_hover(self, part: BeltPart, y: float) -> Pose:
+    def belt_hover(self, part: TrackedBeltPart, y: float) -> Pose:
         """Return the gripper's pose from which it waits for a part on the belt."""
         kind = self._catalogue.figures(part.type)
         above = grip_pose(kind, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
         return at_height(above, above.position[2] + BELT_HOVER)
 
-    def from_belt(self, part: BeltPart, y: float) -> Held | None:
+    def from_belt(self, part: TrackedBeltPart, y: float) -> Held | None:
         """Take a part from the running belt about where it passes world y, and lift it; None if that failed."""
         client, arm = self._client, self._arm
         hover = self.belt_hover(part, y)

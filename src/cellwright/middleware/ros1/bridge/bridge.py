@@ -24,7 +24,7 @@ if __name__ == "__main__":
 import rospy
 
 from cellwright.middleware.ros1.bridge.connection import LinkClient, address_of
-from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
+from cellwright.middleware.ros1.bridge.loop import EventLoop, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
     FRAME_SOURCE,
@@ -39,7 +39,7 @@ from cellwright.middleware.ros1.bridge.node import (
     stop_by,
     stop_deferred,
 )
-from cellwright.middleware.ros1.bridge.services import STEP_SERVICE, Service, StepService, cell_service
+from cellwright.middleware.ros1.bridge.services import STEP_SERVICE, RosService, StepService, cell_service
 from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
 from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
 from cellwright.middleware.ros1.bridge.topics import COMMAND_QUEUE, CommandTopic, Publication
@@ -63,7 +63,7 @@ class Bridge:
         self._address = address
         self._node = node
         self._program = state_publisher
-        self._loop = Loop()
+        self._loop = EventLoop()
         self._frames: StatePublisher | None = None
 
     def run(self) -> None:
@@ -167,11 +167,11 @@ class Bridge:
             if topic["name"] in own and topic["direction"] == "out":
                 OwnSubscription(topic["name"], topic["type"]).register()
 
-    def _services(self, services: list[dict[str, Any]]) -> list[Service]:
+    def _services(self, services: list[dict[str, Any]]) -> list[RosService]:
         found = [cell_service(self._loop, self._link, service) for service in services]
         if self._sent is not None:
             self._steps = StepService(self._loop, self._link, self._heard, self._sent)
-            found.append(Service(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
+            found.append(RosService(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
         return found
 
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:

@@ -9,8 +9,8 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.loop import Callback, Loop, MissingError, nothing, report
-from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, Kind, hello
+from cellwright.middleware.ros1.bridge.loop import Callback, EventLoop, MissingError, nothing, report
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Decoder, Frame, FrameError, FrameKind, hello
 
 
 def address_of(text: str) -> tuple[str, int]:
@@ -48,7 +48,7 @@ class BufferedConnection:
 
     def __init__(
         self,
-        loop: Loop,
+        loop: EventLoop,
         connection: socket.socket,
         on_data: Callable[[bytes], object] = nothing,
         on_end: Callback = nothing,
@@ -181,7 +181,9 @@ class LinkClient:
     reason if the cell has ended, and with None if the connection broke.
     """
 
-    def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
+    def __init__(
+        self, loop: EventLoop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]
+    ) -> None:
         self._loop = loop
         self._on_end = on_end
         self._is_behind: Callable[[], bool] = lambda: False
@@ -202,7 +204,7 @@ class LinkClient:
         connection.setblocking(False)
         self._connection = BufferedConnection(loop, connection, self._read, lambda: self._end(None))
 
-    def request(self, kind: Kind, answered: Answered | None, **fields: Any) -> int:
+    def request(self, kind: FrameKind, answered: Answered | None, **fields: Any) -> int:
         """Send a request, whose answer goes to `answered`; return its number."""
         with self._lock:
             self._number = number = self._number % _NUMBERS + 1
@@ -227,14 +229,14 @@ class LinkClient:
         Returns:
             The number of the subscription; its answer goes to `answered`, after latched messages.
         """
-        number = self.request(Kind.SUBSCRIBE, answered, name=topic, node=node)
+        number = self.request(FrameKind.SUBSCRIBE, answered, name=topic, node=node)
         self._listeners[number] = listener
         return number
 
     def unsubscribe(self, number: int) -> None:
         """End a subscription; messages in transit are no longer delivered."""
         self._listeners.pop(number, None)
-        self._connection.send(Frame(Kind.UNSUBSCRIBE, number).encode())
+        self._connection.send(Frame(FrameKind.UNSUBSCRIBE, number).encode())
 
     def keep_up(self, is_behind: Callable[[], bool]) -> None:
         """Ask the cell to hold time while this end is behind: while received messages are not delivered yet."""
@@ -253,7 +255,7 @@ class LinkClient:
             if not data:
                 raise FrameError("it has hung up")
             for frame in self._decoder.feed(data):
-                if frame.kind is Kind.WELCOME:
+                if frame.kind is FrameKind.WELCOME:
                     return frame.json()
                 raise FrameError(frame.text() or frame.kind.name)
 
@@ -267,13 +269,13 @@ class LinkClient:
             self._end("")
 
     def _take(self, frame: Frame) -> None:
-        if frame.kind is Kind.MESSAGE:
+        if frame.kind is FrameKind.MESSAGE:
             listener = self._listeners.get(frame.number)
             if listener is not None:
                 listener(frame.payload)
-        elif frame.kind is Kind.PING:
+        elif frame.kind is FrameKind.PING:
             self._answer(frame.number)
-        elif frame.kind is Kind.ENDED:
+        elif frame.kind is FrameKind.ENDED:
             self._end(frame.text())
         else:
             with self._lock:
@@ -291,7 +293,7 @@ class LinkClient:
             self._pong(ping)
 
     def _pong(self, number: int) -> None:
-        self._connection.send(Frame(Kind.PONG, number).encode())
+        self._connection.send(Frame(FrameKind.PONG, number).encode())
 
     def _end(self, reason: str | None) -> None:
         if not self._has_ended:

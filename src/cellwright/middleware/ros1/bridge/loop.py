@@ -39,7 +39,7 @@ def _write_line(stream: TextIO, line: str) -> None:
 Callback = Callable[[], None]
 
 
-class Loop:
+class EventLoop:
     """Event loop in one thread: calls what is due until it is stopped.
 
     Only its thread touches what belongs to the loop; other threads use `call`.
@@ -150,7 +150,7 @@ class ThrottledLog:
     The line has `{subject}`, and `{count}` for the number of events since the last one.
     """
 
-    def __init__(self, loop: Loop, text: str) -> None:
+    def __init__(self, loop: EventLoop, text: str) -> None:
         self._loop = loop
         self._text = text
         self._counts: dict[str, int] = {}

@@ -235,7 +235,7 @@ class Master:
     def __init__(self, node: str) -> None:
         self.uri: str = rosgraph.get_master_uri()
         self._node = node
-        self._server = xmlrpc.client.ServerProxy(self.uri, transport=_Transport())
+        self._server = xmlrpc.client.ServerProxy(self.uri, transport=_TimeoutTransport())
 
     def ask(self, method: str, *arguments: Any) -> Any | None:
         """Call a method of the master's API; return its value, None if it fails."""
@@ -318,7 +318,7 @@ def listen_on_loopback() -> None:
         environment["ROS_IP"] = "127.0.0.1"
 
 
-class _Transport(xmlrpc.client.Transport):
+class _TimeoutTransport(xmlrpc.client.Transport):
     """XML-RPC transport with a timeout."""
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:

@@ -29,7 +29,7 @@ if __name__ == "__main__":
 import rospy
 
 from cellwright.middleware.ros1.bridge.connection import BufferedConnection
-from cellwright.middleware.ros1.bridge.loop import Loop, MissingError, ThrottledLog, report, say_ready
+from cellwright.middleware.ros1.bridge.loop import EventLoop, MissingError, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
 from cellwright.middleware.ros1.bridge.node import (
     Master,
@@ -55,7 +55,7 @@ from cellwright.middleware.wire.frames import (
     Decoder,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     read_advance,
     time_frame,
 )
@@ -80,7 +80,7 @@ class Relay:
 
     def __init__(
         self,
-        loop: Loop,
+        loop: EventLoop,
         connection: socket.socket,
         master: Master,
         node: str,
@@ -114,7 +114,7 @@ class Relay:
 
     def end(self, reason: str) -> None:
         """Send the client the reason of the end, and end the relay."""
-        self._send(Frame(Kind.ENDED, payload=reason.encode()))
+        self._send(Frame(FrameKind.ENDED, payload=reason.encode()))
         self._connection.close_when_empty()
         self._loop.stop(0)
 
@@ -141,13 +141,13 @@ class Relay:
             self._loop.stop(1)
 
     def _act(self, frame: Frame) -> None:
-        acts: dict[Kind, Callable[[Frame], Frame | None]] = {
-            Kind.HELLO: self._greet,
-            Kind.SUBSCRIBE: self._subscribe,
-            Kind.UNSUBSCRIBE: self._unsubscribe,
-            Kind.PUBLISH: self._publish,
-            Kind.CALL: self._call,
-            Kind.ADVANCE: self._advance,
+        acts: dict[FrameKind, Callable[[Frame], Frame | None]] = {
+            FrameKind.HELLO: self._greet,
+            FrameKind.SUBSCRIBE: self._subscribe,
+            FrameKind.UNSUBSCRIBE: self._unsubscribe,
+            FrameKind.PUBLISH: self._publish,
+            FrameKind.CALL: self._call,
+            FrameKind.ADVANCE: self._advance,
         }
         if frame.kind not in acts:
             raise FrameError(f"{frame.kind.name} is nothing that a client may say")
@@ -183,7 +183,7 @@ class Relay:
     def _greet(self, frame: Frame) -> Frame:
         if frame.json().get("encoding") != "ros1":
             return _refusal(0, "UsageError", "a relay passes messages on in the form of ROS 1 only")
-        return Frame(Kind.WELCOME, payload=json.dumps(self._welcome).encode())
+        return Frame(FrameKind.WELCOME, payload=json.dumps(self._welcome).encode())
 
     def _subscribe(self, frame: Frame) -> Frame:
         topic = self._heard.get(frame.name)
@@ -195,7 +195,7 @@ class Relay:
         topic.add(frame.number)
         if self._types.get(frame.name):  # an unknown topic is awaited without limit
             _wait(lambda: topic.is_connected)
-        return Frame(Kind.DONE, frame.number)
+        return Frame(FrameKind.DONE, frame.number)
 
     def _unsubscribe(self, frame: Frame) -> None:
         for topic in list(self._heard.values()):
@@ -213,7 +213,7 @@ class Relay:
 
     def _pass_on(self, numbers: tuple[int, ...], data: bytes) -> None:
         for number in numbers:
-            self._send(Frame(Kind.MESSAGE, number, payload=data))
+            self._send(Frame(FrameKind.MESSAGE, number, payload=data))
 
     def _publish(self, frame: Frame) -> Frame | None:
         if frame.name not in self._hearers:
@@ -233,13 +233,13 @@ class Relay:
         if not _wait(lambda: topic.is_connected):
             return _refusal(frame.number, "RejectedCommandError", f"nobody hears {frame.name}")
         topic.publish(frame.payload)
-        return Frame(Kind.DONE, frame.number) if frame.number else None
+        return Frame(FrameKind.DONE, frame.number) if frame.number else None
 
     def _call(self, frame: Frame) -> Frame:
         if frame.name == DECLARE:
             said = frame.json()
             self._definitions[str(said["type"])] = {key: str(said[key]) for key in ("md5", "definition")}
-            return Frame(Kind.ANSWER, frame.number)
+            return Frame(FrameKind.ANSWER, frame.number)
         service = self._services.get(frame.name)
         if service is None:
             known = ", ".join(sorted(self._services))
@@ -249,7 +249,7 @@ class Relay:
         # in lockstep no time passes during this wait: a service that needs some would never answer
         succeeded, payload = service.call(frame.payload, PATIENCE if self._lockstep else None)
         if succeeded:
-            return Frame(Kind.ANSWER, frame.number, payload=payload)
+            return Frame(FrameKind.ANSWER, frame.number, payload=payload)
         if not payload:
             return _refusal(frame.number, "ServiceFailedError", f"{frame.name} gave no answer")
         return _refusal(frame.number, "RejectedCommandError", payload.decode(errors="replace"))
@@ -306,7 +306,7 @@ def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
 
 
 def _refusal(number: int, error: str, reason: str) -> Frame:
-    return Frame(Kind.REFUSED, number, name=error, payload=reason.encode())
+    return Frame(FrameKind.REFUSED, number, name=error, payload=reason.encode())
 
 
 def _wait(condition: Callable[[], bool]) -> bool:
@@ -322,7 +322,7 @@ def _wait(condition: Callable[[], bool]) -> bool:
 def serve(node: str, patience: float, sign: str) -> int:
     """Wait for a simulator, for `patience` [s] at most, then for a client, and serve it; return the exit status."""
     listen_on_loopback()
-    loop = Loop()
+    loop = EventLoop()
     loop.watch(sys.stdin, lambda: loop.stop(0) if not os.read(0, 4096) else None)
     end = time.monotonic() + patience
     master = Master(node)
@@ -341,7 +341,9 @@ def serve(node: str, patience: float, sign: str) -> int:
     return loop.run()
 
 
-def _accept(loop: Loop, listener: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str) -> None:
+def _accept(
+    loop: EventLoop, listener: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str
+) -> None:
     """Accept the one client."""
     connection, _ = listener.accept()
     loop.forget(listener)

@@ -22,11 +22,11 @@ from rospy.impl.registration import get_service_manager
 from rospy.impl.tcpros_base import get_tcpros_server_address
 
 from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.loop import EventLoop
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_TYPE, DeliveryCounter, read_step_request, step_response
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes
 from cellwright.middleware.ros1.bridge.topics import CommandTopic
-from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Frame, FrameError, Kind, advance, read_time
+from cellwright.middleware.wire.frames import MAX_CLIENT_FRAME_BYTES, Frame, FrameError, FrameKind, advance, read_time
 
 NO_ANSWER = "ServiceFailedError"  # error of a service without an answer; it is reported without a reason
 _LENGTH = struct.Struct("<I")
@@ -36,10 +36,10 @@ Handler = Callable[["Caller", bytes], None]
 """Takes the caller to respond to, and the request; called by the loop's thread."""
 
 
-class Service:
+class RosService:
     """One service, as rospy's service manager and the TCPROS server know it."""
 
-    def __init__(self, loop: Loop, name: str, type_name: str, md5: str, handler: Handler) -> None:
+    def __init__(self, loop: EventLoop, name: str, type_name: str, md5: str, handler: Handler) -> None:
         self._loop = loop
         self.resolved_name = name
         self.type = type_name
@@ -63,7 +63,7 @@ class Service:
 class Caller:
     """Connection of a caller: for one request, or for consecutive ones if it is persistent."""
 
-    def __init__(self, service: Service, loop: Loop, connection: socket.socket, header: Header) -> None:
+    def __init__(self, service: RosService, loop: EventLoop, connection: socket.socket, header: Header) -> None:
         self._service = service
         self.node = header["callerid"]
         self._is_persistent = header.get("persistent", "").lower() in ("1", "true")
@@ -124,25 +124,25 @@ class Caller:
         self._service.handler(self, request)
 
 
-def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Service:
+def cell_service(loop: EventLoop, link: LinkClient, service: dict[str, Any]) -> RosService:
     """Return a service that WELCOME describes, which forwards everything to the cell."""
     name, type_name = service["name"], service["type"]
 
     def handle(caller: Caller, request: bytes) -> None:
         def answered(frame: Frame) -> None:
-            if frame.kind is Kind.DONE:  # in lockstep: it takes time, which other callers may advance
+            if frame.kind is FrameKind.DONE:  # in lockstep: it takes time, which other callers may advance
                 link.ask_again(frame.number, answered)
-            elif frame.kind is Kind.ANSWER:
+            elif frame.kind is FrameKind.ANSWER:
                 caller.respond(True, frame.payload)
             else:
                 caller.respond(False, b"" if frame.name == NO_ANSWER else one_line(frame.text()))
 
         try:
-            link.request(Kind.CALL, answered, name=name, type=type_name, node=caller.node, payload=request)
+            link.request(FrameKind.CALL, answered, name=name, type=type_name, node=caller.node, payload=request)
         except FrameError as error:
             caller.respond(False, one_line(str(error)))
 
-    return Service(loop, name, type_name, service["md5"], handle)
+    return RosService(loop, name, type_name, service["md5"], handle)
 
 
 def one_line(text: str) -> bytes:
@@ -161,7 +161,7 @@ _NANOSECONDS = 1_000_000_000
 
 
 @dataclass
-class Step:
+class PendingStep:
     """Requested step of time."""
 
     caller: Caller
@@ -174,12 +174,14 @@ class Step:
 class StepService:
     """Service that carries out steps, one after the other; `topics` are those that the cell receives."""
 
-    def __init__(self, loop: Loop, link: LinkClient, topics: dict[str, CommandTopic], sent: DeliveryCounter) -> None:
+    def __init__(
+        self, loop: EventLoop, link: LinkClient, topics: dict[str, CommandTopic], sent: DeliveryCounter
+    ) -> None:
         self._loop = loop
         self._link = link
         self._topics = topics
         self._sent = sent
-        self._steps: deque[Step] = deque()
+        self._steps: deque[PendingStep] = deque()
         self._is_advancing = False
         self._now = 0
         self._known = -FRESH
@@ -200,7 +202,7 @@ class StepService:
                 True, step_response(f"the cell hears no {unknown[0]}; it hears {', '.join(self._topics)}", 0, [])
             )
         else:
-            self._steps.append(Step(caller, duration, published))
+            self._steps.append(PendingStep(caller, duration, published))
             if len(self._steps) == 1:
                 self._begin()
 
@@ -224,7 +226,7 @@ class StepService:
         if self._steps and not self._is_advancing:
             self._loop.later(MESSAGE_TIMEOUT + 0.001, self.look)
 
-    def _missing(self, step: Step) -> str | None:
+    def _missing(self, step: PendingStep) -> str | None:
         for name, count in step.published.items():
             come = self._topics[name].handed_over(step.caller.node)
             if come < count:
@@ -233,12 +235,12 @@ class StepService:
         return None
 
     def _advance(self, until: int) -> None:
-        self._link.request(Kind.ADVANCE, self._advanced, payload=advance(0, until, each_tick=False).payload)
+        self._link.request(FrameKind.ADVANCE, self._advanced, payload=advance(0, until, each_tick=False).payload)
 
     def _advanced(self, frame: Frame) -> None:
         step = self._steps[0]
         try:
-            if frame.kind is not Kind.TIME:
+            if frame.kind is not FrameKind.TIME:
                 raise FrameError(frame.text())
             self._now = now = read_time(frame)
             self._known = time.monotonic()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cellwright.middleware import wire as link
-from cellwright.middleware.ros1.bridge.loop import Loop, report
+from cellwright.middleware.ros1.bridge.loop import EventLoop, report
 
 NODE = "/robot_state_publisher"
 PLACES = ("/usr/lib/robot_state_publisher", "/opt/ros/*/lib/robot_state_publisher")
@@ -40,7 +40,7 @@ def find_state_publisher() -> str | None:
 class StatePublisher:
     """Child process of the program, started again when it ends."""
 
-    def __init__(self, loop: Loop, program: str) -> None:
+    def __init__(self, loop: EventLoop, program: str) -> None:
         self._loop = loop
         self._arguments = [
             program,

@@ -18,7 +18,7 @@ import rospy.impl.tcpros_base
 from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
 
 from cellwright.middleware.ros1.bridge.connection import BufferedConnection, receive_nowait
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.loop import EventLoop
 
 
 def handshake_bytes(fields: Mapping[str, str]) -> bytes:
@@ -60,7 +60,7 @@ Taker = Callable[[socket.socket, Header], Optional[str]]
 class TcprosServer:
     """Server that accepts connections and hands them to the topic or service that they name."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: EventLoop) -> None:
         self.topics: dict[str, Taker] = {}
         self.services: dict[str, Taker] = {}
         self._loop = loop
@@ -122,7 +122,7 @@ class TcprosServer:
 class Handshake:
     """Pending handshake of a connection, closed after a timeout."""
 
-    def __init__(self, loop: Loop, connection: socket.socket, on_header: Callable[[Header], None]) -> None:
+    def __init__(self, loop: EventLoop, connection: socket.socket, on_header: Callable[[Header], None]) -> None:
         self._loop = loop
         self._connection = connection
         self._on_header = on_header
@@ -160,7 +160,7 @@ class Handshake:
             self._connection.close()
 
 
-def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
+def refuse(loop: EventLoop, connection: socket.socket, reason: str) -> None:
     """Send the peer the reason of the refusal, and close its connection."""
     refused = BufferedConnection(loop, connection)
     refused.send(handshake_bytes({"error": reason}))

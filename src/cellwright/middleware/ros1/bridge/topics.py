@@ -25,11 +25,11 @@ import rospy
 from rospy.impl.registration import Registration
 
 from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
-from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog
+from cellwright.middleware.ros1.bridge.loop import EventLoop, ThrottledLog
 from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter, has_header
 from cellwright.middleware.ros1.bridge.node import ManagedTopic
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes, raw_type
-from cellwright.middleware.wire.frames import Frame, FrameError, Kind
+from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
 
 PUBLICATION_QUEUE = 1000
 """Messages that may wait for a subscriber that does not read; then the oldest is dropped."""
@@ -48,7 +48,7 @@ class Publication(ManagedTopic):
 
     def __init__(
         self,
-        loop: Loop,
+        loop: EventLoop,
         link: LinkClient,
         topic: dict[str, Any],
         *,
@@ -181,7 +181,7 @@ class Peer:
     """Connection of a subscriber, for which `queue` messages may wait."""
 
     def __init__(
-        self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
+        self, publication: Publication, loop: EventLoop, connection: socket.socket, caller: str, queue: int
     ) -> None:
         self.caller = caller
         self.identity = next(_identities)
@@ -220,7 +220,7 @@ class CommandTopic:
 
     def __init__(
         self,
-        loop: Loop,
+        loop: EventLoop,
         link: LinkClient,
         topic: dict[str, Any],
         *,
@@ -276,7 +276,7 @@ class CommandTopic:
             caller = header.get("callerid", "")
             try:
                 self._link.request(
-                    Kind.PUBLISH, self._answered, name=self.name, type=self._type, node=caller, payload=data
+                    FrameKind.PUBLISH, self._answered, name=self.name, type=self._type, node=caller, payload=data
                 )
             except FrameError:
                 self._count(header)

@@ -29,7 +29,7 @@ class MasterError(CellwrightError):
     """The master gave no answer, or an unexpected one; the text says which."""
 
 
-class _Transport(xmlrpc.client.Transport):
+class _TimeoutTransport(xmlrpc.client.Transport):
     """XML-RPC transport with a timeout of each read and write."""
 
     def __init__(self, patience: float) -> None:
@@ -42,7 +42,7 @@ class _Transport(xmlrpc.client.Transport):
         return connection
 
 
-class Master:
+class MasterClient:
     """Client of a ROS master, which may or may not run.
 
     Unless documented otherwise, all calls raise a MasterError if it does not answer, or refuses.
@@ -137,7 +137,7 @@ class Master:
 
         def ask() -> None:
             try:
-                with xmlrpc.client.ServerProxy(uri, _Transport(self._patience)) as proxy:
+                with xmlrpc.client.ServerProxy(uri, _TimeoutTransport(self._patience)) as proxy:
                     code, text, value = getattr(proxy, method)(_CALLER, *arguments)
                     found.append((int(code), str(text), value))
             except Exception as error:  # the library raises all kinds of errors for invalid answers
@@ -165,7 +165,7 @@ class OwnMaster:
         UsageError: rosmaster is not installed, or something else listens at the address.
     """
 
-    def __init__(self, installation: Installation, master: Master, report: Callable[[str], None]) -> None:
+    def __init__(self, installation: Installation, master: MasterClient, report: Callable[[str], None]) -> None:
         program = installation.program("rosmaster")
         if program is None:
             raise UsageError(f"no ROS master answers at {master.uri}, and rosmaster is not installed; {HOW_TO_GET_IT}")

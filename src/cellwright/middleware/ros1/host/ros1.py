@@ -20,7 +20,7 @@ from typing import Any, Self
 from cellwright._package import FOLDER
 from cellwright.middleware.ros1.host import installation as installations
 from cellwright.middleware.ros1.host.installation import Installation
-from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError, OwnMaster
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient, MasterError, OwnMaster
 from cellwright.middleware.ros1.host.processes import Child, RestartDelay, how_it_ended
 from cellwright.util.errors import UsageError
 
@@ -76,7 +76,7 @@ _BRIDGE_PROGRAM = Path(FOLDER) / "middleware" / "ros1" / "bridge" / "bridge.py"
 _READY_LINE = "ready"
 
 
-class Bridge(Child):
+class BridgeProcess(Child):
     """One run of the bridge to the server at an address; `on_line` takes its output, line by line."""
 
     def __init__(
@@ -138,7 +138,7 @@ class Ros1:
         self._is_stopped = is_stopped
         self._installation = installations.find(environment)
         here = self._installation.environment
-        self.master = Master(here.get(URI_VARIABLE) or DEFAULT_URI)
+        self.master = MasterClient(here.get(URI_VARIABLE) or DEFAULT_URI)
         own = {URI_VARIABLE: self.master.uri}
         if self.master.is_local and not here.get("ROS_IP") and not here.get("ROS_HOSTNAME"):
             own["ROS_IP"] = "127.0.0.1"  # no access from other machines unless requested
@@ -146,7 +146,7 @@ class Ros1:
         """Environment that leads a program of ROS 1 to the same master."""
         self._installation = replace(self._installation, environment={**here, **own})
         self._own_master: OwnMaster | None = None
-        self._bridge: Bridge | None = None
+        self._bridge: BridgeProcess | None = None
         self._patience = RestartDelay()
         self._again = 0.0
         self._preparation: threading.Thread | None = None
@@ -250,7 +250,7 @@ class Ros1:
             self._preparation = threading.Thread(target=self._prepare_again, name="ros-parameters", daemon=True)
             self._preparation.start()
 
-    def _look_at(self, bridge: Bridge) -> None:
+    def _look_at(self, bridge: BridgeProcess) -> None:
         status = bridge.poll()
         if bridge.is_ready and not self._was_ready:
             self._was_ready = True
@@ -296,8 +296,8 @@ class Ros1:
         if own is not None:
             own.stop()
 
-    def _start_bridge(self) -> Bridge:
-        self._bridge = Bridge(self._installation, self.identity, self._address, self._on_line)
+    def _start_bridge(self) -> BridgeProcess:
+        self._bridge = BridgeProcess(self._installation, self.identity, self._address, self._on_line)
         return self._bridge
 
     def _on_line(self, line: str) -> None:

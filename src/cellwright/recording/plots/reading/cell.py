@@ -10,14 +10,14 @@ from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT, FRAME, PANEL
 from cellwright.recording.format.reader import RecordedMessage, frame_bytes, json_object
 from cellwright.recording.plots.reading.reader import SECOND, Spans
-from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span, ToolTrack, TrayPart
-from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene
+from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span, ToolTrack, TrackedTrayPart
+from cellwright.rendering.scene.scene import SceneFrame, decode_frame, decode_scene
 from cellwright.util.errors import MessageError, showable
 
 _SLIDES = "linear"  # part of the names of prismatic joints
 
 
-class Arm:
+class ArmStateReader:
     """Reader of /ariac/arm/state."""
 
     topics = ("/ariac/arm/state",)
@@ -63,7 +63,7 @@ class BodyPath:
         except MessageError:
             bodies = ()
         self._body = bodies.index(body) if body in bodies else -1
-        self._frame: Frame | None = None
+        self._frame: SceneFrame | None = None
         self._rows: list[tuple[float, float, float, float]] = []
 
     def take(self, message: RecordedMessage) -> None:
@@ -84,7 +84,7 @@ class BodyPath:
 _SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
 
 
-class Competition:
+class CompetitionReader:
     """Reader of the referee's log, the score and the competition state."""
 
     topics = (EVENT, _SCORE, _STATE)
@@ -192,8 +192,8 @@ class Trays:
         for each in sorted(there - self._since.keys()):
             self._since[each] = now
 
-    def parts(self, end: float, verdicts: list[tuple[float, str, dict[str, str]]]) -> list[TrayPart]:
-        """Return all parts that lay on trays up to the end [s]; `verdicts` as in `Competition`."""
+    def parts(self, end: float, verdicts: list[tuple[float, str, dict[str, str]]]) -> list[TrackedTrayPart]:
+        """Return all parts that lay on trays up to the end [s]; `verdicts` as in `CompetitionReader`."""
         spans = [*self._gone, *((*each, since, end) for each, since in self._since.items())]
         found = []
         for tray, name, begin, over in sorted(spans, key=lambda span: (span[2], span[1])):
@@ -201,7 +201,7 @@ class Trays:
             for when, where, words in verdicts:
                 if where == tray and begin <= when <= over + _LATE:
                     verdict = words.get(name, verdict)
-            found.append(TrayPart(tray, _part_name(name), begin, over, verdict))
+            found.append(TrackedTrayPart(tray, _part_name(name), begin, over, verdict))
         return found
 
 

@@ -5,9 +5,9 @@ from contextlib import suppress
 from typing import Any
 
 from cellwright.recording.format.reader import Recording
-from cellwright.recording.plots.reading.cell import Arm, BodyPath, Competition, Trays
-from cellwright.recording.plots.reading.reader import SECOND, Commands, Gripper, Reader
-from cellwright.recording.plots.reading.robot import About, JointStates, Status, Tips
+from cellwright.recording.plots.reading.cell import ArmStateReader, BodyPath, CompetitionReader, Trays
+from cellwright.recording.plots.reading.reader import SECOND, CommandReader, GripperReader, TopicReader
+from cellwright.recording.plots.reading.robot import About, JointStateReader, Status, Tips
 from cellwright.recording.plots.tracks import JointTrack, PlotData
 from cellwright.util.errors import MessageError, RecordingError
 
@@ -18,8 +18,13 @@ def load_plot_data(recording: Recording) -> PlotData:
 
 
 def _cell(recording: Recording) -> PlotData:
-    arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, "vacuum_gripper_link"), Trays()
-    competition, commands = Competition(), Commands()
+    arm, gripper, path, trays = (
+        ArmStateReader(),
+        GripperReader(),
+        BodyPath(recording.scene, "vacuum_gripper_link"),
+        Trays(),
+    )
+    competition, commands = CompetitionReader(), CommandReader()
     warning = _read(recording, (arm, gripper, path, trays, competition, commands))
     end = recording.end_time / SECOND
     tool = path.track("vacuum gripper", gripper.on.until(end), gripper.attached.until(end))
@@ -42,9 +47,9 @@ def _cell(recording: Recording) -> PlotData:
 
 
 def _robot(recording: Recording) -> PlotData:
-    measured, applied = JointStates("/io_teleop/joint_states"), JointStates("/io_teleop/applied_joint_cmd")
-    grippers, tips, status = JointStates("/io_teleop/gripper_states"), Tips(), Status()
-    about, commands = About(), Commands()
+    measured, applied = JointStateReader("/io_teleop/joint_states"), JointStateReader("/io_teleop/applied_joint_cmd")
+    grippers, tips, status = JointStateReader("/io_teleop/gripper_states"), Tips(), Status()
+    about, commands = About(), CommandReader()
     warning = _read(recording, (measured, applied, grippers, tips, status, about, commands))
     end = recording.end_time / SECOND
     actual, targets, units = measured.curves(), applied.curves(), about.units()
@@ -74,9 +79,9 @@ def _robot(recording: Recording) -> PlotData:
     )
 
 
-def _read(recording: Recording, readers: Sequence[Reader]) -> str:
+def _read(recording: Recording, readers: Sequence[TopicReader]) -> str:
     """Pass each message to the readers of its topic; return what is wrong with the recording, if anything."""
-    by_topic: dict[str, list[Reader]] = {}
+    by_topic: dict[str, list[TopicReader]] = {}
     for reader in readers:
         for topic in reader.topics:
             by_topic.setdefault(topic, []).append(reader)
@@ -90,7 +95,7 @@ def _read(recording: Recording, readers: Sequence[Reader]) -> str:
     return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
 
 
-def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
+def _note(recording: Recording, facts: Any, competition: CompetitionReader | None = None) -> str:
     """Return the line below the title: agent, seed, score and duration."""
     words = [str(facts["agent"])] if facts.get("agent") else []
     if facts.get("seed") is not None:

@@ -19,7 +19,7 @@ SECOND = 1e9
 """[ns]."""
 
 
-class Reader(Protocol):
+class TopicReader(Protocol):
     """Reader of something in the messages of its topics."""
 
     @property
@@ -53,7 +53,7 @@ class Spans:
         return [Span(begin, over, label) for (begin, label), over in zip(self._changes, ends, strict=True) if label]
 
 
-class Gripper:
+class GripperReader:
     """Reader of /ariac/gripper/state, which is published in each step: repeated bytes are skipped."""
 
     topics = ("/ariac/gripper/state",)
@@ -76,7 +76,7 @@ _MAX_NAME_LENGTH = 200  # characters of a name
 _NAME_PATTERN = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
 
 
-class Commands:
+class CommandReader:
     """Reader of the names and times of commands; their content, which may be long, is not decoded."""
 
     topics = (COMMAND,)

@@ -17,7 +17,7 @@ _HEAD, _STAMP = 4, 8  # [bytes], the CDR header and the message's stamp
 _LITTLE = b"\x00\x01"
 
 
-class JointStates:
+class JointStateReader:
     """Reader of the positions on one topic."""
 
     def __init__(self, topic: str) -> None:

@@ -18,7 +18,7 @@ _SLIGHT = 5e-4  # [m; rad] of deviation before a handle is corrected
 
 
 @dataclass(slots=True)
-class _Hand:
+class _HandHandle:
     handle: Any
     ghost: Any
     axes: Any
@@ -37,7 +37,7 @@ class Handles:
         self._queue = queue
         self._hands = [self._made(scene, f"{root}/operator/{arm}", arm) for arm in range(len(queue.robot.arms))]
 
-    def _made(self, scene: Any, name: str, arm: int) -> _Hand:
+    def _made(self, scene: Any, name: str, arm: int) -> _HandHandle:
         handle = scene.add_transform_controls(
             f"{name}/handle", scale=_SIZE, line_width=3.0, depth_test=False, opacity=0.9, visible=False
         )
@@ -66,7 +66,7 @@ class Handles:
             f"{name}/way", points=np.zeros((1, 2, 3), np.float32), colors=BESIDE, line_width=3.0, visible=False
         )
         words = scene.add_label(f"{name}/words", "", visible=False)
-        return _Hand(handle, ghost, axes, line, words)
+        return _HandHandle(handle, ghost, axes, line, words)
 
     def show(self, state: RobotState | None) -> None:
         """Show the robot's state; without one, hide all."""
@@ -78,7 +78,7 @@ class Handles:
             self._show_handle(arm, hand, state)
             self._show_ghost(hand, self._ghost(arm, state), state.tips[arm])
 
-    def _show_handle(self, arm: int, hand: _Hand, state: RobotState) -> None:
+    def _show_handle(self, arm: int, hand: _HandHandle, state: RobotState) -> None:
         is_of_use = self.is_shown and not state.why_not and not self._queue.robot.is_real
         hand.handle.visible = is_of_use
         if arm in self._queue.hands.holds:
@@ -98,7 +98,9 @@ class Handles:
             return aim, SHORT, "out of reach"
         return aim, BESIDE, ""
 
-    def _show_ghost(self, hand: _Hand, found: tuple[Pose, tuple[int, int, int], str] | None, tip: Pose | None) -> None:
+    def _show_ghost(
+        self, hand: _HandHandle, found: tuple[Pose, tuple[int, int, int], str] | None, tip: Pose | None
+    ) -> None:
         is_visible = found is not None and tip is not None
         for each in (hand.ghost, hand.axes, hand.line):
             each.visible = is_visible

@@ -23,7 +23,7 @@ _STRAYED = 1e-3  # [m; rad]
 
 
 @dataclass(slots=True)
-class Hold:
+class HeldHandle:
     """Handle that a browser holds.
 
     Attributes:
@@ -56,7 +56,7 @@ class Hands:
 
     def __init__(self, count: int) -> None:
         self._count = count
-        self.holds: dict[int, Hold] = {}
+        self.holds: dict[int, HeldHandle] = {}
         """Held handles, by arm."""
         self._kept: list[Pose | None] = [None] * count
         self._is_new = False
@@ -74,7 +74,7 @@ class Hands:
         # moves are added to the arm's target if the tip is there up to the servos' error, so that nothing creeps; else
         # to the tip's pose, so that nothing jumps
         aim, tip = state.aims[arm], state.tips[arm]
-        self.holds[arm] = Hold(browser, handle, aim if aim is not None and is_near(aim, tip) else tip)
+        self.holds[arm] = HeldHandle(browser, handle, aim if aim is not None and is_near(aim, tip) else tip)
         return ""
 
     def move(self, arm: int, browser: int, handle: Pose, now: float) -> bool:

@@ -12,7 +12,7 @@ from typing import Any
 from cellwright.clients.operators.robot import Ask, Now, command_message, service_request
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.connection import AwayError, Link
+from cellwright.viewer.web.connection import AwayError, ServerConnection
 from cellwright.viewer.web.operator.command_queue import Command, CommandQueue
 from cellwright.viewer.web.operator.robot_state import RobotState, SeenRobot
 
@@ -62,7 +62,7 @@ class Worker:
         """Command queue of the robot; None before the first answer."""
         self.is_watched = True
         """True while a browser is connected."""
-        self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
+        self._link, self._stop_link, self._service_link = (ServerConnection(address, node=NODE) for _ in range(3))
         self._clock = NodeClock()
         self._polled = float("-inf")
         self._service: threading.Thread | None = None
