@@ -18,7 +18,7 @@ from benchmarks.report import page, show, telling
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.main import DONE, NOT_DONE, main
-from cellwright.util.files import write_whole
+from cellwright.util.files import write_atomic
 
 app = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
 _NAMES = ", ".join(f"`{each.name}`" for each in benchmarks.BENCHMARKS)
@@ -99,7 +99,7 @@ def bench(
 def _write(file: Path, text: str, console: Console) -> bool:
     """Write the page; on a failure, print it and return False: the figures have been printed by then."""
     try:
-        write_whole(file, text)
+        write_atomic(file, text)
     except OSError as error:
         typer.echo(f"error: --write {file}: cannot be written: {error.strerror or error}", err=True)
         return False

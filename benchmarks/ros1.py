@@ -123,7 +123,7 @@ def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -
         server.close("measured")
     if clients.error:
         raise ServiceFailedError(f"a client in rospy failed: {clients.error}")
-    late = f"{cell.simulation.time:.0f} s, the latest tick {pacer.worst * 1e3:.1f} ms late"
+    late = f"{cell.simulation.time:.0f} s, the latest tick {pacer.max_lateness * 1e3:.1f} ms late"
     yield Figure("real time, bridged", pacer.factor, note=late)
     for name, share in shares.items():
         yield Figure(f"{name} at 1 kHz, busy", share, "% of a processor")

@@ -6,6 +6,8 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -70,3 +72,30 @@ def test_modules_of_version_0_1_work_under_their_old_names(old: str, new: str) -
 def test_a_module_that_there_never_was_is_not_found() -> None:
     with pytest.raises(ModuleNotFoundError, match="clientele"):
         importlib.import_module("cellwright.clientele")
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [
+        ("cellwright", "OpenedRecording", "Recording"),
+        ("cellwright.middleware.interface.table", "says", "publishes"),
+        ("cellwright.middleware.interface.table", "Where", "Availability"),
+        ("cellwright.recording.replay.opened", "OpenedRecording", "Recording"),
+        ("cellwright.rendering.scene.scene", "Frame", "SceneFrame"),
+        ("cellwright.clients.client.client:Client", "intend", "set_status"),
+    ],
+)
+def test_former_name_gives_the_present_object_with_a_warning(module: str, old: str, new: str) -> None:
+    owner: Any = importlib.import_module(module.partition(":")[0])
+    if ":" in module:
+        calls: list[str] = []
+        client: Any = SimpleNamespace(**{new: calls.append})
+        with pytest.warns(DeprecationWarning, match=f"{old} is {new} now"):
+            getattr(owner.Client, old)(client, "fetching")
+        assert calls == ["fetching"]
+        return
+    with pytest.warns(DeprecationWarning, match=f"{old} is {new} now"):
+        found = getattr(owner, old)
+    assert found is getattr(owner, new)
+    with pytest.raises(AttributeError, match="'nonsense'"):
+        owner.nonsense  # noqa: B018

@@ -12,7 +12,7 @@ from benchmarks.soak.face import ROUND
 from benchmarks.soak.leg import FACES, HOUR
 from benchmarks.soak.report import is_well, lines, picture
 from benchmarks.soak.soak import SoakError, soak
-from cellwright.util.files import write_whole
+from cellwright.util.files import write_atomic
 
 _MAX_HOURS = 1000.0  # [h]
 
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _print("\n" + "\n".join(lines(run)))
     if options.picture is not None:
         try:
-            write_whole(options.picture, picture(runs))
+            write_atomic(options.picture, picture(runs))
         except OSError as error:
             sys.stderr.write(f"error: {options.picture}: cannot be written: {error.strerror}\n")
             return 1

@@ -69,7 +69,7 @@ def attempt(data: bytes) -> None:
     for frame in Decoder().feed(said):
         if frame.kind is FrameKind.REFUSED and frame.text().startswith("the cell failed"):
             raise FindingError(frame.text())
-    if requests.asked or any(info.subscribers.count("/me") for info in cell.bus.topics()):
+    if requests.pending or any(info.subscribers.count("/me") for info in cell.bus.topics()):
         raise FindingError("something of a guest that is gone was left")
 
 

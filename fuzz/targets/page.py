@@ -37,7 +37,7 @@ from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
 from cellwright.viewer.services.cell_panel import CellPanel
-from cellwright.viewer.services.control import Control, Reset, Tell
+from cellwright.viewer.services.control import Control, PanelSource, Reset
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.web.access import AccessGuard
 from cellwright.viewer.web.operator.feature import Operator
@@ -74,7 +74,7 @@ _CAMERA: dict[str, Any] = {
 class World:
     """A served cell or robot, and a page on it in this process, with a well-behaved viewer."""
 
-    def __init__(self, served: scene.ViewedNode, tell: Tell, reset: Reset) -> None:
+    def __init__(self, served: scene.ViewedNode, tell: PanelSource, reset: Reset) -> None:
         self.served = served
         self._server = Server(served, port=0)
         scene.offer_viewer_services(self._server, served, tell, Control(RateControl(1.0), reset=reset))
@@ -182,7 +182,7 @@ def world(number: int) -> World:
         panel = CellPanel(cell)
         return World(cell, lambda _request: panel.panel(), Reset(cell.reset))
     node = RobotNode(load_robot("tandem", lambda _line: None))
-    return World(node, RobotPanel(node).tell, Reset(lambda: None))
+    return World(node, RobotPanel(node).state, Reset(lambda: None))
 
 
 def seeds() -> Iterator[bytes]:

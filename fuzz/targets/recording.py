@@ -22,7 +22,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import MAGIC, RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording, recorded_frames
+from cellwright.recording.format.reader import RecordingFile, recorded_frames
 from cellwright.recording.plots.reading.plot_data import load_plot_data
 from cellwright.recording.replay.playback import Recorded
 from cellwright.recording.replay.rebuild import unpacked_files
@@ -98,18 +98,18 @@ def attempt(data: bytes) -> None:
     """Do with the bytes what the commands do with a recording."""
     _PATH.write_bytes(data)
     try:
-        recording = Recording(_PATH)
+        recording = RecordingFile(_PATH)
     except RecordingError as error:
         check_lines([error], [str(_PATH)])
         return
     with recording:
-        for look in (_table, _messages, _frames, load_plot_data, _sources, _play, Recording.check_bytes):
+        for look in (_table, _messages, _frames, load_plot_data, _sources, _play, RecordingFile.check_bytes):
             _refused_or_done(look, recording)
         with suppress(MessageError):
             decode_scene(recording.scene or b"")
 
 
-def _refused_or_done(look: Callable[[Recording], object], recording: Recording) -> None:
+def _refused_or_done(look: Callable[[RecordingFile], object], recording: RecordingFile) -> None:
     try:
         look(recording)
     except CellwrightError as error:
@@ -117,7 +117,7 @@ def _refused_or_done(look: Callable[[Recording], object], recording: Recording) 
             raise FindingError(f"a line that cannot be read: {error!r:.200}") from None
 
 
-def _table(recording: Recording) -> None:
+def _table(recording: RecordingFile) -> None:
     with (_FOLDER / "table.txt").open("w+", encoding="utf-8") as file:
         actions.show_contents(Console(file=file, width=80, highlight=False), actions.contents_document(recording))
         file.seek(0)
@@ -126,7 +126,7 @@ def _table(recording: Recording) -> None:
                 raise FindingError(f"a table that no terminal can show: {line!r:.200}")
 
 
-def _messages(recording: Recording) -> None:
+def _messages(recording: RecordingFile) -> None:
     for message in recording.messages():
         _refused_or_done(lambda recording: recording.decode(message), recording)  # noqa: B023
     recording.newest("/talk", recording.end_time)
@@ -134,19 +134,19 @@ def _messages(recording: Recording) -> None:
         _refused_or_done(lambda _: command.message(), recording)  # noqa: B023
 
 
-def _frames(recording: Recording) -> None:
+def _frames(recording: RecordingFile) -> None:
     for _ in recorded_frames(recording):
         pass
 
 
-def _sources(recording: Recording) -> None:
+def _sources(recording: RecordingFile) -> None:
     with unpacked_files(recording.sources) as folder:
         for path in folder.rglob("*"):
             if not path.resolve().is_relative_to(folder.resolve()):
                 raise FindingError(f"a file lies outside: {path}")
 
 
-def _play(recording: Recording) -> None:
+def _play(recording: RecordingFile) -> None:
     recorded = Recorded(recording)
     for topic in recorded.bus.topics():
         recorded.bus.subscribe(topic.name, lambda _message: None, node="/me")

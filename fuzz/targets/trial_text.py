@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.config.trial.difficulty import demands
+from cellwright.config.trial.difficulty import difficulties
 from cellwright.config.trial.gear2017 import TOP_LEVEL, load_trial, resolved
 from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
@@ -64,5 +64,5 @@ def load(paths: list[Path]) -> None:
         return
     check_lines(loaded.warnings, names)
     json.dumps(resolved(loaded), allow_nan=False)
-    for demand in demands(loaded.trial):
+    for demand in difficulties(loaded.trial):
         str(demand.text)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from cellwright.engine.sensor import Reading as Reading
     from cellwright.engine.sensor import Sensor as Sensor
     from cellwright.engine.simulation import Device as Device
-    from cellwright.recording.replay.opened import OpenedRecording as OpenedRecording
+    from cellwright.recording.replay.opened import Recording as Recording
     from cellwright.recording.replay.opened import open_recording as open_recording
     from cellwright.robot.drivers import Driver as Driver
     from cellwright.robot.node import RobotNode as RobotNode
@@ -64,7 +64,7 @@ _HOMES = {
     "Device": "engine.simulation",
     "Driver": "robot.drivers",
     "NodeClient": "clients.client",
-    "OpenedRecording": "recording.replay.opened",
+    "Recording": "recording.replay.opened",
     "Outcome": "running.run",
     "Pose": "util.pose",
     "Reading": "engine.sensor",
@@ -172,6 +172,9 @@ if not TYPE_CHECKING:  # so that a type checker reports unknown names
         """Return a public name from its module."""
         if name == "errors":
             return import_module("cellwright.util.errors")
+        if name == "OpenedRecording":  # its name in version 0.1
+            warnings.warn("cellwright.OpenedRecording is Recording now", DeprecationWarning, stacklevel=2)
+            name = "Recording"
         if name not in _HOMES:
             raise AttributeError(f"module 'cellwright' has no attribute {name!r}")
         found = getattr(import_module(f"cellwright.{_HOMES[name]}"), name)

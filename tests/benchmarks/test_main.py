@@ -89,7 +89,7 @@ def test_a_page_that_cannot_be_written_is_reported_after_the_figures(
     def refuse(*_arguments: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(command, "write_whole", refuse)
+    monkeypatch.setattr(command, "write_atomic", refuse)
     ran = bench("held", "--write", "page.md")
     assert ran.status == 1
     assert "1.05 x" in ran.out

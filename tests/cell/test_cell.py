@@ -211,7 +211,7 @@ def test_a_cell_has_what_its_trial_says() -> None:
     whole = Cell(WHOLE)
     assert whole.sensors.keys() == {sensor.name for sensor in SENSORS}
     assert (set(whole.trays), set(whole.agvs), set(whole.quality)) == ({1, 2}, {1, 2}, {1, 2})
-    model, data = whole.seen
+    model, data = whole.engine_state
     assert model is whole.simulation.model
     assert data is whole.simulation.data
 

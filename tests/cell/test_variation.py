@@ -59,7 +59,7 @@ def test_a_variation_stays_within_its_bounds(seed: int) -> None:
         assert dz == 0.0
         assert abs(turned(before, after)) <= USUAL.turn + 1e-9
     found = varied.circumstances
-    assert USUAL.least_friction <= found.friction <= USUAL.most_friction
+    assert USUAL.min_friction <= found.friction <= USUAL.max_friction
     assert 0.0 <= found.belt_delay <= 6.0  # a gear comes every six seconds
     assert found.gripper_phase is not None
     assert 0.0 <= found.gripper_phase <= 0.1
@@ -149,7 +149,7 @@ def test_a_variation_is_the_same_in_any_process() -> None:
 
 
 def test_no_bounds_no_variation() -> None:
-    still = Bounds(shift=0.0, turn=0.0, least_friction=1.0, belt_delay=0.0, gripper_phase=0.0)
+    still = Bounds(shift=0.0, turn=0.0, min_friction=1.0, belt_delay=0.0, gripper_phase=0.0)
     varied = vary(LESSON, 3, still)
     assert varied.circumstances == Circumstances(gripper_phase=0.0, seed=3)
     for before, after in zip(LESSON.bin_parts, varied.bin_parts, strict=True):

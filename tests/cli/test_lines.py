@@ -23,7 +23,7 @@ def test_a_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
     out = StringIO()
-    output.note_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
+    output.print_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
     assert out.getvalue() == "picture     a.png\npicture     [red]a long name of a picture.png\n"
 
 
@@ -57,7 +57,7 @@ def test_the_pace_has_its_unit() -> None:
 
 def test_a_line_is_said_as_it_is() -> None:
     out = StringIO()
-    output.say(Console(file=out, width=10), "[red] is no markup, and nothing is folded", "yellow")
+    output.print_line(Console(file=out, width=10), "[red] is no markup, and nothing is folded", "yellow")
     assert out.getvalue() == "[red] is no markup, and nothing is folded\n"
 
 

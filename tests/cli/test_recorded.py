@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from cellwright.recording.format.format import COMMAND
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
 
@@ -26,7 +26,7 @@ def test_a_run(cellwright: CommandLine) -> None:
     assert ran.status == 0
     assert document["recordings"] == ["a.mcap", "a.bag"]
     assert document["state_hash"] == bare["state_hash"]
-    with Recording("a.mcap") as recording:
+    with RecordingFile("a.mcap") as recording:
         assert recording.end is not None
         assert recording.end["state_hash"] == bare["state_hash"]
         assert recording.header.facts["varied"] is True
@@ -38,7 +38,7 @@ def test_other_programs_decode_every_channel(cellwright: CommandLine) -> None:
     cellwright("run", "lesson", *SHORT, "--record", "cell.mcap")
     cellwright(*ROBOT, "--record", "robot.mcap")
     for name in ("cell.mcap", "robot.mcap"):
-        with Recording(name) as recording, Path(name).open("rb") as file:
+        with RecordingFile(name) as recording, Path(name).open("rb") as file:
             reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
             found = Counter(channel.topic for _, channel, _, _ in reader.iter_decoded_messages())
             summary = reader.get_summary()
@@ -67,7 +67,7 @@ def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) 
         "a.mcap",
     )
     assert ran.status == 0
-    with Recording("a.mcap") as recording:
+    with RecordingFile("a.mcap") as recording:
         commands = [(each.name, each.node) for each in recording.commands()]
     assert commands == [("/ariac/start_competition", "/agent"), ("/ariac/end_competition", "/agent")]
     assert COMMAND in recording.topics
@@ -78,7 +78,7 @@ def test_a_cell_that_is_served(cellwright: CommandLine) -> None:
         "serve", "lesson", "--speed", "max", "--until", "0.1", "--port", "0", "--json", "--record", "a.mcap"
     )
     assert json.loads(ran.out)["recordings"] == ["a.mcap"]
-    with Recording("a.mcap") as recording:
+    with RecordingFile("a.mcap") as recording:
         assert recording.header.facts["agent"] == "served"
         assert recording.end_time == 100_000_000
 
@@ -87,7 +87,7 @@ def test_a_robot(cellwright: CommandLine) -> None:
     ran = cellwright(*ROBOT, "--max-age", "2", "--json", "--record", "a.mcap", "--record", "a.bag")
     document = json.loads(ran.out)
     assert document["recordings"] == ["a.mcap", "a.bag"]
-    with Recording("a.mcap") as recording:
+    with RecordingFile("a.mcap") as recording:
         assert (recording.header.kind, recording.header.name) == ("robot", document["robot"])
         facts = recording.header.facts
         assert (facts["safety"]["max_age"], facts["sim_time"], facts["driver"]) == (2.0, True, False)

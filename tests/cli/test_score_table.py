@@ -5,6 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
+from cellwright.cell.kitting.attainable import AttainableKit, AttainablePart
 from cellwright.cell.kitting.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, OFF_TRAY, REASONS, KitEvidence, kit_evidence
 from cellwright.cell.kitting.fates import Fate, FateKind
 from cellwright.cell.kitting.kit_score import (
@@ -16,7 +17,6 @@ from cellwright.cell.kitting.kit_score import (
     PartFinding,
     Verdict,
 )
-from cellwright.cell.kitting.reach import KitReach, PartReach
 from cellwright.cli import summary
 from cellwright.util.pose import Pose
 
@@ -24,9 +24,11 @@ LONG = "populate_conveyor|piston_rod_part_clone_123"
 
 
 def kit(*parts: PartFinding, extras: tuple[ExtraObject, ...] = (), off_plate: float = 0.0) -> KitEvidence:
-    places = tuple(PartReach(part.type, part.tray_T_goal, off_plate, off_plate, is_supplied=True) for part in parts)
+    places = tuple(
+        AttainablePart(part.type, part.tray_T_goal, off_plate, off_plate, is_supplied=True) for part in parts
+    )
     score = KitScore("order_0_kit_0", is_submitted=True, parts=parts, extras=extras)
-    return kit_evidence(score, KitReach("order_0_kit_0", places))
+    return kit_evidence(score, AttainableKit("order_0_kit_0", places))
 
 
 def part(verdict: Verdict, name: str = "bin7|piston_rod_part_5", distance: float = 0.0312) -> PartFinding:
@@ -35,8 +37,8 @@ def part(verdict: Verdict, name: str = "bin7|piston_rod_part_5", distance: float
 
 
 def unjudged(*, is_announced: bool) -> KitEvidence:
-    place = PartReach("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
-    return kit_evidence(KitScore("kit"), KitReach("kit", (place,)), is_announced=is_announced)
+    place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
+    return kit_evidence(KitScore("kit"), AttainableKit("kit", (place,)), is_announced=is_announced)
 
 
 def printed(found: KitEvidence, width: int = 80) -> list[str]:
@@ -87,8 +89,8 @@ def test_a_long_name_is_broken_between_its_words_or_widens_the_table(name: str, 
 def test_a_kit_of_a_long_name_stands_in_one_line() -> None:
     console = Console(file=io.StringIO(), width=80, highlight=False)
     name = "order_of_a_name_that_goes_on_and_on_beyond_all_measure_in_the_second_qualification_kit_0"
-    place = PartReach("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
-    found = kit_evidence(KitScore(name), KitReach(name, (place,)))
+    place = AttainablePart("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
+    found = kit_evidence(KitScore(name), AttainableKit(name, (place,)))
     summary.show_kit(console, "order_0", found)
     assert f"order_0, kit {name}: not submitted, no points" in console.file.getvalue().splitlines()  # type: ignore[attr-defined]
 
@@ -119,7 +121,7 @@ def test_fates_of_missing_parts_stand_below_the_reason() -> None:
         Fate(FateKind.HELD, "bin7|piston_rod_part_5", held=1),
     ]
     found = kit(*[part(Verdict.MISSING)] * 3)
-    found = kit_evidence(found.score, found.reach, fates=fates)
+    found = kit_evidence(found.score, found.attainable, fates=fates)
     assert list(summary.kit_lines(found))[2:5] == [
         "  missing: none on the tray when it was submitted",
         "    piston_rod_part (2): never taken hold of",

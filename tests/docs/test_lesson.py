@@ -64,7 +64,7 @@ def test_the_lesson_can_be_followed_as_a_page_and_as_a_notebook(
         first_step.workspace / path for path in ("src/industrial_control", "devel/include/osrf_gear/Order.h")
     )
     built = header.stat().st_mtime_ns
-    page = hurried(PAGE.read_text(encoding="utf-8"), patience=7.0)
+    page = hurried(PAGE.read_text(encoding="utf-8"), timeout=7.0)
     first, *others = [step for piece in pieces(page) if not isinstance(piece, str) for step in piece]
     assert isinstance(first, Command)
     assert first.line == "cellwright ros1-workspace ~/simulation_ws"
@@ -80,16 +80,16 @@ def test_the_lesson_can_be_followed_as_a_page_and_as_a_notebook(
     assert not list((first_step.workspace / "src").rglob("*~"))
 
 
-def hurried(page: str, *, patience: float) -> str:
+def hurried(page: str, *, timeout: float) -> str:
     """The text of the page, with few gears on the belt.
 
     Args:
         page: its text.
-        patience: how long its program waits for a gear [s].
+        timeout: how long its program waits for a gear [s].
     """
     assert GEARS[0] in page
     assert PATIENCE in page
-    return page.replace(*GEARS).replace(PATIENCE, PATIENCE.replace("20.0", str(patience)))
+    return page.replace(*GEARS).replace(PATIENCE, PATIENCE.replace("20.0", str(timeout)))
 
 
 def run_notebook(home: Path, environment: dict[str, str]) -> str:
@@ -102,7 +102,7 @@ def run_notebook(home: Path, environment: dict[str, str]) -> str:
     """
     page = PAGE.read_text(encoding="utf-8")
     if WRITE not in os.environ:
-        page = hurried(page, patience=1.0)
+        page = hurried(page, timeout=1.0)
     made = notebook.cells(page)
     file = home / NOTEBOOK.name
     file.write_text(notebook.as_text(notebook.document(made)), encoding="utf-8")

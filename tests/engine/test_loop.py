@@ -143,7 +143,7 @@ def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> No
     with served(talk.node, lockstep=True) as hall:
         client = hall.guest()
         client.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
-        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, patience=0.05)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, timeout=0.05)
         run_until(loop, begun + SECOND // 10)
         granted = answered(client, 8)
         assert read_time(granted) == begun + SECOND // 10
@@ -226,7 +226,7 @@ def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
                 tempo.resume()
 
         client.say(advance(8, SECOND // 10, each_tick=False))
-        loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, patience=0.05)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, on_poll=poll, timeout=0.05)
         run_until(loop, SECOND // 10)
         granted = answered(client, 8)
         assert read_time(granted) == SECOND // 10

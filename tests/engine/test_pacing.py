@@ -82,4 +82,4 @@ def test_the_factor_tells_of_a_host_that_is_too_slow() -> None:
     for _ in range(50):
         pacer.step()
     assert pacer.factor == pytest.approx(0.5, rel=0.05)
-    assert pacer.worst > 0.0
+    assert pacer.max_lateness > 0.0

@@ -65,7 +65,7 @@ def test_the_same_request_gives_the_same_bits() -> None:
 
 
 def test_it_can_take_longer_and_no_time_at_all() -> None:
-    assert move(INITIAL, ABOVE_BIN, at_least=4.0).duration == pytest.approx(4.0)
+    assert move(INITIAL, ABOVE_BIN, min_duration=4.0).duration == pytest.approx(4.0)
     assert move(INITIAL, INITIAL).duration == 0.0
     assert move(INITIAL, INITIAL).end == INITIAL
 

@@ -12,4 +12,4 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drivers, "FIRST_READING_TIMEOUT", TIMEOUT)
     defaults = drivers.LiveDriver.__init__.__kwdefaults__
     assert defaults is not None
-    monkeypatch.setitem(defaults, "patience", TIMEOUT)
+    monkeypatch.setitem(defaults, "timeout", TIMEOUT)

@@ -100,6 +100,6 @@ def test_bytes_that_are_no_message() -> None:
             frame = Frame(FrameKind.PUBLISH, number, topic, payload=draw.bytes(int(draw.integers(0, 200))))
             assert client.ask(frame).kind in (FrameKind.DONE, FrameKind.REFUSED)
             talk.steps()
-        assert len(hall.server.guests) == 1
+        assert len(hall.server.clients) == 1
     assert talk.node.refused > 200
     assert np.isfinite(talk.node.simulation.data.qpos).all()

@@ -76,7 +76,7 @@ def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> 
 def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
     node = RobotNode(tandem())
     lift = node.commander.numbers["lift"]
-    node.commander.aim([lift], [0.1])
+    node.commander.set_targets([lift], [0.1])
     targets = tips(node.config, posture_near_home(node.config, np.random.default_rng(seed), 0.6) | {"lift": 0.1})
     node.ee_poses.aim(targets)
     run(node, 2.0)
@@ -164,7 +164,7 @@ def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode
     small.simulation.reset()
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
-    small.commander.aim([small.commander.numbers["elbow_left"]], [-0.7])
+    small.commander.set_targets([small.commander.numbers["elbow_left"]], [-0.7])
     run(small, 0.1)
     right, left = small.ee_poses.targets
     assert right is not None
@@ -177,7 +177,7 @@ def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: R
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
     chosen = joints_of(small, RIGHT)
-    small.commander.aim(chosen, small.commander.limiter.desired[chosen])
+    small.commander.set_targets(chosen, small.commander.limiter.desired[chosen])
     run(small, 0.1)
     assert small.ee_poses.targets[RIGHT] is None
 
@@ -209,7 +209,7 @@ def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> No
     small.simulation.reset()
     begin = small.ee_poses.poses()
     chosen = joints_of(small, RIGHT)
-    small.commander.aim(chosen, [1.5, -1.9, 0.0])
+    small.commander.set_targets(chosen, [1.5, -1.9, 0.0])
     run(small, 0.1)
     there = small.servos.read().positions[chosen]
     small.ee_poses.aim(begin)
@@ -224,7 +224,7 @@ def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
     begin = small.ee_poses.poses()
     small.ee_poses.aim(begin)
     lift = small.commander.numbers["lift"]
-    small.commander.aim([lift], [0.05])
+    small.commander.set_targets([lift], [0.05])
     run(small, 2.0)
     assert small.servos.read().positions[lift] == pytest.approx(0.05, abs=1e-6)
     assert [way for way, _ in errors(small, begin)] == pytest.approx(

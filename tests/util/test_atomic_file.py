@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.replay.opened import open_recording
 from cellwright.util.errors import DescriptionError, RecordingError
-from cellwright.util.files import atomic_file, in_its_place, open_to_read, write_whole
+from cellwright.util.files import atomic_file, open_to_read, replacement_path, write_atomic
 
 
 class DiskFullError(Exception):
@@ -32,9 +32,9 @@ def test_what_is_written_is_there(content: str | bytes, before: bytes) -> None:
         except UnicodeEncodeError:
             expected = before
             with pytest.raises(UnicodeEncodeError):
-                write_whole(file, content)
+                write_atomic(file, content)
         else:
-            write_whole(file, content)
+            write_atomic(file, content)
         assert file.read_bytes() == expected
         assert [each.name for each in Path(folder).iterdir()] == ["a"]
 
@@ -57,37 +57,37 @@ def test_what_ends_half_way_leaves_all_as_it_was(tmp_path: Path, *, is_there: bo
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught:
-        write_whole(tmp_path / "none" / "a.png", b"")
+        write_atomic(tmp_path / "none" / "a.png", b"")
     assert caught.value.filename == str(tmp_path / "none" / "a.png")
 
 
 def test_a_name_too_long(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="name too long") as caught:
-        write_whole(tmp_path / ("a" * 300), b"")
+        write_atomic(tmp_path / ("a" * 300), b"")
     assert caught.value.errno == errno.ENAMETOOLONG
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_longest_name(tmp_path: Path) -> None:
-    write_whole(tmp_path / ("a" * 255), b"x")
+    write_atomic(tmp_path / ("a" * 255), b"x")
     assert [each.read_bytes() for each in tmp_path.iterdir()] == [b"x"]
 
 
 def test_a_folder_is_no_file(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
-        write_whole(tmp_path, b"")
+        write_atomic(tmp_path, b"")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
 class TestOnPosix:
     def test_a_device_stays_one(self) -> None:
-        write_whole(Path("/dev/null"), b"x")
+        write_atomic(Path("/dev/null"), b"x")
         assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
 
     def test_a_link_stays(self, tmp_path: Path) -> None:
         (tmp_path / "link").symlink_to(tmp_path / "real")
-        write_whole(tmp_path / "link", b"1")
-        write_whole(tmp_path / "link", b"2")
+        write_atomic(tmp_path / "link", b"1")
+        write_atomic(tmp_path / "link", b"2")
         assert (tmp_path / "link").is_symlink()
         assert (tmp_path / "real").read_bytes() == b"2"
 
@@ -95,13 +95,13 @@ class TestOnPosix:
         file = tmp_path / "a"
         file.touch()
         file.chmod(0o640)
-        write_whole(file, b"x")
+        write_atomic(file, b"x")
         assert stat.S_IMODE(file.stat().st_mode) == 0o640
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
     def test_a_full_disk(self) -> None:
         with pytest.raises(OSError, match="No space left"):
-            write_whole(Path("/dev/full"), b"x")
+            write_atomic(Path("/dev/full"), b"x")
 
     def test_one_that_must_not_be_written_is_not_replaced_either(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -117,7 +117,7 @@ class TestOnPosix:
 
         monkeypatch.setattr(Path, "open", open_or_not)
         with pytest.raises(PermissionError):
-            write_whole(file, b"new")
+            write_atomic(file, b"new")
         assert [each.read_text() for each in tmp_path.iterdir()] == ["kept"]
 
     def test_a_file_in_a_folder_where_none_can_be_made(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,21 +131,21 @@ class TestOnPosix:
             return openers(path, mode, *more, **others)  # type: ignore[call-overload]
 
         monkeypatch.setattr(Path, "open", open_or_not)
-        write_whole(file, b"short")
+        write_atomic(file, b"short")
         assert file.read_bytes() == b"short"
         with pytest.raises(PermissionError) as caught:
-            write_whole(tmp_path / "b", b"x")
+            write_atomic(tmp_path / "b", b"x")
         assert caught.value.filename == str(tmp_path / "b")
 
 
 def test_a_writer_that_opens_its_file_itself(tmp_path: Path) -> None:
     file = tmp_path / "a.bag"
-    with in_its_place(file) as unfinished:
+    with replacement_path(file) as unfinished:
         unfinished.write_text("new")
         assert not file.exists()
 
     def write_half() -> None:
-        with in_its_place(file) as unfinished:
+        with replacement_path(file) as unfinished:
             unfinished.write_text("half")
             raise DiskFullError
 

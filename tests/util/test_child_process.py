@@ -27,10 +27,10 @@ def test_it_gets_lines_reports_that_it_is_ready_and_ends_with_its_stdin() -> Non
     child.send("for you")
     assert child.ready_line(TIMEOUT) == "ready for you"
     assert child.is_running
-    wait_until(lambda: child.last_words() == "the last", "what it wrote to its stderr")
+    wait_until(lambda: child.last_output() == "the last", "what it wrote to its stderr")
     child.end(TIMEOUT)
     assert child._process.returncode == 0
-    assert child.last_words() == "", "its file is closed"
+    assert child.last_output() == "", "its file is closed"
 
 
 def test_lines_sent_to_an_ended_process_are_lost() -> None:

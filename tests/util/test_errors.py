@@ -3,14 +3,14 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.util.errors import did_you_mean, in_a_line, showable
+from cellwright.util.errors import did_you_mean, one_line, printable
 
 ANYTHING = st.text(st.characters(exclude_categories=()))
 
 
 @given(ANYTHING, st.integers(10, 50))
 def test_what_is_showable_can_be_printed_written_and_is_short(text: str, max_length: int) -> None:
-    shown = showable(text, max_length)
+    shown = printable(text, max_length)
     shown.encode()
     assert all(sign.isprintable() or sign in "\n\t" for sign in shown)
     assert len(shown) <= 10 * (max_length + 3)  # a character that cannot be printed takes up to ten
@@ -18,25 +18,25 @@ def test_what_is_showable_can_be_printed_written_and_is_short(text: str, max_len
 
 @given(st.text(st.characters(categories=["L", "N", "P"]), max_size=100))
 def test_an_ordinary_text_stays_as_it_is(text: str) -> None:
-    assert showable(text, 100) == text
+    assert printable(text, 100) == text
 
 
 def test_of_a_long_text_both_ends_are_kept() -> None:
-    assert showable("begin" + 1000 * "-" + "end!!", 10) == "begin … end!!"
+    assert printable("begin" + 1000 * "-" + "end!!", 10) == "begin … end!!"
 
 
 @given(ANYTHING)
 def test_an_error_is_one_line(text: str) -> None:
-    line = in_a_line(ValueError(text))
+    line = one_line(ValueError(text))
     assert line.startswith("ValueError")
     assert line.isprintable()
 
 
 def test_an_error_in_a_line() -> None:
-    assert in_a_line(ValueError("no\n  part")) == "ValueError: no part"
-    assert in_a_line(KeyError()) == "KeyError"
-    assert in_a_line(SyntaxError("wrong", ("file.py", 1, 2, "text"))) == "SyntaxError: wrong"
-    assert in_a_line(SyntaxError()) == "SyntaxError"
+    assert one_line(ValueError("no\n  part")) == "ValueError: no part"
+    assert one_line(KeyError()) == "KeyError"
+    assert one_line(SyntaxError("wrong", ("file.py", 1, 2, "text"))) == "SyntaxError: wrong"
+    assert one_line(SyntaxError()) == "SyntaxError"
 
 
 def test_the_name_with_the_same_number_is_meant() -> None:

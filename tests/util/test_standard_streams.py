@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.util.process import NOT_SAID, StandardStreams, TolerantStream
+from cellwright.util.process import OUTPUT_LOST_STATUS, StandardStreams, TolerantStream
 from tests.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
@@ -75,7 +75,10 @@ def test_characters_that_there_are_not_are_written_as_their_numbers(monkeypatch:
 
 @pytest.mark.parametrize(
     ("number", "status", "message"),
-    [(errno.ENOSPC, NOT_SAID, "error: stdout: cannot be written: No space left on device\n"), (errno.EPIPE, 0, "")],
+    [
+        (errno.ENOSPC, OUTPUT_LOST_STATUS, "error: stdout: cannot be written: No space left on device\n"),
+        (errno.EPIPE, 0, ""),
+    ],
 )
 def test_what_takes_no_more_ends_nothing(
     number: int, status: int, message: str, monkeypatch: pytest.MonkeyPatch

@@ -23,7 +23,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.util.pose import Pose
-from cellwright.viewer.window import Window, WindowError, hindrance
+from cellwright.viewer.window import Window, WindowError, unavailable_reason
 from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
 from tests.robot.robots import two_arms
 from tests.waiting import wait_until
@@ -52,21 +52,23 @@ def test_no_display(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(importlib.util, "find_spec", lambda _name: object())
-    assert "there is no display" in hindrance()
+    assert "there is no display" in unavailable_reason()
     with pytest.raises(WindowError, match="there is no display"):
         Window(node.world.model, ("127.0.0.1", 1), sliders=False)
 
 
 def test_nothing_to_draw_with(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "glfw" else object())
-    assert hindrance().startswith("no window can be opened: glfw is not installed; pip install 'cellwright[gui]'")
+    assert unavailable_reason().startswith(
+        "no window can be opened: glfw is not installed; pip install 'cellwright[gui]'"
+    )
 
 
 def test_the_picture_is_the_robot(node: RobotNode) -> None:
     node.simulation.reset()
     services = RobotServices(node)
     node.base.place(Pose((1.0, 2.0, 0.5)))
-    node.commander.aim([node.commander.numbers["lift"]], [0.3])
+    node.commander.set_targets([node.commander.numbers["lift"]], [0.3])
     for _ in range(240):
         node.simulation.step()
     data = mujoco.MjData(node.world.model)

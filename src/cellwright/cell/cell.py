@@ -40,7 +40,7 @@ from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
-from cellwright.rendering.cameras.studio import RenderService
+from cellwright.rendering.cameras.render_service import RenderService
 
 _RANGE_SENSORS: dict[str, type[RangeSensor[Any]]] = {
     "break_beam": BreakBeam,
@@ -110,7 +110,7 @@ class Cell(CellDevices):
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.studio = RenderService(self.simulation, hidden=self.hidden_bodies, report=report)
+        self.render_service = RenderService(self.simulation, hidden=self.hidden_bodies, report=report)
         """Renderer of the cameras' pictures."""
         self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
@@ -161,7 +161,7 @@ class Cell(CellDevices):
         return self.trial.settings.arm.servo
 
     @property
-    def seen(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    def engine_state(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """The engine's model and data, for rendering."""
         return self.simulation.model, self.simulation.data
 
@@ -212,7 +212,7 @@ class Cell(CellDevices):
         self, description: SensorConfig, scene: ModelSnapshot, report: Callable[[str], None]
     ) -> Sensor[Any]:
         if isinstance(description, PictureCameraConfig):
-            return PictureCamera(description, self.studio, report=report)
+            return PictureCamera(description, self.render_service, report=report)
         if description.type == "logical_camera":
             return LogicalCamera(description.name, description.pose, scene)
         if description.type in _RANGE_SENSORS:

@@ -51,8 +51,8 @@ class Bounds:
     Attributes:
         shift: maximum shift of a part in a bin along x, and along y, to either side [m].
         turn: maximum turn of it about the vertical to either side [rad].
-        least_friction: minimum coefficient of dry friction.
-        most_friction: maximum coefficient of dry friction.
+        min_friction: minimum coefficient of dry friction.
+        max_friction: maximum coefficient of dry friction.
         belt_delay: maximum delay of the belt's first parts, in mean distances between two of them.
         gripper_phase: share of the gripper's 0.1 s over which its first check is spread, 0 to 1.
 
@@ -62,8 +62,8 @@ class Bounds:
 
     shift: float = 0.006
     turn: float = 0.2
-    least_friction: float = 0.6
-    most_friction: float = 1.0
+    min_friction: float = 0.6
+    max_friction: float = 1.0
     belt_delay: float = 1.0
     gripper_phase: float = 1.0
 
@@ -71,8 +71,8 @@ class Bounds:
         limits = {
             "shift": (self.shift, 0.0, BIN_WIDTH / 2),
             "turn": (self.turn, 0.0, math.pi),
-            "least_friction": (self.least_friction, 0.01, self.most_friction),
-            "most_friction": (self.most_friction, self.least_friction, 10.0),
+            "least_friction": (self.min_friction, 0.01, self.max_friction),
+            "most_friction": (self.max_friction, self.min_friction, 10.0),
             "belt_delay": (self.belt_delay, 0.0, 1000.0),
             "gripper_phase": (self.gripper_phase, 0.0, 1.0),
         }
@@ -100,7 +100,7 @@ def vary(trial: Trial, seed: int, bounds: Bounds = USUAL) -> Trial:
     count = len(trial.bin_parts)
     interval = max((part.time for part in trial.belt_parts), default=0.0) / max(len(trial.belt_parts), 1)
     circumstances = Circumstances(
-        friction=float(generator(seed, "vary/friction").uniform(bounds.least_friction, bounds.most_friction)),
+        friction=float(generator(seed, "vary/friction").uniform(bounds.min_friction, bounds.max_friction)),
         belt_delay=float(generator(seed, "vary/belt").uniform(0.0, 1.0)) * bounds.belt_delay * interval,
         gripper_phase=float(generator(seed, "vary/gripper").uniform(0.0, 1.0)) * bounds.gripper_phase * GRIPPER_PERIOD,
         seed=seed,

@@ -12,12 +12,12 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.cell.kitting.reach import reach
+from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT, WORK, Vary
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
 from cellwright.cli.options import N
-from cellwright.cli.output import FOLD, RIGHT, note, say, table, write_result
+from cellwright.cli.output import FOLD, RIGHT, print_entry, print_line, table, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.config.trial.catalogue import bundled_sensors
 from cellwright.config.trial.gear2017 import load_trial
@@ -40,11 +40,11 @@ def show_summary(console: Console, results: Sequence[Result], threshold: summary
     short = [(result, summary.shortcoming(result, threshold)) for result in summary.worst_first(results)]
     short = [(result, reason) for result, reason in short if reason]
     for result, reason in short[:_MAX_REASONS]:
-        say(console, f"  {result.name}: {reason}")
+        print_line(console, f"  {result.name}: {reason}")
     if len(short) > _MAX_REASONS:
         console.print(f"  and {len(short) - _MAX_REASONS} more")
-    note(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
-    note(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
+    print_entry(console, "passed", f"{len(results) - len(short)} of {len(results)} runs")
+    print_entry(console, "speed", f"{summary.real_time_factor(results):.1f} x real time in each process")
 
 
 def summary_table(results: Sequence[Result]) -> Table:
@@ -53,7 +53,7 @@ def summary_table(results: Sequence[Result]) -> Table:
     rows = []
     for each in summary.summarize(results):
         outcomes = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in each.outcomes.items())
-        points = [f"{number:.4g}" for number in (each.mean, each.least, each.most, each.reachable)]
+        points = [f"{number:.4g}" for number in (each.mean, each.min, each.max, each.reachable)]
         rows.append([each.trial, str(each.runs), *points, f"{each.share:.0%}", outcomes])
     return table({"trial": FOLD, **figures, "outcomes": {}}, rows)
 
@@ -86,9 +86,11 @@ class EvalProgress:
         self._results = list(known)
         count = len(self._jobs)
         runs = "run" if count == 1 else "runs"
-        say(self._console, f"{count} {runs}, agent {self._jobs[0].agent}, results in {folder}")
+        print_line(self._console, f"{count} {runs}, agent {self._jobs[0].agent}, results in {folder}")
         if known:
-            say(self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before")
+            print_line(
+                self._console, f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before"
+            )
 
     def take(self, result: Result) -> None:
         """Add a new result, and print it."""
@@ -97,7 +99,7 @@ class EvalProgress:
         outcome = result.outcome.replace("_", " ")
         text = f"{done} {result.name}: {result.points:g} of {result.reachable:g} points, {outcome}"
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
-        say(self._console, text + tail, None if result.is_done else "yellow")
+        print_line(self._console, text + tail, None if result.is_done else "yellow")
 
     def show_jobs(self, running: Sequence[Running]) -> None:
         """Show the runs in progress."""
@@ -111,7 +113,7 @@ class EvalProgress:
         rows = {trial: [trial, f"0/{count}"] for trial, count in self._counts.items()}
         lost = Counter(result.trial for result in self._results if result.is_lost)
         for each in summary.summarize(self._results):
-            figures = [f"{each.mean:.4g}", f"{each.least:.4g}", f"{each.share:.0%}", str(lost[each.trial] or "")]
+            figures = [f"{each.mean:.4g}", f"{each.min:.4g}", f"{each.share:.0%}", str(lost[each.trial] or "")]
             rows[each.trial] = [each.trial, f"{each.runs}/{self._counts[each.trial]}", *figures]
         return table({"trial": {}, **dict.fromkeys(("done", "mean", "min", "share", "lost"), RIGHT)}, rows.values())
 
@@ -212,7 +214,7 @@ def evaluate(
     show_summary(console, results, threshold)
     if left:
         console.print(f"interrupted: {left} runs are left; the same command goes on with them")
-    note(console, "report", str(out / "report.html"))
+    print_entry(console, "report", str(out / "report.html"))
     for failure in failures:
         typer.echo(f"error: {failure}", err=True)
     if as_json:
@@ -252,7 +254,7 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         trial = options.load(parts)
         if any(isinstance(each, PictureCameraConfig) for each in trial.sensors):
             requested_backend()  # an unknown backend is reported once, and not by every run
-        entries.append((name, parts, trial, reach(trial)))
+        entries.append((name, parts, trial, attainable_score(trial)))
     how_often = Counter(trial.name for _, _, trial, _ in entries)
     return [
         EvaluatedTrial(

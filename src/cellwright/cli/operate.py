@@ -20,7 +20,7 @@ from rich.table import Table
 
 from cellwright.cli import options, output
 from cellwright.cli.main import DONE, NOT_DONE, argument, flag, option
-from cellwright.cli.output import RIGHT, WHOLE, say, table, warn, write_result
+from cellwright.cli.output import RIGHT, WHOLE, print_line, table, warn, write_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import NodeClient
@@ -119,7 +119,7 @@ class NodeConnection:
                 more = f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else ""
                 raise UsageError(f"{error}; start one with: cellwright teleop ROBOT{more}") from None
         transport = Ros1Transport(
-            ros.python, node=name, environment=ros.environment, patience=_NODE_TIMEOUT, sign=JOINT_STATES
+            ros.python, node=name, environment=ros.environment, timeout=_NODE_TIMEOUT, sign=JOINT_STATES
         )
         return NodeClient(transport)
 
@@ -376,14 +376,14 @@ def _failures(exercises: Sequence[Exercise], max_error: float | None, max_delay:
 
 def _show(console: Console, exercises: Sequence[Exercise]) -> None:
     for each in exercises:
-        say(console, f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}")
+        print_line(console, f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}")
         show_plot(console, each)
         console.print()
     if exercises:
         console.print(figures_table(exercises))
     for each in exercises:
         if each.note:
-            say(console, f"{each.trace.joint}: {each.note}", "yellow")
+            print_line(console, f"{each.trace.joint}: {each.note}", "yellow")
 
 
 _STOP_TIMEOUT = 2.0  # [s] that the report of a stop may take
@@ -477,7 +477,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
             ended = str(error)
     if ended:
         typer.echo(f"error: {ended}", err=True)
-    say(console, f"{there.sent} messages sent; the robot stays where it was told to go")
+    print_line(console, f"{there.sent} messages sent; the robot stays where it was told to go")
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
@@ -529,7 +529,7 @@ def record(
         failures.append(f"nothing came on {APPLIED if targets else JOINT_STATES}")
     for failure in failures:
         typer.echo(f"error: {failure}", err=True)
-    say(console, f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}")
+    print_line(console, f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}")
     raise typer.Exit(NOT_DONE if failures else DONE)
 
 
@@ -613,7 +613,7 @@ def play(
         typer.echo(json.dumps(document, indent=2))
     elif not failure:
         times = f"{rounds} times, " if loop else ""
-        say(console, f"{outcome}: {times}{there.sent} messages sent")
+        print_line(console, f"{outcome}: {times}{there.sent} messages sent")
     raise typer.Exit(status)
 
 

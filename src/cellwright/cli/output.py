@@ -14,8 +14,8 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 from rich.table import Table
 
-from cellwright.util.errors import showable
-from cellwright.util.files import write_whole
+from cellwright.util.errors import printable
+from cellwright.util.files import write_atomic
 
 if TYPE_CHECKING:
     from cellwright.engine.loop import PaceFigures
@@ -30,20 +30,20 @@ def warn(message: object) -> None:
     typer.echo(f"warning: {message}", err=True)
 
 
-def say(console: Console, text: str, style: str | None = None) -> None:
+def print_line(console: Console, text: str, style: str | None = None) -> None:
     """Print a line as it is: no markup, and folded by the terminal alone."""
     console.print(text, markup=False, soft_wrap=True, style=style)
 
 
-def note(console: Console, name: str, text: str) -> None:
+def print_entry(console: Console, name: str, text: str) -> None:
     """Print a line of a summary; its text may come from a user's file."""
-    say(console, f"{name:<10}  {showable(text, _MAX_LENGTH)}")
+    print_line(console, f"{name:<10}  {printable(text, _MAX_LENGTH)}")
 
 
-def note_files(console: Console, name: str, files: Iterable[object]) -> None:
+def print_files(console: Console, name: str, files: Iterable[object]) -> None:
     """Print a line for each written file of a kind, such as `picture`."""
     for file in files:
-        note(console, name, str(file))
+        print_entry(console, name, str(file))
 
 
 FOLD: Mapping[str, Any] = {"overflow": "fold"}
@@ -65,13 +65,13 @@ def table(columns: Mapping[str, Mapping[str, Any]], rows: Iterable[Sequence[Rend
 def write_result(file: Path, content: str | bytes) -> list[str]:
     """Write a file of results; return the errors. The results are printed all the same."""
     try:
-        write_whole(file, content)
+        write_atomic(file, content)
     except OSError as error:
         return [f"{file}: cannot be written: {error.strerror or error}"]
     return []
 
 
-def say_ready(session: Session) -> None:
+def report_ready(session: Session) -> None:
     """Print the name, the address and the rate of a served session, and its node in ROS 1."""
     assert session.server is not None
     line = ready_line(session.node.name, session.server, session.rate.speed)
@@ -83,7 +83,7 @@ def say_ready(session: Session) -> None:
 
 def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
     """Return the outputs of a session on the command line, as arguments of `Session`."""
-    return {"report": warn, "notice": notice, "say": partial(say, console)}
+    return {"report": warn, "notice": notice, "print_line": partial(print_line, console)}
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

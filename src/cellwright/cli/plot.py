@@ -35,7 +35,7 @@ def plot(
 
     Exit status: 0 done; 1 the figure could not be written; 2 bad input.
     """
-    from cellwright.recording.format.reader import Recording
+    from cellwright.recording.format.reader import RecordingFile
     from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
     from cellwright.recording.plots.reading.plot_data import load_plot_data
 
@@ -47,7 +47,7 @@ def plot(
         known = f"{', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
         options.refuse(f"--out {path}: give a file whose name ends in {known}")
     options.output_file("--out", path, suffix)
-    with Recording(file) as opened:
+    with RecordingFile(file) as opened:
         data = load_plot_data(opened)
     if data.warning:
         output.warn(data.warning)

@@ -67,7 +67,7 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
         refuse(f"--init {file}: cannot be written: {error.strerror}")
     draft = read_robot_config(file, lambda _line: None)
     groups = {"arm": len(draft.arms), "gripper": len(draft.grippers), "head": int(draft.head is not None)}
-    groups |= {"waist": int(draft.waist is not None), "lift": int(draft.dorsal is not None)}
+    groups |= {"waist": int(draft.waist is not None), "lift": int(draft.lift is not None)}
     listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in groups.items() if count)
     typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
 
@@ -80,7 +80,7 @@ def show_robot(config: RobotConfig) -> None:
     console = _console()
     robot = config.robot
     counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
-    output.say(console, f"{config.name}: {counts}; root link {robot.root} (-1)")
+    output.print_line(console, f"{config.name}: {counts}; root link {robot.root} (-1)")
     console.print()
     whole = joint_table(config)
     needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
@@ -91,7 +91,7 @@ def show_robot(config: RobotConfig) -> None:
     if is_narrow:
         notes.insert(1, ("left out", f"effort and speed, for which a terminal needs {needed} columns, or `| cat`"))
     for name, text in notes:
-        output.note(console, name, text)
+        output.print_entry(console, name, text)
 
 
 def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
@@ -174,7 +174,7 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
         if joint.mimic is not None:
             offset = f" + {joint.mimic.offset:g}" if joint.mimic.offset else ""
             notes.append(("mimic", f"{joint.name} = {joint.mimic.multiplier:g} * {joint.mimic.joint}{offset}"))
-    unused = [f"{key} ({UNUSED[key]})" for key in config.others if key in UNUSED]
+    unused = [f"{key} ({UNUSED[key]})" for key in config.other_entries if key in UNUSED]
     notes += [("camera", camera.name) for camera in config.cameras]
     notes += [("not used", text) for text in unused]
     notes.append(("urdf", str(config.urdf_path)))

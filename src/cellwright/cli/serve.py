@@ -64,7 +64,7 @@ def served_session(
         until=until,
         about={"agent": "served"},
         observers=[progress, *more.pop("observers", ())],
-        on_ready=output.say_ready,
+        on_ready=output.report_ready,
         **output.session_outputs(console, partial(progress.line, style="yellow")),
         **more,
     )
@@ -88,7 +88,7 @@ def run_served(
     if not as_json:
         summary.show_result(console, result)
         if result.pace is not None and (verbose or result.pace.stood):
-            output.note(console, "pace", output.pace_text(result.pace))
+            output.print_entry(console, "pace", output.pace_text(result.pace))
     pictures = Pictures(camera, [], output.warn)
     # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
     if picture is not None and (result.outcome is Outcome.DONE or not session.stop.is_requested):

@@ -37,7 +37,7 @@ from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
 from cellwright.cell.kitting.scorer import TrialScore
 from cellwright.cli.arguments import video_sentence
 from cellwright.cli.main import NOT_DONE
-from cellwright.cli.output import WHOLE, ShowProgress, note, note_files, progress_bar, table, warn
+from cellwright.cli.output import WHOLE, ShowProgress, print_entry, print_files, progress_bar, table, warn
 from cellwright.engine.clock import seconds
 from cellwright.running.run import RunResult, versions
 from cellwright.running.run.targets import cell_result, subscribe
@@ -249,9 +249,9 @@ def show_files(
         document = result_document(cell, agent, result, status, pictures.written, final)
         out.write(json.dumps({**document, **(more or {}), "videos": result.videos}, indent=2) + "\n")
         return status
-    note_files(console, "video", map(video_sentence, result.videos))
-    note_files(console, "picture", pictures.written)
-    note_files(console, "recording", result.recordings)
+    print_files(console, "video", map(video_sentence, result.videos))
+    print_files(console, "picture", pictures.written)
+    print_files(console, "recording", result.recordings)
     return status
 
 
@@ -262,7 +262,7 @@ _TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave t
 
 def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
     """Print the result of a run: the score, how it ended, and the facts that reproduce it."""
-    evidence, attainable = result.evidence, result.evidence.reach
+    evidence, attainable = result.evidence, result.evidence.attainable
     for order in evidence.orders:
         for kit in order.kits:
             show_kit(console, order.score.order_id, kit)
@@ -270,7 +270,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
     known = list(versions().items())
     lines = [
         ("outcome", str(result.outcome)),
-        ("score", f"{evidence.total:g} of {evidence.reach.maximum:g} points"),
+        ("score", f"{evidence.total:g} of {evidence.attainable.maximum:g} points"),
         (
             "reachable",
             ""
@@ -290,7 +290,7 @@ def show_result(console: Console, result: RunResult, final: TrialScore | None = 
     ]
     for name, text in lines:
         if text:
-            note(console, name, text)
+            print_entry(console, name, text)
 
 
 def kit_table(kit: KitEvidence) -> Table:
@@ -318,12 +318,14 @@ def loss_lines(kit: KitEvidence) -> Iterator[str]:
         if cause in causes:
             yield f"{cause}: {REASONS[cause]}"
             if cause == Verdict.MISSING:
-                known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
+                known = Counter(
+                    (part.attainable.type, part.fate.sentence()) for part in kit.parts if part.fate is not None
+                )
                 for (kind, sentence), count in known.items():  # counts of each outcome; indented, below the reason
                     yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
-    if summary := kit.reach.summary():
+    if summary := kit.attainable.summary():
         yield f"out of reach: {summary}"
 
 
@@ -355,7 +357,7 @@ def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
         reason = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
         title += Text(f"{reason}, no points", style="bold")
     else:
-        title += Text(f"{kit.score.total:g} of {kit.reach.maximum:g} points", style="bold")
+        title += Text(f"{kit.score.total:g} of {kit.attainable.maximum:g} points", style="bold")
     console.print("\n", title, "\n", sep="", soft_wrap=True)
     show_kit_table(console, kit)
     for line in kit_lines(kit):
@@ -380,7 +382,7 @@ def _final(score: TrialScore | None) -> Iterator[str]:
 
 
 def _part_cells(part: PartEvidence) -> list[str | Text]:
-    kind = _broken(part.reach.type, _TYPE_WIDTH)
+    kind = _broken(part.attainable.type, _TYPE_WIDTH)
     fit = None if part.finding is None else part.finding.fit
     lost = "" if part.cause == Verdict.PLACED else part.cause
     points = [f"{part.presence:g}", f"{part.pose:g}"]

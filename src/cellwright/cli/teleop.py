@@ -70,16 +70,16 @@ def show_motion_report(console: Console, report: MotionReport) -> None:
     """Print a row for each finding, and a summary."""
     recorded = f"against its recorded motion, {Path(report.reference).name}"
     against = recorded if report.reference else "joint by joint: it has no recorded motion"
-    output.say(console, f"{report.robot} in its node, {against}")
+    output.print_line(console, f"{report.robot} in its node, {against}")
     console.print()
     console.print(findings_table(report))
     if report.reference:
         console.print(_PERCENT, markup=False)
     for finding in report.findings:
         if finding.note and finding.passed:
-            output.say(console, f"  {finding.what}: {finding.note}")
+            output.print_line(console, f"  {finding.what}: {finding.note}")
         if finding.remedy:
-            output.say(console, f"  {finding.what}: {finding.remedy}")
+            output.print_line(console, f"  {finding.what}: {finding.remedy}")
     good = sum(finding.passed for finding in report.findings)
     console.print()
     console.print(f"passed      {good} of {len(report.findings)}", markup=False)
@@ -125,7 +125,7 @@ def robot_progress(console: Console, *, until: float | None) -> RunProgress:
 def show_node_result(console: Console, node: RobotNode, result: SessionResult, *, verbose: bool) -> None:
     """Print the summary for people."""
     console.print()
-    note = partial(output.note, console)
+    note = partial(output.print_entry, console)
     note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
@@ -174,7 +174,7 @@ def robot_session(
         target,
         rate=RateControl(speed),
         observers=[progress] if window is None else [window, progress],
-        on_ready=output.say_ready,
+        on_ready=output.report_ready,
         **output.session_outputs(console, progress.notice),
         **more,
     )
@@ -202,10 +202,10 @@ def run_robot(
             result.error = result.error or str(error)
         else:
             if not as_json:
-                output.note(console, "picture", str(snapshot))
+                output.print_entry(console, "picture", str(snapshot))
     if not as_json:
-        output.note_files(console, "video", map(arguments.video_sentence, result.videos))
-        output.note_files(console, "recording", result.recordings)
+        output.print_files(console, "video", map(arguments.video_sentence, result.videos))
+        output.print_files(console, "recording", result.recordings)
     status = NOT_DONE if result.error or not result.is_complete else DONE
     if result.error:
         typer.echo(f"error: {result.error}", err=True)

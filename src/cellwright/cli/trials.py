@@ -9,13 +9,13 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from cellwright.cell.kitting.reach import reach
+from cellwright.cell.kitting.attainable import attainable_score
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.cli import output
 from cellwright.cli.main import flag
 from cellwright.cli.output import RIGHT, WHOLE
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
-from cellwright.config.trial.difficulty import demands
+from cellwright.config.trial.difficulty import difficulties
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.util import plugins as plugins
@@ -80,7 +80,7 @@ def _show(listed_trials: dict[str, Trial], sensors: dict[str, Trial]) -> None:
         counts = Counter(sensor.type for sensor in trial.sensors)
         listed = ", ".join(f"{count} {kind}" for kind, count in counts.items())
         arm = "an arm, " if trial.has_arm else ""
-        output.say(console, f"{name}: {arm}{listed}; ${system_cost(trial.sensors):g}")
+        output.print_line(console, f"{name}: {arm}{listed}; ${system_cost(trial.sensors):g}")
 
 
 def _limit(trial: Trial) -> str:
@@ -92,7 +92,7 @@ def _lines(trial: Trial) -> Iterable[str]:
     for order in trial.orders:
         parts = ", ".join(f"{count} {part_type}" for part_type, count in _parts(order).items())
         yield f"{len(order.kits)} x ({parts})" if len(order.kits) > 1 else parts
-    yield from (f"- {demand.text}" for demand in demands(trial))
+    yield from (f"- {demand.text}" for demand in difficulties(trial))
 
 
 def _parts(order: Order) -> Counter[str]:
@@ -101,7 +101,7 @@ def _parts(order: Order) -> Counter[str]:
 
 
 def _trial(name: str, trial: Trial) -> dict[str, Any]:
-    attainable = reach(trial)
+    attainable = attainable_score(trial)
     return {
         "name": name,
         "scenario": _heading(name),
@@ -112,7 +112,7 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "points": attainable.maximum,
         "reachable": attainable.total,
         "orders": [_order(order) for order in trial.orders],
-        "demands": [{"kind": demand.kind, "text": demand.text} for demand in demands(trial)],
+        "demands": [{"kind": demand.kind, "text": demand.text} for demand in difficulties(trial)],
     }
 
 

@@ -63,7 +63,7 @@ def view_served(address: tuple[str, int], page_settings: PageOptions, console: C
     title = f"{served_name(address)} · Cellwright"
     stop = StopCondition()
     with stopped_by_signals(stop.request):
-        page = sessions.open_page(address, page_settings, title, partial(output.say, console))
+        page = sessions.open_page(address, page_settings, title, partial(output.print_line, console))
         try:
             while page.is_running and not stop.is_requested:
                 time.sleep(_POLL_PERIOD)

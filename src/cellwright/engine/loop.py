@@ -72,7 +72,7 @@ class ClientService(Protocol):
         """True if time advances only on request of clients."""
 
     @property
-    def asked(self) -> Any:
+    def advance_request(self) -> Any:
         """In lockstep, the request that is served now (`until` [ns], `each_tick`, `guest`); None if there is none."""
 
     @property
@@ -114,9 +114,9 @@ class SimulationLoop:
         rate: a rate control, or a constant speed in simulated seconds a wall second; None: as fast as possible.
         stop: stop condition; None: on request only.
         on_poll: called about ten times a second of wall time.
-        patience: in lockstep, time [s] of wall time to go on serving past the deadline. A client that requests more
+        timeout: in lockstep, time [s] of wall time to go on serving past the deadline. A client that requests more
             time then gets an error, and may still make other requests.
-        can_stand: True if time may stand while a client is behind; False for a real robot, which moves on.
+        can_wait: True if time may stand while a client is behind; False for a real robot, which moves on.
     """
 
     def __init__(
@@ -127,14 +127,14 @@ class SimulationLoop:
         rate: float | RateControl | None = 1.0,
         stop: StopCondition | None = None,
         on_poll: Callable[[], None] = lambda: None,
-        patience: float = 0.0,
-        can_stand: bool = True,
+        timeout: float = 0.0,
+        can_wait: bool = True,
     ) -> None:
         self._simulation = simulation
         self._service = service
         self._on_poll = on_poll
-        self.patience = patience
-        self._can_stand = can_stand
+        self.timeout = timeout
+        self._can_wait = can_wait
         self._polled = self._served = 0.0
         self.stop = stop or StopCondition()
         """Stop condition of the run."""
@@ -147,7 +147,7 @@ class SimulationLoop:
         """Pace so far; None if time does not follow the wall clock."""
         if self.rate.speed is None or (self._service is not None and self._service.lockstep):
             return None
-        return PaceFigures(self.pacer.factor, self.pacer.worst, self.pacer.stood)
+        return PaceFigures(self.pacer.factor, self.pacer.max_lateness, self.pacer.stood)
 
     def run(self) -> None:
         """Step the simulation until the stop condition holds.
@@ -178,7 +178,7 @@ class SimulationLoop:
     def _wait_for_clients(self) -> bool:
         """Serve clients while time stands for one that is behind; return False if the run must stop."""
         service = self._service
-        if service is None or not self._can_stand or self.rate.speed is None or not service.hold_time():
+        if service is None or not self._can_wait or self.rate.speed is None or not service.hold_time():
             return True
         begun = time.perf_counter()
         while not self.stop.is_requested and service.hold_time():
@@ -199,9 +199,9 @@ class SimulationLoop:
         while not stop.is_requested and time.perf_counter() < end:
             is_over = clock.now >= stop.deadline
             if is_over and end == _FOREVER:
-                end = time.perf_counter() + self.patience
+                end = time.perf_counter() + self.timeout
                 continue
-            asked = service.asked
+            asked = service.advance_request
             if asked is None:
                 self._serve(_POLL / 2)
             elif is_over and asked.until > clock.now:

@@ -90,7 +90,7 @@ class RateControl:
             self._speed = speed
             self.changes += 1
 
-    def begin_anew(self) -> None:
+    def restart_pace(self) -> None:
         """Make pacers count from now, as after a reset: they do not make up for the jump of time."""
         with self._lock:
             self.changes += 1
@@ -112,7 +112,7 @@ def _checked(speed: float | None) -> float | None:
     return speed
 
 
-_PATIENCE = 0.5
+_TIMEOUT = 0.5
 _MAX_WAIT = 0.05  # [s] at a time, so that a change of the rate takes effect soon
 
 
@@ -124,7 +124,7 @@ class RealTimePacer:
 
     Args:
         simulation: the simulation to step.
-        tempo: simulated seconds a wall second, above 0; or a `RateControl`, which may change. The caller asks it
+        rate: simulated seconds a wall second, above 0; or a `RateControl`, which may change. The caller asks it
             whether a tick may pass at all.
         clock: returns wall time [s]; replaced in tests.
         sleep: waits for a wall time [s]; replaced in tests.
@@ -136,23 +136,23 @@ class RealTimePacer:
     def __init__(
         self,
         simulation: Simulation,
-        tempo: float | RateControl,
+        rate: float | RateControl,
         *,
         clock: Callable[[], float] = time.perf_counter,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         self._simulation = simulation
-        self.tempo = tempo if isinstance(tempo, RateControl) else RateControl(tempo)
+        self.rate = rate if isinstance(rate, RateControl) else RateControl(rate)
         """The rate control."""
-        self._changes = self.tempo.changes
+        self._changes = self.rate.changes
         self._clock = clock
         self._sleep = sleep
         self._begun = self._wall = self._stepped = clock()
         self._begun_at = self._simulated = self._newest = simulation.now
         self._rested = 0.0
         self.stood = 0.0
-        """Total wall time [s] that `stand` has reported."""
-        self.worst = 0.0
+        """Total wall time [s] that `pause` has reported."""
+        self.max_lateness = 0.0
         """Largest lateness of a tick [s] of wall time."""
 
     @property
@@ -163,9 +163,9 @@ class RealTimePacer:
 
     def step(self) -> bool:
         """Step one tick, then wait until it is due; return False if there was no time to wait."""
-        if self.tempo.changes != self._changes:
+        if self.rate.changes != self._changes:
             self.begin()
-        simulation, speed = self._simulation, self.tempo.speed
+        simulation, speed = self._simulation, self.rate.speed
         simulation.step()
         now, self._newest = self._clock(), simulation.now
         if speed is None:
@@ -176,8 +176,8 @@ class RealTimePacer:
         if ahead > 0.0:
             self._wait(ahead)
             return True
-        self.worst = max(self.worst, -ahead)
-        if ahead < -_PATIENCE:
+        self.max_lateness = max(self.max_lateness, -ahead)
+        if ahead < -_TIMEOUT:
             self._wall, self._simulated = now, self._newest
         return False
 
@@ -190,12 +190,12 @@ class RealTimePacer:
         if seconds <= _MAX_WAIT:
             self._sleep(seconds)
             return
-        while (left := self._stepped - self._clock()) > 0.0 and self.tempo.changes == self._changes:
+        while (left := self._stepped - self._clock()) > 0.0 and self.rate.changes == self._changes:
             self._sleep(min(left, _MAX_WAIT))
 
     def begin(self) -> None:
         """Count from here, as at the start of a run; wall time since the last tick counts as a pause."""
-        self._changes = self.tempo.changes
+        self._changes = self.rate.changes
         now = self._clock()
         self._rested += now - self._stepped
         self._wall = self._stepped = now

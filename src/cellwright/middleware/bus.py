@@ -22,13 +22,12 @@ from cellwright.middleware.messages import (
     checked,
     from_cdr,
     message_type,
-    said,
     service_type,
     short_name,
     to_cdr,
     type_of,
 )
-from cellwright.middleware.messages.validation import has_bounds
+from cellwright.middleware.messages.validation import describe_value, has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -238,7 +237,7 @@ class Publisher:
             UsageError: the message is not of the topic's class.
         """
         if type(message) is not self._class:
-            raise UsageError(f"{self._topic.name} carries {self._topic.type}, not {said(message)}")
+            raise UsageError(f"{self._topic.name} carries {self._topic.type}, not {describe_value(message)}")
         if self.latch:
             self._newest = message
         elif measured is not None:
@@ -511,7 +510,9 @@ class Bus:
         if isinstance(response, PendingResponse):
             return response
         if type(response) is not entry.type.response:
-            raise UsageError(f"{service} must answer with {type_of(entry.type.response)}, not {said(response)}")
+            raise UsageError(
+                f"{service} must answer with {type_of(entry.type.response)}, not {describe_value(response)}"
+            )
         return response
 
     def note(self, given: ExternalInput) -> None:
@@ -566,7 +567,7 @@ class Bus:
         return error
 
 
-class Served(Protocol):
+class Node(Protocol):
     """Node with topics, services and simulation time: a cell, or a robot's controller node."""
 
     @property
@@ -592,7 +593,7 @@ class Served(Protocol):
 def _validated(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
     """Return a valid message; a MessageError if it is of another class, or a field does not fit."""
     if type(message) is not message_class:
-        raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")
+        raise MessageError(f"{name} takes {type_of(message_class)}, not {describe_value(message)}")
     return message if is_decoded and not has_bounds(message_class.__msgtype__) else checked(message)
 
 

@@ -24,7 +24,7 @@ def straight(
     *,
     rail: float | None = None,
     spacing: float = SPACING,
-    largest_step: float = MAX_STEP,
+    max_step: float = MAX_STEP,
 ) -> tuple[Joints, ...]:
     """Return the joints along a straight path of the gripper from its present pose to another, with even rotation.
 
@@ -33,7 +33,7 @@ def straight(
         world_T_goal: pose of the gripper link at the end.
         rail: rail position at the end [m], approached in proportion; by default it stays.
         spacing: distance between neighbouring poses [m].
-        largest_step: maximum motion of a joint between neighbouring poses [rad; m].
+        max_step: maximum motion of a joint between neighbouring poses [rad; m].
 
     Raises:
         UnreachableError: a pose is out of reach, or a joint would have to jump or leave its range.
@@ -55,16 +55,12 @@ def straight(
         begin,
         [between(world_T_start, world_T_goal, share) for share in shares],
         [begin.rail + share * (goal_rail - begin.rail) for share in shares],
-        largest_step=largest_step,
+        max_step=max_step,
     )
 
 
 def follow(
-    start: JointsLike,
-    world_T_grippers: Sequence[Pose],
-    rails: float | Sequence[float],
-    *,
-    largest_step: float = MAX_STEP,
+    start: JointsLike, world_T_grippers: Sequence[Pose], rails: float | Sequence[float], *, max_step: float = MAX_STEP
 ) -> tuple[Joints, ...]:
     """Return the joints along a sequence of gripper poses, in the posture that the arm is in.
 
@@ -72,7 +68,7 @@ def follow(
         start: joints before the first pose; the first of the result.
         world_T_grippers: poses of the gripper link, close to each other.
         rails: rail position at each pose [m], or one for all.
-        largest_step: maximum motion of a joint between neighbouring poses [rad; m].
+        max_step: maximum motion of a joint between neighbouring poses [rad; m].
 
     Raises:
         UnreachableError: a pose is out of reach, or a joint would have to jump or leave its range.
@@ -89,7 +85,7 @@ def follow(
         except UnreachableError as error:
             raise UnreachableError(f"the path leaves the arm's reach at {_place(world_T_gripper)}: {error}") from error
         best = min(postures, key=lambda joints: _largest_turn(joints, last))
-        if (turn := _largest_turn(best, last)) > largest_step:
+        if (turn := _largest_turn(best, last)) > max_step:
             raise UnreachableError(
                 f"the path would need a joint to jump by {turn:.2f} at {_place(world_T_gripper)}: "
                 "it passes a singularity, or the end of a joint"

@@ -33,7 +33,7 @@ def move(
     *,
     start_velocity: Joints = STILL,
     goal_velocity: Joints = STILL,
-    at_least: float = 0.0,
+    min_duration: float = 0.0,
 ) -> JointMotion:
     """Return the shortest motion from one state to another.
 
@@ -46,14 +46,14 @@ def move(
         limits: limits of the motion.
         start_velocity: velocity at the start [m/s; rad/s].
         goal_velocity: velocity at the end [m/s; rad/s].
-        at_least: minimum duration [s].
+        min_duration: minimum duration [s].
 
     Raises:
         UnreachableError: a joint would leave its range, or leave it further than at the start.
         UsageError: a velocity is above the limits, or a number is not finite.
     """
     begin, end = Joints.of(start), Joints.of(goal)
-    profile = _profile(begin, end, start_velocity, goal_velocity, limits, at_least)
+    profile = _profile(begin, end, start_velocity, goal_velocity, limits, min_duration)
     for index, bound in enumerate(profile.position_extrema):
         reach = max(abs(bound.min), abs(bound.max))
         if reach > max(LIMITS[index], abs(begin[index])) + _SLACK or abs(end[index]) > LIMITS[index] + _SLACK:
@@ -166,7 +166,12 @@ def _step(limits: MotionLimits) -> float:
 
 
 def _profile(
-    start: Joints, goal: Joints, start_velocity: Joints, goal_velocity: Joints, limits: MotionLimits, at_least: float
+    start: Joints,
+    goal: Joints,
+    start_velocity: Joints,
+    goal_velocity: Joints,
+    limits: MotionLimits,
+    min_duration: float,
 ) -> Trajectory:
     for velocity, limit in zip((*start_velocity, *goal_velocity), limits.velocity * 2, strict=True):
         if not abs(velocity) <= limit + _SLACK:
@@ -175,13 +180,13 @@ def _profile(
     request.current_position, request.target_position = start, goal
     request.current_velocity, request.target_velocity = start_velocity, goal_velocity
     request.max_velocity, request.max_acceleration, request.max_jerk = limits.velocity, limits.acceleration, limits.jerk
-    return _calculate(request, at_least)
+    return _calculate(request, min_duration)
 
 
-def _calculate(request: InputParameter, at_least: float = 0.0) -> Trajectory:
+def _calculate(request: InputParameter, min_duration: float = 0.0) -> Trajectory:
     request.synchronization = Synchronization.Phase
-    if at_least > 0.0:
-        request.minimum_duration = at_least
+    if min_duration > 0.0:
+        request.minimum_duration = min_duration
     trajectory = Trajectory(request.degrees_of_freedom)
     try:
         result = Ruckig(request.degrees_of_freedom).calculate(request, trajectory)

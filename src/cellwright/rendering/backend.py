@@ -5,7 +5,7 @@ import os
 import sys
 from typing import Any
 
-from cellwright.util.errors import CellwrightError, UsageError, did_you_mean, showable
+from cellwright.util.errors import CellwrightError, UsageError, did_you_mean, printable
 
 BACKEND = "CELLWRIGHT_RENDERING"
 """Environment variable that sets the backend; unset or empty: the first one that works."""
@@ -27,7 +27,7 @@ def requested_backend() -> str:
     """
     backend = os.environ.get(BACKEND, "")
     if backend and backend not in BACKENDS:
-        value = showable(backend, _MAX_SHOWN).replace("\n", " ")
+        value = printable(backend, _MAX_SHOWN).replace("\n", " ")
         meant = did_you_mean(backend.lower(), BACKENDS)
         raise UsageError(f"{BACKEND}={value}: give one of {', '.join(BACKENDS)}, or leave it unset{meant}")
     return backend

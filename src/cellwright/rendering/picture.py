@@ -28,7 +28,7 @@ from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.engine import EngineScene
 from cellwright.rendering.shading import Shader, Surfaces, disc_lamp, openness, sky, to_screen
 from cellwright.util.errors import UsageError
-from cellwright.util.files import write_whole
+from cellwright.util.files import write_atomic
 from cellwright.util.pose import Vector3
 
 _SAME_NORMAL = 0.9  # smallest cosine between the normals of a pixel and the neighbour whose light it borrows
@@ -243,7 +243,7 @@ def save_png(path: str | Path, picture: NDArray[np.uint8]) -> None:
         UsageError: the file cannot be written.
     """
     try:
-        write_whole(Path(path), encode_png(picture))
+        write_atomic(Path(path), encode_png(picture))
     except OSError as error:
         raise UsageError(f"cannot write the picture {path}: {error.strerror or error}") from error
 

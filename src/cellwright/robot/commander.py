@@ -133,7 +133,7 @@ class Commander(Device):
                 topic, [(names[each], requested[each], lower[each], upper[each]) for each in beyond.tolist()]
             )
 
-    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> None:
+    def set_targets(self, joints: Iterable[int], positions: Iterable[float]) -> None:
         """Move joints, by number, to positions [rad; m] on request of the node's own program."""
         if not self.takes_commands:
             self.ignored += 1
@@ -145,9 +145,9 @@ class Commander(Device):
         """Return True if these joints follow a topic: no other has commanded them since, and none was held."""
         return bool((self.limiter.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
 
-    def stand(self) -> None:
+    def hold_until_commanded(self) -> None:
         """Hold the robot's current position, as long as there was no command."""
-        self.limiter.stand(self.measured())
+        self.limiter.hold_until_commanded(self.measured())
 
     def hold(self, why: str) -> None:
         """Hold all joints where they are; earlier targets are discarded, so that nothing jumps afterwards."""

@@ -12,7 +12,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.simulation import Device
 from cellwright.robot.servos import Array, JointArrays, JointServos
 from cellwright.util import plugins
-from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
+from cellwright.util.errors import CellwrightError, UnknownNameError, one_line
 
 
 class Driver(Protocol):
@@ -65,17 +65,17 @@ class LiveDriver:
     Args:
         config: the robot.
         driver: the driver; all of its methods are called by one thread.
-        patience: silence [s] that counts as failure.
+        timeout: silence [s] that counts as failure.
 
     Raises:
         DriverError: its joints are not the robot's, or its first reading fails; the driver is closed in both cases.
     """
 
-    def __init__(self, config: RobotConfig, driver: Driver, *, patience: float = DRIVER_TIMEOUT) -> None:
+    def __init__(self, config: RobotConfig, driver: Driver, *, timeout: float = DRIVER_TIMEOUT) -> None:
         robot = config.robot
         self.joints = tuple(joint.name for joint in robot.driven)
         self._driver = driver
-        self._patience = patience
+        self._timeout = timeout
         try:
             self._places = _joint_numbers(self.joints, driver)
         except DriverError:
@@ -84,7 +84,7 @@ class LiveDriver:
         self.count = 0
         """Number of readings."""
         still = np.zeros(len(self.joints))
-        start = np.array([config.start.get(name, 0.0) for name in self.joints])
+        start = np.array([config.start_posture.get(name, 0.0) for name in self.joints])
         self._readings = JointArrays(start, still, still)
         self._targets: Array | None = None
         self._fault = ""
@@ -106,8 +106,8 @@ class LiveDriver:
     def fault(self) -> str:
         """Reason why the driver is held; empty while it works."""
         with self._lock:
-            if not self._fault and time.monotonic() - self._heard > self._patience:
-                self._fault = f"it has said nothing for {self._patience:g} s"
+            if not self._fault and time.monotonic() - self._heard > self._timeout:
+                self._fault = f"it has said nothing for {self._timeout:g} s"
             return self._fault
 
     def clear(self) -> None:
@@ -144,7 +144,7 @@ class LiveDriver:
             except DriverError as error:
                 self._fail(str(error))
             except BaseException as error:  # user code must not stop the node
-                self._fail(in_a_line(error))
+                self._fail(one_line(error))
             first.set()
             self._awake.wait(_IDLE_INTERVAL)
             self._awake.clear()
@@ -208,7 +208,7 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
     try:
         names = tuple(driver.joints)
     except Exception as error:  # user code
-        raise DriverError(f"the driver cannot be used: its joints: {in_a_line(error)}") from error
+        raise DriverError(f"the driver cannot be used: its joints: {one_line(error)}") from error
     for name in names:
         if name not in joints:
             raise DriverError(f"the driver cannot be used: {UnknownNameError('joint', str(name), joints)}")
@@ -220,15 +220,15 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
 class Mirror(Device):
     """Device that sets the model's joints to the robot's positions before each step, in place of physics.
 
-    It calls `stop`, with the reason, when the driver has failed, and `stand` while it works. Until the first target
+    It calls `stop`, with the reason, when the driver has failed, and `hold` while it works. Until the first target
     nothing holds the robot, and it may be moved by hand.
     """
 
     def __init__(
-        self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None], stand: Callable[[], None]
+        self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None], hold: Callable[[], None]
     ) -> None:
         super().__init__("mirror")
-        self._driver, self._servos, self._stop, self._stand = driver, servos, stop, stand
+        self._driver, self._servos, self._stop, self._hold = driver, servos, stop, hold
 
     def reset(self) -> None:
         """Start in the posture of the robot."""
@@ -241,7 +241,7 @@ class Mirror(Device):
         if fault:
             self._stop(f"the driver has failed, and the robot holds: {fault}")
         else:
-            self._stand()
+            self._hold()
 
     def close(self) -> None:
         """Release the robot."""

@@ -21,7 +21,7 @@ class GripperRange:
         joints = [robot.joint(name) for name in gripper.joints if name in numbers]
         used = [each for each in joints if not each.mimic and math.isfinite(each.limits.upper - each.limits.lower)]
         self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
-        ways = [gripper.way(joint) for joint in used]
+        ways = [gripper.open_and_closed(joint) for joint in used]
         self._open = np.array([begin for begin, _ in ways])
         self._way = np.array([end - begin for begin, end in ways])
 

@@ -86,7 +86,7 @@ class RobotNode:
                 on_failure.callback(live.close)
             now = self.simulation.clock.read
             self.bus = Bus(now, report)
-            self.told = message_time = stamp if stamp is not None and not sim_time else now
+            self.message_time = message_time = stamp if stamp is not None and not sim_time else now
             """Function that returns the time that messages carry [ns]."""
             gate = CommandGate(safety, now, message_time)
             self.bus.on_input.append(gate.note_arrival)
@@ -121,7 +121,9 @@ class RobotNode:
             self.commander.on_clear.append(self.driver.clear)
             # It may have been moved by hand meanwhile.
             self.commander.on_clear.append(lambda: self.commander.hold(self.commander.why_held))
-            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop, self.commander.stand))
+            self.simulation.add(
+                Mirror(self.driver, self.servos, self.commander.stop, self.commander.hold_until_commanded)
+            )
         for device in (self.base, self.ee_poses, self.commander, self.homing):
             self.simulation.add(device)
 

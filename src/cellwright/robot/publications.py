@@ -18,7 +18,7 @@ from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
-from cellwright.rendering.cameras.studio import RenderService
+from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.robot.commander import Commander
 from cellwright.robot.drivers import Driver
 from cellwright.robot.grippers import GripperRange
@@ -30,14 +30,14 @@ def add_cameras(
     config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
 ) -> dict[str, PictureCamera]:
     """Add the cameras of a robot, by name; one that cannot be made is reported and left out."""
-    studio = RenderService(simulation, about=config.base_pose.position, report=report)
+    service = RenderService(simulation, about=config.base_pose.position, report=report)
     found: dict[str, PictureCamera] = {}
     for described in config.cameras:
         try:
             if described.name in found:
                 raise UsageError("there are two of this name")
             description = picture_camera(config, described)
-            camera = PictureCamera(replace(description, frame=body_of(description.frame)), studio, report=report)
+            camera = PictureCamera(replace(description, frame=body_of(description.frame)), service, report=report)
             simulation.add(camera)
             found[described.name] = camera
         except UsageError as error:

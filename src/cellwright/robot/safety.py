@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
-from cellwright.robot.servos import FARTHEST, Array
+from cellwright.robot.servos import MAX_POSITION, Array
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
 
 RESUME_SPEED = 0.5
@@ -297,7 +297,7 @@ class TargetLimiter:
     ) -> None:
         count = len(joints)
         self._joints = joints
-        self.lower, self.upper = np.maximum(lower, -FARTHEST), np.minimum(upper, FARTHEST)
+        self.lower, self.upper = np.maximum(lower, -MAX_POSITION), np.minimum(upper, MAX_POSITION)
         self._speeds = safety.speeds(joints, speeds)
         self._slow = np.minimum(np.minimum(self._speeds, speeds), safety.resume_speed)
         self._safety = safety
@@ -326,7 +326,7 @@ class TargetLimiter:
         self._is_under_way = False
         self._is_untouched = True
 
-    def stand(self, positions: Array) -> None:
+    def hold_until_commanded(self, positions: Array) -> None:
         """Hold positions [rad; m], unless there was a command: a robot that nothing holds may sink."""
         if self._is_untouched:
             self.desired = np.clip(positions, self.lower, self.upper)

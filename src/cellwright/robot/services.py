@@ -66,12 +66,12 @@ class RobotServices:
                 {
                     "joints": self._indices(gripper.joints),
                     "follows": [self._robot.joint(name).mimic is not None for name in gripper.joints],
-                    "ways": [gripper.way(self._robot.joint(name)) for name in gripper.joints],
+                    "ways": [gripper.open_and_closed(self._robot.joint(name)) for name in gripper.joints],
                 }
                 for gripper in config.grippers
             ],
             "head": None if config.head is None else {**self._posture(config.head), "axes": list(config.head_axes)},
-            "dorsal": None if config.dorsal is None else self._posture(config.dorsal),
+            "dorsal": None if config.lift is None else self._posture(config.lift),
             "waist": None if config.waist is None else self._posture(config.waist),
         }
 
@@ -99,14 +99,14 @@ class RobotServices:
 
     def move(self, request: dict[str, Any]) -> dict[str, Any]:
         """Move joints to positions."""
-        self._node.commander.aim(*self._targets(request))
+        self._node.commander.set_targets(*self._targets(request))
         return {}
 
     def place(self, request: dict[str, Any]) -> dict[str, Any]:
         """Place joints at positions at once."""
         numbers, positions = self._targets(request)
         self._node.servos.place(numbers, positions)
-        self._node.commander.aim(numbers, positions)
+        self._node.commander.set_targets(numbers, positions)
         return {}
 
     def move_tip(self, request: dict[str, Any]) -> dict[str, Any]:

@@ -25,7 +25,7 @@ UNLIMITED = 1e9
 """Effort limit [N m; N] of a joint without one in the URDF."""
 DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED = 10.0, 1.0
 """Speed limit [rad/s; m/s] of a joint without one in the URDF."""
-FARTHEST = 1e4
+MAX_POSITION = 1e4
 """Maximum position [rad; m] of a joint without limits."""
 MAX_SPEED = 1000.0
 """Maximum speed [rad/s; m/s] of any joint, whatever the URDF allows: the engine could not follow."""
@@ -92,8 +92,8 @@ class JointServos(Device):
         self.motion = motion
         joints = robot.driven
         self.joints = tuple(joint.name for joint in joints)
-        self.lower = np.array([max(joint.limits.lower, -FARTHEST) for joint in joints])
-        self.upper = np.array([min(joint.limits.upper, FARTHEST) for joint in joints])
+        self.lower = np.array([max(joint.limits.lower, -MAX_POSITION) for joint in joints])
+        self.upper = np.array([min(joint.limits.upper, MAX_POSITION) for joint in joints])
         self._velocity = np.array([fastest(joint) for joint in joints])
         effort = np.array([joint.limits.effort for joint in joints])
         self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)

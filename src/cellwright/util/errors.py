@@ -116,7 +116,7 @@ def _without_zeros(name: str) -> str:
     return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())
 
 
-def showable(text: str, max_length: int = 20_000) -> str:
+def printable(text: str, max_length: int = 20_000) -> str:
     """Make a text printable in any terminal and file: line breaks and tabs stay, unprintable characters are escaped.
 
     Args:
@@ -128,10 +128,10 @@ def showable(text: str, max_length: int = 20_000) -> str:
     return "".join(sign if sign.isprintable() or sign in "\n\t" else repr(sign)[1:-1] for sign in text)
 
 
-def in_a_line(error: BaseException, max_length: int = 1000) -> str:
+def one_line(error: BaseException, max_length: int = 1000) -> str:
     """Return type and reason of an error of foreign code: one printable line of about `max_length` characters."""
     try:
         text = str(error.msg or "") if isinstance(error, SyntaxError) else str(error)
     except Exception:  # its __str__ fails
         text = "it does not say why"
-    return f"{type(error).__name__}: {' '.join(showable(text, max_length).split())}".rstrip(": ")
+    return f"{type(error).__name__}: {' '.join(printable(text, max_length).split())}".rstrip(": ")

@@ -82,7 +82,7 @@ def atomic_file(path: Path) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def in_its_place(path: Path) -> Iterator[Path]:
+def replacement_path(path: Path) -> Iterator[Path]:
     """Yield a path for a writer that opens its file itself; in the end that file replaces `path`.
 
     Raises:
@@ -97,7 +97,7 @@ def in_its_place(path: Path) -> Iterator[Path]:
             unfinished.unlink()
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
+def write_atomic(path: Path, content: str | bytes) -> None:
     """Write a file, whole or not at all; see `atomic_file`. Text is written as UTF-8, with its line ends unchanged.
 
     Raises:

@@ -14,7 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar
 
-from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UnknownNameError, in_a_line
+from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UnknownNameError, one_line
 
 Kind: TypeAlias = Literal["agents", "trials", "sensors", "devices"]
 
@@ -52,7 +52,7 @@ def load(kind: Kind, name: str) -> object:
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise plugin_error(kind, name, f"cannot be imported: {in_a_line(error)}") from error
+        raise plugin_error(kind, name, f"cannot be imported: {one_line(error)}") from error
 
 
 def load_as(kind: Kind, name: str, expected: type[T]) -> T:
@@ -146,7 +146,7 @@ def call_plugin(kind: Kind, name: str, function: Callable[..., Any], *arguments:
     except (SimulationError, RunEndedError, KeyboardInterrupt):  # from the engine, or another plugin that it called
         raise
     except BaseException as error:  # a SystemExit would look like one of the agent, which may end that way
-        problem = f"failed in {getattr(function, '__name__', 'it')}: {in_a_line(error)}"
+        problem = f"failed in {getattr(function, '__name__', 'it')}: {one_line(error)}"
         raise PluginFailedError(str(plugin_error(kind, name, problem))) from error
 
 
@@ -191,7 +191,7 @@ def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> C
         except KeyboardInterrupt:
             raise
         except BaseException as cause:
-            raise error(f"{name}: cannot be made: {in_a_line(cause)}") from cause
+            raise error(f"{name}: cannot be made: {one_line(cause)}") from cause
 
     return make
 
@@ -205,7 +205,7 @@ def _import_module(name: str, error: type[CellwrightError]) -> object:
     except KeyboardInterrupt:
         raise
     except BaseException as cause:
-        raise error(f"{name}: cannot be imported: {in_a_line(cause)}") from cause
+        raise error(f"{name}: cannot be imported: {one_line(cause)}") from cause
 
 
 def _import_file(path: Path, error: type[CellwrightError]) -> object:
@@ -223,7 +223,7 @@ def _import_file(path: Path, error: type[CellwrightError]) -> object:
     except KeyboardInterrupt:
         raise
     except BaseException as cause:
-        raise error(f"{path}{_line(path, cause)}: cannot be imported: {in_a_line(cause)}") from cause
+        raise error(f"{path}{_line(path, cause)}: cannot be imported: {one_line(cause)}") from cause
     return module
 
 

@@ -21,7 +21,7 @@ from typing import IO, Any, ClassVar
 
 from cellwright._package import FOLDER
 
-PATIENCE = 2.0
+STOP_TIMEOUT = 2.0
 """Time that threads have to end when their process is done [s]."""
 
 
@@ -45,10 +45,10 @@ def interrupts_end_the_process() -> Iterator[None]:
 
 
 def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
-    """End this process with `status`, and say so, if threads other than `before` still run after `PATIENCE`."""
+    """End this process with `status`, and say so, if threads other than `before` still run after `STOP_TIMEOUT`."""
     own = {*before, threading.current_thread()}
     left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + STOP_TIMEOUT
     for thread in left:
         thread.join(max(0.0, end - time.monotonic()))
     names = [thread.name for thread in left if thread.is_alive()]
@@ -63,7 +63,7 @@ def end_despite_threads(before: Collection[threading.Thread], status: int) -> No
         os._exit(status)
 
 
-NOT_SAID = 1
+OUTPUT_LOST_STATUS = 1
 """Smallest exit status of a command whose output could not be written completely."""
 
 _READER_GONE = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
@@ -143,7 +143,7 @@ class StandardStreams:
             status: exit status of the command so far.
 
         Returns:
-            `NOT_SAID` in place of 0 if output to stdout was lost, else `status`.
+            `OUTPUT_LOST_STATUS` in place of 0 if output to stdout was lost, else `status`.
         """
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
@@ -152,7 +152,7 @@ class StandardStreams:
             return status
         sys.stderr.write(f"error: stdout: cannot be written: {failure.strerror}\n")
         sys.stderr.flush()
-        return status or NOT_SAID
+        return status or OUTPUT_LOST_STATUS
 
     def _keep(self, name: str) -> TolerantStream | None:
         stream: IO[str] = getattr(sys, name)
@@ -260,7 +260,7 @@ class ChildProcess:
             self.end(0.0)
             raise
 
-    def last_words(self) -> str:
+    def last_output(self) -> str:
         """Return the last line in the file of its stderr; empty if there is none."""
         try:
             assert self._log is not None
@@ -270,11 +270,11 @@ class ChildProcess:
             return ""
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
-    def end(self, patience: float) -> None:
-        """Close its stdin so that it ends within `patience` [s]; else kill it."""
+    def end(self, timeout: float) -> None:
+        """Close its stdin so that it ends within `timeout` [s]; else kill it."""
         with suppress(OSError):  # the last output has found no reader
             self._stdin.close()
-        if not self._ends_within(patience):
+        if not self._ends_within(timeout):
             self._process.kill()
             self._process.wait()
         if self._reader is None:
@@ -284,9 +284,9 @@ class ChildProcess:
         if self._log is not None:
             self._log.close()
 
-    def _ends_within(self, patience: float) -> bool:
+    def _ends_within(self, timeout: float) -> bool:
         try:
-            self._process.wait(patience)
+            self._process.wait(timeout)
         except subprocess.TimeoutExpired:
             return False
         return True

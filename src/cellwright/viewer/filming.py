@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from cellwright.engine.clock import PeriodicCallback
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene.engine import SceneCapture
@@ -32,7 +32,7 @@ class VideoRecorder:
 
     def __init__(
         self,
-        served: Served,
+        served: Node,
         options: VideoOptions,
         *,
         camera: Camera,

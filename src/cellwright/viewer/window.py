@@ -34,7 +34,7 @@ class Window(ChildProcess):
     """
 
     def __init__(self, model: mujoco.MjModel, address: tuple[str, int], *, sliders: bool) -> None:
-        if reason := hindrance():
+        if reason := unavailable_reason():
             raise WindowError(reason)
         with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
             file = Path(folder) / "model.mjb"
@@ -51,7 +51,7 @@ class Window(ChildProcess):
         self.end(_TIME_TO_END)
 
 
-def hindrance() -> str:
+def unavailable_reason() -> str:
     """Return why no window can open here, in a sentence; empty where one may."""
     lacking = [name for name in ("glfw", "OpenGL") if importlib.util.find_spec(name) is None]
     if lacking:

@@ -18,11 +18,11 @@ ACTION = "arm/follow_joint_trajectory"
 
 
 def goal(
-    trajectory: JointTrajectory, name: str = "goal", given: int = 0, tolerance: float = 0.0, patience: float = 0.0
+    trajectory: JointTrajectory, name: str = "goal", given: int = 0, tolerance: float = 0.0, timeout: float = 0.0
 ) -> FollowJointTrajectoryActionGoal:
     """Return a goal; `given` is the stamp of its identifier [ns], a tolerance of 0 keeps the controller's own."""
     tolerances = [JointTolerance(joint, tolerance) for joint in trajectory.joint_names] if tolerance else []
-    content = FollowJointTrajectoryGoal(trajectory, tolerances, tolerances, duration(round(patience * 1e9)))
+    content = FollowJointTrajectoryGoal(trajectory, tolerances, tolerances, duration(round(timeout * 1e9)))
     return FollowJointTrajectoryActionGoal(goal_id=GoalID(stamp(given), name), goal=content)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows as gear_rows
-from cellwright.middleware.bus import Bus, Direction, Served
+from cellwright.middleware.bus import Bus, Direction, Node
 from cellwright.middleware.interface.table import Endpoint, EndpointKind
 from cellwright.middleware.messages import message_type, service_type
 from cellwright.robot.interface import rows as teleop_rows
@@ -57,6 +57,6 @@ def robot(**more: Any) -> RobotNode:
     return RobotNode(two_arms(), **more)
 
 
-def state_hash(served: Served) -> str:
+def state_hash(served: Node) -> str:
     """Return a hash of the whole state of a cell or robot."""
     return served.state_hash() if isinstance(served, Cell) else served.simulation.state_hash()

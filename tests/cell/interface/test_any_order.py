@@ -15,7 +15,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invar
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.middleware.messages import message_type
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest, VacuumGripperControlRequest
@@ -34,7 +34,7 @@ BEYOND = 0.15
 class Life(RuleBasedStateMachine):
     """State machine with the invariants of a cell and of a robot's node."""
 
-    make: ClassVar[Callable[[], tuple[Served, list[str]]]]
+    make: ClassVar[Callable[[], tuple[Node, list[str]]]]
     known: ClassVar[list[Input]]
     sensible: ClassVar[list[tuple[str, Any]]]
 
@@ -151,7 +151,7 @@ class LifeOfACell(Life):
 
 
 @cache
-def robot_and_lines() -> tuple[Served, list[str]]:
+def robot_and_lines() -> tuple[Node, list[str]]:
     lines: list[str] = []
     return robot(report=lines.append), lines
 

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError
 from tests.cell.interface.inputs import GEAR, TELEOP, Input, robot, state_hash, whole_cell
 from tests.middleware.messages.random_messages import messages, spoiled
 
-SHARED: dict[str, Callable[[], Served]] = {"cell": cache(whole_cell), "robot": cache(robot)}
+SHARED: dict[str, Callable[[], Node]] = {"cell": cache(whole_cell), "robot": cache(robot)}
 EACH = [pytest.param("cell", each, id=each.name) for each in GEAR] + [
     pytest.param("robot", each, id=each.name) for each in TELEOP
 ]

@@ -34,9 +34,9 @@ def test_a_flood_of_text_is_cut() -> None:
 def test_the_cell_keeps_the_newest_intention_of_a_client_until_the_next_run() -> None:
     cell = Cell(KITTING)
     client = Client.in_process(cell, node="/me")
-    client.intend("looking around")
+    client.set_status("looking around")
     client.sleep(0.5)
-    client.intend("fetching a gear")
+    client.set_status("fetching a gear")
     assert (cell.intention.text, cell.intention.node, cell.intention.time) == ("fetching a gear", "/me", 500_000_000)
     client.close()
     cell.reset()
@@ -59,4 +59,4 @@ def test_a_cell_that_does_not_listen_is_no_error(monkeypatch: pytest.MonkeyPatch
         raise UnknownNameError("topic", topic, [])
 
     monkeypatch.setattr(client.transport, "publish", refuse)
-    client.intend("whatever")
+    client.set_status("whatever")

@@ -77,7 +77,7 @@ def test_a_place_off_the_tray_differs_from_a_bad_placement() -> None:
     first = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
     found = judged(thing(x=0.2), first=first)
     assert [part.cause for each in kits_of(found) for part in each.parts] == ["off tray"]
-    assert (found.total, found.reach.total, found.reach.maximum) == (2.0, 2.0, 3.0)
+    assert (found.total, found.attainable.total, found.attainable.maximum) == (2.0, 2.0, 3.0)
 
 
 def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
@@ -136,7 +136,7 @@ def test_the_fate_of_a_missing_part_is_given_in_words_and_as_values() -> None:
     found = judged(first=order(0, start_time=0.0))
     (each,) = kits_of(found)
     fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
-    known = kit_evidence(each.score, each.reach, fates=(fate,))
+    known = kit_evidence(each.score, each.attainable, fates=(fate,))
     (part,) = json.loads(json.dumps(kit_to_json(known)))["parts"]
     assert part["sentence"] == f"none on the tray when it was submitted: {fate.sentence()}"
     assert part["fate"] == {

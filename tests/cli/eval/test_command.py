@@ -12,7 +12,7 @@ from rich.console import Console
 
 from cellwright.cli.eval import EvalProgress, show_summary
 from cellwright.cli.main import main
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.evaluation.evaluate import Running
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.running.evaluation.summary import Threshold
@@ -51,7 +51,7 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
     assert json.loads((folder / "summary.json").read_text())["exit_status"] == 0
     assert "tiny seed 1" in (folder / "report.html").read_text(encoding="utf-8")
     (recorded,) = (folder / "recordings").iterdir()
-    with Recording(recorded) as recording:
+    with RecordingFile(recorded) as recording:
         assert recording.end is not None
         assert (recording.end["score"], recording.header.facts["agent"]) == (6.0, "programs.py:Deliver")
         assert recording.header.facts["files"][0] == "files/tiny.yaml"

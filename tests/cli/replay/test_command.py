@@ -19,7 +19,7 @@ from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
 from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from tests.cli.conftest import CommandLine
 from tests.processes import Process
 from tests.recording.replay.made import record, short_work
@@ -132,7 +132,7 @@ def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
 
     assert status == 0
     assert orders == ["order_0"]
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         recorded = [recording.decode(each) for each in recording.messages(["/ariac/joint_states"])]
     assert to_cdr(newest) in [to_cdr(each) for each in recorded]
 
@@ -142,7 +142,7 @@ def test_a_bag_of_it(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--bag", "run.bag")
 
     assert (ran.status, ran.out, ran.err) == (0, "bag         run.bag\n", "")
-    with Reader("run.bag") as bag, Recording(path) as recording:
+    with Reader("run.bag") as bag, RecordingFile(path) as recording:
         counts = {each.topic: each.msgcount for each in bag.connections}
         assert counts["/ariac/joint_states"] == recording.counts["/ariac/joint_states"] > 100
 
@@ -151,7 +151,7 @@ def test_a_bag_of_a_part_of_it(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--bag", "run.bag", "--start", "0.2", "--until", "0.4")
 
     assert (ran.status, ran.out, ran.err) == (0, "bag         run.bag\n", "")
-    with Reader("run.bag") as bag, Recording(path) as recording:
+    with Reader("run.bag") as bag, RecordingFile(path) as recording:
         times = [time for _, time, _ in bag.messages()]
         found = sum(each.msgcount for each in bag.connections if each.topic == "/ariac/joint_states")
         said = recording.messages(["/ariac/joint_states"], start=200_000_000, until=400_000_001)

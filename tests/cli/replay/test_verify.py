@@ -15,7 +15,7 @@ from cellwright.cli.main import main
 from cellwright.cli.replay.actions import show_verdict
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.rebuild import rebuild
 from cellwright.recording.replay.verify import TickTime, VerificationResult, versions_that_differ
 from cellwright.util.errors import CellwrightError
@@ -127,7 +127,7 @@ def test_one_that_was_cut_before_its_first_hash_leaves_nothing_to_compare(cellwr
 
 def test_one_of_which_a_byte_is_another_is_refused(short: Path, cellwright: CommandLine) -> None:
     data = bytearray(short.read_bytes())
-    with Recording(short) as recording:  # of a message that no comparison reads
+    with RecordingFile(short) as recording:  # of a message that no comparison reads
         place = next(each for each in recording._layout.chunks)
     data[place.offset + place.length - 1] ^= 1
     Path("flipped.mcap").write_bytes(data)
@@ -150,7 +150,7 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
 class Changed:
     """A recording with a different header."""
 
-    def __init__(self, recording: Recording, kind: str, **facts: Any) -> None:
+    def __init__(self, recording: RecordingFile, kind: str, **facts: Any) -> None:
         facts = {**recording.header.facts, **facts}
         self.header = RecordingHeader(kind, recording.header.name, facts)
         self.sources = recording.sources
@@ -174,7 +174,7 @@ class Changed:
 def test_a_run_that_cannot_be_repeated_is_reported_in_a_line(
     short: Path, kind: str, facts: dict[str, Any], reason: str
 ) -> None:
-    with Recording(short) as recording:
+    with RecordingFile(short) as recording:
         changed: Any = Changed(recording, kind, **facts)
         with pytest.raises(CellwrightError, match=reason), rebuild(changed):
             pass

@@ -42,7 +42,7 @@ class Sends:
 
     def run(self, client: Client) -> None:
         type(self).runs += 1
-        client.intend("looking around")
+        client.set_status("looking around")
         client.start_competition()
         client.sleep(1.1)
         client.control_agv(1, "order_0_kit_0")
@@ -249,7 +249,7 @@ def test_viewers_stay_after_an_agent_in_a_process_of_its_own() -> None:
     with looked_at(cell, lockstep=True) as crowd:
         with looking(crowd, look):
             result = cell_result(crowd.run(RemoteAgent(f"{__file__}:Sends")))
-        assert all(node.startswith("/page_") for node in server_of(crowd).guests)
+        assert all(node.startswith("/page_") for node in server_of(crowd).clients)
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
 
 

@@ -143,7 +143,7 @@ def test_a_full_disk_costs_the_picture_and_not_the_run(
     def full(path: Path, content: bytes) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("cellwright.rendering.picture.write_whole", full)
+    monkeypatch.setattr("cellwright.rendering.picture.write_atomic", full)
     ran = cellwright("run", "lesson", "--agent", "none", "--until", "0.1")
     assert ran.status == 0
     assert "state hash" in ran.out

@@ -89,7 +89,7 @@ def test_it_ends_with_the_kit_sent_and_an_honest_score(bin_only: Record) -> None
 
 @pytest.mark.slow
 def test_the_whole_lesson_goes_on_to_the_belt_and_ends() -> None:
-    record = play(LessonAgent(patience=12.0))
+    record = play(LessonAgent(timeout=12.0))
     assert [part for _, part in record.held][:2] == ["bin7|piston_rod_part_5", "bin7|piston_rod_part_6"]
     assert record.cell.agvs[1].state in ("delivering", "returning")
     assert (record.result.outcome, record.result.competition_state) == (Outcome.DONE, "done")

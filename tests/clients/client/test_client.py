@@ -128,7 +128,7 @@ def test_velocities_make_the_way_smooth() -> None:
 @pytest.mark.parametrize("duration", [0.0, 0.03, 0.0513, 0.5, 0.777])
 def test_after_a_doze_all_is_as_new_as_after_a_sleep(duration: float) -> None:
     awake, dozing = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
-    for client, pass_time in ((awake, awake.sleep), (dozing, dozing.doze)):
+    for client, pass_time in ((awake, awake.sleep), (dozing, dozing.idle)):
         client.sleep(0.123)
         client.send_arm([in_order(NEAR)], [1.0])
         client.control_gripper(True)
@@ -149,7 +149,7 @@ def test_in_a_doze_neither_joint_states_nor_gripper_are_listened_to_until_shortl
                 times.append(round(client.time, 3))
 
     client.subscribe("/ariac/current_score", look)
-    client.doze(1.02)
+    client.idle(1.02)
     assert heard == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
     assert client.joint_states.count > 0
     client.sleep(0.2)
@@ -161,17 +161,17 @@ def test_a_doze_that_cannot_be_leaves_the_client_awake() -> None:
     client = client_of(cell)
     for duration in (-1.0, math.nan, math.inf):
         with pytest.raises(UsageError):
-            client.doze(duration)
+            client.idle(duration)
     refused: list[str] = []
 
-    def doze(_score: object) -> None:
+    def idle(_score: object) -> None:
         with pytest.raises(UsageError, match="callback"):
-            client.doze(1.0)
-        refused.append("doze")
+            client.idle(1.0)
+        refused.append("idle")
 
-    client.subscribe("/ariac/current_score", doze)
+    client.subscribe("/ariac/current_score", idle)
     client.sleep(0.15)
-    assert refused == ["doze"]
+    assert refused == ["idle"]
     assert cell.bus.topic("/ariac/gripper/state").subscribers == ("/agent",)
 
 

@@ -78,7 +78,7 @@ def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros
     with pytest.MonkeyPatch.context() as patched:
         if not cold:
             patched.setattr(ChildProcess, "_popen", staticmethod(forked_relay))
-        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
+        transport = Ros1Transport(str(ros_python()), environment=master.environment, timeout=TIMEOUT, **more)
     try:
         yield transport
     finally:
@@ -251,7 +251,7 @@ def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, mak
     cell = make_cell(TOPICS, [service(START)], lockstep=in_lockstep)
     start_bridge(master, cell)
     with ticking(cell):
-        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT)
+        transport = Ros1Transport(str(ros_python()), environment=master.environment, timeout=TIMEOUT)
     cell.answer = lambda frame: None if frame.kind is FrameKind.ADVANCE else cell.usual(frame)
     cell.send(Frame(FrameKind.ENDED, payload=b"over"))
     with pytest.raises(RunEndedError, match="the cell has ended"):
@@ -276,12 +276,12 @@ def test_a_relay_that_is_killed_ends_the_run(locked: tuple[FakeCell, Ros1Transpo
 
 def test_without_a_master_it_says_so(no_master: Ground) -> None:
     with pytest.raises(UsageError, match="no ROS master answers at"):
-        Ros1Transport(str(ros_python()), environment=no_master.environment, patience=0.5)
+        Ros1Transport(str(ros_python()), environment=no_master.environment, timeout=0.5)
 
 
 def test_without_a_simulator_it_says_so(master: Ground) -> None:
     with pytest.raises(UsageError, match=r"there is no simulator at .*: nobody publishes /clock"):
-        Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5)
+        Ros1Transport(str(ros_python()), environment=master.environment, timeout=0.5)
 
 
 def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell: MakeCell) -> None:

@@ -218,7 +218,7 @@ def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
 
     def work() -> None:
         with pytest.raises(UsageError, match="for the thread that made it"):
-            client.doze(1.0)
+            client.idle(1.0)
 
     thread = threading.Thread(target=work)
     thread.start()

@@ -55,7 +55,7 @@ def robot() -> RobotConfig:
 def served(node: RobotNode, *, lockstep: bool = False) -> Iterator[tuple[str, int]]:
     """Yield the address of a served node, in real time or in lockstep."""
     server = Server(node, port=0, lockstep=lockstep)
-    loop = SimulationLoop(node.simulation, server, patience=TIMEOUT)
+    loop = SimulationLoop(node.simulation, server, timeout=TIMEOUT)
     thread = threading.Thread(target=loop.run)
     thread.start()
     try:

@@ -9,18 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.parsing.sources import MAX_BYTES, JoinedText, Text, read_texts
-from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table
+from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode
 from cellwright.config.parsing.yaml_source import parse
 from cellwright.util.errors import DescriptionError
 
 
-def parsed(*contents: str) -> tuple[Node | None, Problems]:
+def parsed(*contents: str) -> tuple[YamlNode | None, Problems]:
     problems = Problems()
     texts = [Text(f"{letter}.yaml", content) for letter, content in zip("abcdef", contents, strict=False)]
     return parse(JoinedText(texts), problems), problems
 
 
-def plain(node: Node | None) -> object:
+def plain(node: YamlNode | None) -> object:
     match node:
         case Table():
             return {entry.name: plain(entry.value) for entry in node.entries.values()}

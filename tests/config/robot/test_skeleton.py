@@ -171,7 +171,7 @@ def test_the_open_end_of_a_gripper_is_written_if_known(
     config, warnings = read_back(tmp_path, model)
     assert warnings == []
     left = config.grippers[1]
-    assert [left.way(model.joint(name))[0] for name in left.joints] == open_positions
+    assert [left.open_and_closed(model.joint(name))[0] for name in left.joints] == open_positions
 
 
 def test_a_robot_on_another_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

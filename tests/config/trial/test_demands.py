@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.difficulty import PartSupply, demands, ordered_types, supply
+from cellwright.config.trial.difficulty import PartSupply, difficulties, ordered_types, supply
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 
@@ -46,7 +46,7 @@ def trial(name: str) -> Trial:
     ],
 )
 def test_public_trials(name: str, expected: list[tuple[str, str]]) -> None:
-    assert sorted((each.kind, each.text) for each in demands(trial(name))) == sorted(expected)
+    assert sorted((each.kind, each.text) for each in difficulties(trial(name))) == sorted(expected)
 
 
 def test_supply() -> None:
@@ -62,7 +62,7 @@ def test_faulty_parts_of_the_belt_count() -> None:
 
 def test_too_few_parts() -> None:
     few = replace(trial("final01"), bin_parts=())
-    assert [(each.kind, each.text) for each in demands(few)] == [
+    assert [(each.kind, each.text) for each in difficulties(few)] == [
         ("short", "0 good piston_rod_part for the 1 ordered"),
         ("short", "0 good gear_part for the 1 ordered"),
     ]
@@ -72,17 +72,17 @@ def test_orders_that_come_late_or_never() -> None:
     first, second = trial("final13").orders
     late = replace(second, wanted_parts=None, start_time=30.0)
     assert "order_1 comes in after 30 s" in [
-        each.text for each in demands(replace(trial("final13"), orders=(first, late)))
+        each.text for each in difficulties(replace(trial("final13"), orders=(first, late)))
     ]
     never = replace(second, wanted_parts=None)
-    found = {each.kind: each.text for each in demands(replace(trial("final13"), orders=(first, never)))}
+    found = {each.kind: each.text for each in difficulties(replace(trial("final13"), orders=(first, never)))}
     assert found["never_announced"] == "order_1 is never announced"
 
 
 def test_a_drop_of_unordered_parts_is_no_demand() -> None:
     other = trial("final09")
     regions = tuple(replace(region, type="part1") for region in other.drop_regions)
-    assert demands(replace(other, drop_regions=regions)) == ()
+    assert difficulties(replace(other, drop_regions=regions)) == ()
 
 
 def test_types_in_the_order_in_which_they_are_named() -> None:

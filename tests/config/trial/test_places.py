@@ -45,5 +45,5 @@ def test_the_near_bins_are_within_reach(name: str) -> None:
         ((0.8, 0.0, 0.0), True),  # straight down beside the rail
     ],
 )
-def test_reach(point: tuple[float, float, float], reached: bool) -> None:
+def test_attainable(point: tuple[float, float, float], reached: bool) -> None:
     assert is_within_reach(point) == reached

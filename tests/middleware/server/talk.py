@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.middleware.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameKind, hello
@@ -118,7 +118,7 @@ class Hall:
 
 
 @contextmanager
-def served(cell: Served, *, lockstep: bool = False) -> Iterator[Hall]:
+def served(cell: Node, *, lockstep: bool = False) -> Iterator[Hall]:
     """A server and its clients, closed in the end."""
     lines: list[str] = []
     hall = Hall(Server(cell, port=0, lockstep=lockstep, report=lines.append), lines)

@@ -102,14 +102,14 @@ def test_time_stands_for_a_client_that_requested_pings(monkeypatch: pytest.Monke
         assert hall.lines == ["time stands while /silent is more than 0.1 s behind; this is said once"]
 
 
-@pytest.mark.parametrize(("tempo", "can_stand"), [(None, True), (1.0, False)])
-def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float | None, *, can_stand: bool) -> None:
+@pytest.mark.parametrize(("rate", "can_wait"), [(None, True), (1.0, False)])
+def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(rate: float | None, *, can_wait: bool) -> None:
     talk = Talk()
     with served(talk.node) as hall:
         asks(hall, "/silent")
         wait_until(hall.server.hold_time, "client that is behind")
         stop = StopCondition(50_000_000)
-        loop = SimulationLoop(talk.node.simulation, hall.server, rate=tempo, stop=stop, can_stand=can_stand)
+        loop = SimulationLoop(talk.node.simulation, hall.server, rate=rate, stop=stop, can_wait=can_wait)
         loop.run()
         assert hall.server.hold_time()
         assert loop.pacer.stood == 0.0

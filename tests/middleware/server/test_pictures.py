@@ -18,7 +18,7 @@ CAMERAS = f"cellwright: {{sensors: {{a: {EYE}, b: {EYE}, c: {EYE}}}}}"
 
 def new_cell() -> Cell:
     cell = Cell(load_trial(text=CAMERAS).trial)
-    cell.studio._start = FakeWorker
+    cell.render_service._start = FakeWorker
     return cell
 
 

@@ -149,7 +149,7 @@ def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
 def test_clients_get_the_reason_of_the_end() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
-        assert hall.server.guests == ("/me",)
+        assert hall.server.clients == ("/me",)
         hall.server.close("enough")
         client.listen()
         assert [(frame.kind, frame.text()) for frame in client.heard] == [(FrameKind.ENDED, "enough")]
@@ -163,7 +163,7 @@ def test_who_leaves_listens_no_more() -> None:
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         assert cell.bus.topic("/clock").subscribers == ("/me",)
         client.connection.close()
-        other.wait_until(lambda: hall.server.guests == ("/other",))
+        other.wait_until(lambda: hall.server.clients == ("/other",))
         assert cell.bus.topic("/clock").subscribers == ()
 
 
@@ -196,5 +196,5 @@ def test_dismiss_ends_agents_and_keeps_viewers() -> None:
         assert [(frame.kind, frame.text()) for frame in agent.heard] == [(FrameKind.ENDED, "the run is over")]
         assert agent.is_over
         assert not page.heard
-        assert hall.server.guests == ("/page_1",)
+        assert hall.server.clients == ("/page_1",)
         assert page.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE

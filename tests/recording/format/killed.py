@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from cellwright.recording.format.reader import Recording, recorded_frames
+from cellwright.recording.format.reader import RecordingFile, recorded_frames
 from tests.waiting import wait_until
 
 PROGRAM = """
@@ -51,7 +51,7 @@ class Loss:
 
 def kept_so_far(file: Path) -> int:
     """Return the simulation time that a growing recording has [ns]."""
-    with Recording(file) as recording:
+    with RecordingFile(file) as recording:
         return recording.end_time
 
 
@@ -69,7 +69,7 @@ def loss(folder: Path, after: int) -> Loss:
     data = ticks.read_bytes()
     noted = [now for (now,) in _TICK.iter_unpack(data[: len(data) // _TICK.size * _TICK.size])]
     os.unlink(ticks)
-    with Recording(file) as recording:
+    with RecordingFile(file) as recording:
         assert not recording.is_complete
         messages = list(recording.messages(["/clock"]))
         for message in recording.messages():

@@ -14,7 +14,7 @@ from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.bag import write_bag
 from cellwright.recording.format.format import END, TEXT, RecordedTopic
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.util.errors import RecordingError, UsageError
 from tests.recording.format.files import TALK, text, write
 from tests.waiting import TIMEOUT
@@ -31,7 +31,7 @@ def test_everything_said_is_in_it(tmp_path: Path) -> None:
             "/shout": (md5("std_msgs/String"), 0),
         }
         found = [(each.topic, time, from_ros1(data, String).data) for each, time, data in bag.messages()]
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         said = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]
     assert found == said
     assert found[0][1] == 1, "rosbag play passes over what is said at 0"
@@ -41,11 +41,11 @@ def test_everything_said_is_in_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("begin", "latched"), [(11, ["/talk"]), (10, []), (0, [])])
 def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str], tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         every = [(each.topic, max(1, each.time)) for each in recording.messages()]
     first, last = every[begin][1], every[20][1]
     progress: list[float] = []
-    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=first, until=last, tell=progress.append)
+    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=first, until=last, on_progress=progress.append)
     with Reader(tmp_path / "a.bag") as bag:
         found = [(each.topic, time) for each, time, _ in bag.messages()]
     assert found == [*((topic, first) for topic in latched), *(each for each in every if first <= each[1] <= last)]

@@ -13,7 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 from cellwright.recording.format import mcap_file
 from cellwright.recording.format.format import RecordedTopic
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.recording.format.files import TALK, text, write
 
@@ -57,7 +57,7 @@ def test_what_is_handed_in_is_what_is_read(
             channel = file.channel(TALK)
             for time, word in enumerate(words):
                 file.add(channel, time, word)
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         assert [each.data for each in recording.messages()] == words
         assert recording.counts["/talk"] == len(words)
 
@@ -69,13 +69,13 @@ def test_what_was_flushed_is_in_the_file_though_it_is_not_ended(tmp_path: Path) 
     file.describe("cellwright", {"format": "1", "kind": "cell", "name": "", "header": "{}"})
     file.add(file.channel(TALK), 5, text("here"))
     file.flush()
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         assert not recording.is_complete
         assert [each.data for each in recording.messages()] == [text("here")]
     file.close()
     file.close()
     file.add(1, 6, b"behind the end")
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         assert recording.is_complete
 
 

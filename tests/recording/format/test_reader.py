@@ -13,7 +13,7 @@ from cellwright.recording.format import format as names
 from cellwright.recording.format import reader
 from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.scan import LATEST, chunk_entries
 from cellwright.util.errors import RecordingError, UnknownNameError
 from tests.recording.format.files import SHOUT, TALK, text, write
@@ -28,7 +28,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
-    with Recording(whole) as recording:
+    with RecordingFile(whole) as recording:
         assert recording.is_complete
         assert (recording.header.kind, recording.header.name) == ("cell", "small")
         assert recording.header.facts == {"seed": 7}
@@ -46,7 +46,7 @@ def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
 @given(first=st.integers(-10, 310), last=st.integers(-10, 310), kept=st.integers(1, 3))
 @settings(max_examples=30, deadline=None)
 def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept: int) -> None:
-    with pytest.MonkeyPatch.context() as patch, Recording(whole) as recording:
+    with pytest.MonkeyPatch.context() as patch, RecordingFile(whole) as recording:
         patch.setattr(reader, "_KEPT", kept)
         found = [each.time for each in recording.messages(["/shout"], start=first * 1_000_000, until=last * 1_000_000)]
         assert found == [n * 1_000_000 for n in range(1, 300, 2) if first <= n < last]
@@ -65,7 +65,7 @@ def test_one_that_was_cut_has_of_each_topic_what_it_has_of_all(
     path = tmp_path_factory.getbasetemp() / "cut_topics.mcap"
     path.write_bytes(data[: int(len(data) * (1 + 3 * cut) / 4)])
     try:
-        recording = Recording(path)
+        recording = RecordingFile(path)
     except RecordingError:
         return
     with recording:
@@ -87,7 +87,7 @@ def test_one_that_was_cut_anywhere_is_read_up_to_there(
     path = tmp_path_factory.getbasetemp() / "cut.mcap"
     path.write_bytes(data[: int(cut * (len(data) - 40))])
     try:
-        recording = Recording(path)
+        recording = RecordingFile(path)
     except RecordingError:
         assert cut < 0.6, "once the head is there it is a recording"
         return
@@ -110,7 +110,7 @@ def test_one_that_was_changed_is_read_or_refused(
     path = tmp_path_factory.getbasetemp() / "changed.mcap"
     path.write_bytes(data)
     try:
-        with Recording(path) as recording:
+        with RecordingFile(path) as recording:
             for message in recording.messages():
                 recording.decode(message)
             _ = recording.counts, recording.end_time, recording.sources, list(recording.commands()), recording.end
@@ -126,7 +126,7 @@ def test_one_that_was_changed_is_read_or_refused(
 def test_what_is_no_recording_is_refused_in_a_line(tmp_path: Path, content: bytes, reason: str) -> None:
     (tmp_path / "a.mcap").write_bytes(content)
     with pytest.raises(RecordingError, match=reason):
-        Recording(tmp_path / "a.mcap")
+        RecordingFile(tmp_path / "a.mcap")
 
 
 def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
         file.describe(names.METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), LATEST + 1, text("late"))
     with pytest.raises(RecordingError, match="nothing sensible of its times"):
-        Recording(tmp_path / "late.mcap")
+        RecordingFile(tmp_path / "late.mcap")
     late = struct.pack("<BQHIQQ", 5, 22, 1, 0, LATEST + 1, 0)
     with pytest.raises(RecordingError, match="which no run comes to"):
         list(chunk_entries(late))
@@ -143,9 +143,9 @@ def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot be read: No such file"):
-        Recording(tmp_path / "a.mcap")
+        RecordingFile(tmp_path / "a.mcap")
 
 
 def test_bytes_that_are_no_message_are_refused(whole: Path) -> None:
-    with Recording(whole) as recording, pytest.raises(RecordingError, match=r"/talk at 0\.000 s"):
+    with RecordingFile(whole) as recording, pytest.raises(RecordingError, match=r"/talk at 0\.000 s"):
         recording.decode(next(recording.messages(["/talk"]))._replace(data=b"\0\1\0\0\xff\xff"))

@@ -13,7 +13,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.recording.format import format as names
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.recording.format.reader import Recording, recorded_frames
+from cellwright.recording.format.reader import RecordingFile, recorded_frames
 from cellwright.recording.format.recorder import Recorder
 from cellwright.rendering.scene import Scene
 from cellwright.rendering.scene.engine import SceneCapture
@@ -64,7 +64,7 @@ def test_a_run_is_the_same_with_and_without(recorded: tuple[Path, str]) -> None:
 
 def test_what_came_from_outside_brings_it_about_again(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
-    with Recording(recorded[0]) as recording:
+    with RecordingFile(recorded[0]) as recording:
         commands = list(recording.commands())
         hashes = [value for _, value in recording.values(names.STATE_HASH)]
     assert [(each.tick, each.how.value, each.name) for each in commands] == [
@@ -85,7 +85,7 @@ def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
     for info in cell.bus.topics():
         cell.bus.subscribe(info.name, lambda _, name=info.name: heard.append((name, cell.simulation.now)))  # type: ignore[misc]
     worked(cell)
-    with Recording(recorded[0]) as recording:
+    with RecordingFile(recorded[0]) as recording:
         assert [each[:2] for each in recording.messages() if each.topic not in names.OWN_TOPICS] == heard
         for each in cell.bus.topics():
             topic = recording.topics[each.name]
@@ -97,7 +97,7 @@ def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
 def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
     taker = SceneCapture(cell.simulation.model, name=cell.name, hidden=cell.hidden_bodies)
-    with Recording(recorded[0]) as recording:
+    with RecordingFile(recorded[0]) as recording:
         assert recording.scene == encode_scene(taker.scene)
         assert decode_scene(recording.scene).name == "whole"
         found = list(recorded_frames(recording))
@@ -118,7 +118,7 @@ def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, st
 
 
 def test_panel_events_and_end_are_kept(recorded: tuple[Path, str]) -> None:
-    with Recording(recorded[0]) as recording:
+    with RecordingFile(recorded[0]) as recording:
         assert recording.header == HEADER
         assert recording.sources == {"a.yaml": b"a: 1\n"}
         assert [value for _, value in recording.values(names.PANEL)] == [{"score": 0}, {"score": 2}]
@@ -138,7 +138,7 @@ def test_a_reset_begins_another_file(tmp_path: Path) -> None:
     assert recorder.paths == [tmp_path / "run.mcap", tmp_path / "run_2.mcap"]
     ends: list[Any] = []
     for path in recorder.paths:
-        with Recording(path) as recording:
+        with RecordingFile(path) as recording:
             ends.append((recording.end, recording.end_time, recording.counts["/clock"]))
             hashes = [value["hash"] for _, value in recording.values(names.STATE_HASH)]
             assert (hashes[-1] == first) is (path.stem == "run")
@@ -155,7 +155,7 @@ def test_pictures_are_recorded_only_while_a_client_subscribes(tmp_path: Path) ->
         workers.append(FakeWorker(scene))
         return workers[-1]
 
-    cell.studio._start = start
+    cell.render_service._start = start
     recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
     run(cell, 0.11)
     assert not workers
@@ -165,6 +165,6 @@ def test_pictures_are_recorded_only_while_a_client_subscribes(tmp_path: Path) ->
     run(cell, 0.1)
     recorder.end({})
     assert workers[0].count == 2
-    with Recording(tmp_path / "run.mcap") as recording:
+    with RecordingFile(tmp_path / "run.mcap") as recording:
         kept = [len(list(recording.messages([f"/ariac/eye/{name}"]))) for name in ("image_raw", "camera_info")]
     assert kept == [2, 6]  # the matrix costs nothing

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.util.errors import RecordingError
 from tests.recording.format.files import write
 
@@ -24,7 +24,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def damage(path: Path) -> str:
     """Return the error about a changed file; empty if it is unchanged."""
     try:
-        with Recording(path) as recording:
+        with RecordingFile(path) as recording:
             recording.check_bytes()
             return "" if recording.is_complete else f"{path}: was cut short"
     except RecordingError as error:
@@ -52,7 +52,7 @@ def test_what_is_whole_is_sound_and_what_was_cut_has_no_damage(whole: Path, tmp_
     data = whole.read_bytes()
     for kept in (len(data) * 2 // 3, len(data) // 3):
         (tmp_path / "cut.mcap").write_bytes(data[:kept])
-        with Recording(tmp_path / "cut.mcap") as recording:
+        with RecordingFile(tmp_path / "cut.mcap") as recording:
             recording.check_bytes()
 
 
@@ -60,7 +60,7 @@ def test_a_file_within_one_that_was_cut_is_checked_too(whole: Path, tmp_path: Pa
     data = whole.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3].replace(b"a scene", b"a scone"))
     with (
-        Recording(tmp_path / "cut.mcap") as recording,
+        RecordingFile(tmp_path / "cut.mcap") as recording,
         pytest.raises(RecordingError, match="the checksum of the file 'scene' within is wrong"),
     ):
         recording.check_bytes()

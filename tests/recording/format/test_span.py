@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.recording.format.reader import Recording, TimeRange
+from cellwright.recording.format.reader import RecordingFile, TimeRange
 from cellwright.util.errors import UsageError
 from tests.recording.format.files import write
 
@@ -27,7 +27,7 @@ def test_what_is_latched_and_what_is_said(
     start: int | None, until: int | None, times: list[int], tmp_path: Path
 ) -> None:
     write(tmp_path / "a.mcap", 40)
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         span = TimeRange(recording, start, until)
         found = list(span.messages(["/talk", "/shout"]))
     assert [each.time for each in found] == [time * MS for time in times]
@@ -35,5 +35,5 @@ def test_what_is_latched_and_what_is_said(
 
 def test_where_nothing_is(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
-    with Recording(tmp_path / "a.mcap") as recording, pytest.raises(UsageError, match="nothing is in it"):
+    with RecordingFile(tmp_path / "a.mcap") as recording, pytest.raises(UsageError, match="nothing is in it"):
         TimeRange(recording, 40 * MS, None)

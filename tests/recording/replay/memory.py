@@ -11,7 +11,7 @@ import numpy as np
 from cellwright.middleware.messages import message_type, to_cdr
 from cellwright.middleware.messages.standard import Clock, String, Time
 from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic, RecordingHeader
-from cellwright.recording.format.reader import RecordedMessage, Recording
+from cellwright.recording.format.reader import RecordedMessage, RecordingFile
 from cellwright.rendering.scene.scene import SceneFrame
 
 SECOND = 1_000_000_000
@@ -29,7 +29,7 @@ TOPICS = {
 }
 
 
-class Memory(Recording):
+class Memory(RecordingFile):
     """Recording of messages in the order of their times."""
 
     def __init__(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import cellwright
-from cellwright.recording.replay.opened import OpenedRecording
+from cellwright.recording.replay.opened import Recording
 from cellwright.util.errors import RecordingError, UnknownNameError
 from tests.recording.replay.made import record, short_work
 
@@ -20,12 +20,12 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def run(path: Path) -> Iterator[OpenedRecording]:
+def run(path: Path) -> Iterator[Recording]:
     with cellwright.open_recording(path) as opened:
         yield opened
 
 
-def test_what_it_is(run: OpenedRecording) -> None:
+def test_what_it_is(run: Recording) -> None:
     assert (run.kind, run.name, run.is_complete) == ("cell", "lesson", True)
     assert run.header["versions"]["numpy"] == np.__version__
     assert run.begin == 0.0
@@ -36,7 +36,7 @@ def test_what_it_is(run: OpenedRecording) -> None:
     assert run.score is None
 
 
-def test_messages_are_those_of_the_topics_and_the_time(run: OpenedRecording) -> None:
+def test_messages_are_those_of_the_topics_and_the_time(run: Recording) -> None:
     found = list(run.messages(STATES, "/ariac/orders", start=0.0, until=1.0))
 
     times = [each.time for each in found]
@@ -48,7 +48,7 @@ def test_messages_are_those_of_the_topics_and_the_time(run: OpenedRecording) -> 
     assert sum(1 for _ in run.messages(until=0.1)) > 200, "of all topics"
 
 
-def test_joint_states_as_arrays(run: OpenedRecording) -> None:
+def test_joint_states_as_arrays(run: Recording) -> None:
     time, position, effort = run.arrays(STATES, "position", "effort", start=1.0)
 
     assert time[0] == pytest.approx(1.0)
@@ -56,13 +56,13 @@ def test_joint_states_as_arrays(run: OpenedRecording) -> None:
     assert np.ptp(position, axis=0).max() > 0.1, "the arm moved"
 
 
-def test_a_field_within_a_field(run: OpenedRecording) -> None:
+def test_a_field_within_a_field(run: Recording) -> None:
     time, stamp = run.arrays(STATES, "header.stamp.nanosec")
 
     assert stamp == pytest.approx((time % 1.0) * 1e9, abs=2.0)
 
 
-def test_the_way_of_the_tool(run: OpenedRecording) -> None:
+def test_the_way_of_the_tool(run: Recording) -> None:
     time, pose = run.path(GRIPPER)
 
     assert pose.shape == (len(time), 7)
@@ -75,7 +75,7 @@ def test_the_way_of_the_tool(run: OpenedRecording) -> None:
     assert same.tolist() == pose[chosen].tolist()
 
 
-def test_frames_commands_and_events(run: OpenedRecording) -> None:
+def test_frames_commands_and_events(run: Recording) -> None:
     assert all(len(frame.poses) == len(run.scene.bodies) for frame in run.frames())
     assert next(run.commands()).name == "/ariac/start_competition"
     assert list(run.events()) == []
@@ -89,12 +89,12 @@ def test_frames_commands_and_events(run: OpenedRecording) -> None:
         lambda run: run.path("vacuum_gripper"),
     ],
 )
-def test_errors_about_unknown_names_list_the_known_ones(run: OpenedRecording, ask: object) -> None:
+def test_errors_about_unknown_names_list_the_known_ones(run: Recording, ask: object) -> None:
     with pytest.raises(UnknownNameError, match="did you mean"):
         ask(run)  # type: ignore[operator]
 
 
-def test_texts_are_no_arrays(run: OpenedRecording) -> None:
+def test_texts_are_no_arrays(run: Recording) -> None:
     with pytest.raises(RecordingError, match="no rows of numbers"):
         run.arrays("/ariac/competition_state", "data")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from tests.recording.replay.made import record, short_work
 from tests.ros1.ground import Ground, ground
 from tests.waiting import TIMEOUT
@@ -67,7 +67,7 @@ def test_a_subscriber_hears_what_was_recorded(played: tuple[Ground, Path]) -> No
     master, path = played
     heard = master.client(listen).value()
 
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         states = [recording.decode(each) for each in recording.messages([STATES])]
         goals = [recording.decode(each) for each in recording.messages([COMMAND])]
     recorded = [[each.header.stamp.sec * 10**9 + each.header.stamp.nanosec, each.position.tolist()] for each in states]

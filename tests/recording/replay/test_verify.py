@@ -14,7 +14,7 @@ from cellwright.clients.client.in_process import InProcess
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.replay.rebuild import Rebuilt, Stamps
 from cellwright.recording.replay.verify import Answer, HashPoint, Step, VerificationResult, recorded_steps, verify
@@ -35,7 +35,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def taken(path: Path) -> list[Step]:
     """Return its steps."""
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         return list(recorded_steps(recording))
 
 
@@ -97,7 +97,7 @@ def test_what_is_cut_anywhere_is_never_another_run(path: Path, tmp_path: Path) -
     for share in (0.5, 0.7, 0.9, 0.99):
         cut = tmp_path / "cut.mcap"
         cut.write_bytes(whole[: int(share * len(whole))])
-        with Recording(cut) as recording:
+        with RecordingFile(cut) as recording:
             answers.add(again(list(recorded_steps(recording))).answer)
     assert answers <= {Answer.EQUAL, Answer.UNKNOWN}
 
@@ -116,7 +116,7 @@ def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
     config = cellwright.load_robot("tandem")
     safety = SafetySettings(max_age=0.5)
     node = RobotNode(config, safety=safety, stamp=time.time_ns)
-    recorder = Recorder(node, tmp_path / "run.mcap", RecordingHeader("robot", node.name), stamp=node.told)
+    recorder = Recorder(node, tmp_path / "run.mcap", RecordingHeader("robot", node.name), stamp=node.message_time)
     joint = config.robot.driven[0].name
     program = InProcess(node, node="/operator")
     program.publish("/io_teleop/joint_cmd", joint_state([joint], [0.2], time=time.time_ns()))
@@ -128,7 +128,7 @@ def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
     state = node.simulation.state_hash()
     node.close()
 
-    with Recording(tmp_path / "run.mcap") as recording:
+    with RecordingFile(tmp_path / "run.mcap") as recording:
         taken = list(recorded_steps(recording))
     stamps = Stamps()
     restored = RobotNode(config, safety=safety, stamp=stamps)
@@ -144,7 +144,7 @@ def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
 def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
     copy = tmp_path / "copy.mcap"
     shutil.copy(path, copy)
-    with Recording(copy) as recording:
+    with RecordingFile(copy) as recording:
         message = next(recording.messages(["/cellwright/state_hash"]))
 
         class Odd:

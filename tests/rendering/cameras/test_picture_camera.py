@@ -16,7 +16,7 @@ from cellwright.config.trial.trial import PictureCameraConfig, PictureNoise
 from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
-from cellwright.rendering.cameras.studio import RenderService
+from cellwright.rendering.cameras.render_service import RenderService
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, push
@@ -36,8 +36,8 @@ class Room:
         self.simulation: Simulation = make_simulation(spec)
         self.workers: list[FakeWorker] = []
         self.lines: list[str] = []
-        self.studio = RenderService(self.simulation, self._start, report=self.lines.append)
-        self.camera = PictureCamera(camera, self.studio, report=self.lines.append)
+        self.service = RenderService(self.simulation, self._start, report=self.lines.append)
+        self.camera = PictureCamera(camera, self.service, report=self.lines.append)
         self.simulation.add(self.camera)
         self.simulation.reset()
         push(self.simulation, "part", (0.1, 0.0, 0.0))

@@ -196,7 +196,7 @@ def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> 
 
 def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
     hardware = Hardware()
-    live = LiveDriver(config, hardware, patience=0.05)
+    live = LiveDriver(config, hardware, timeout=0.05)
     stuck, free = threading.Event(), threading.Event()
 
     def stick() -> None:
@@ -219,7 +219,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     lift = node.simulation.model.joint("lift").qposadr[0]
     assert node.simulation.data.qpos[lift] == 0.2
     number = node.commander.numbers["lift"]
-    node.commander.aim([number], [0.35])
+    node.commander.set_targets([number], [0.35])
     step_until(node, lambda: node.simulation.data.qpos[lift] == 0.35)
     assert hardware.targets == [[-1.0, 0.35]]
 
@@ -228,7 +228,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     assert lines == [
         "the driver has failed, and the robot holds: OSError: the cable is out; /io_teleop/clear_emergency_stop ends it"
     ]
-    node.commander.aim([number], [0.1])
+    node.commander.set_targets([number], [0.1])
     for _ in range(3):
         node.simulation.step()
     assert lines == lines[:1]

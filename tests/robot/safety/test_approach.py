@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.robot.safety import NO_SOURCE, Guard, SafetySettings, TargetLimiter
-from cellwright.robot.servos import FARTHEST, Array
+from cellwright.robot.servos import MAX_POSITION, Array
 from cellwright.util.errors import RejectedCommandError
 
 JOINTS = ("turn", "slide", "wheel")
@@ -52,8 +52,8 @@ def test_it_stays_within_limits_and_speeds(asked: list[Array]) -> None:
             before = approach.applied.copy()
             approach.advance(TICK)
             assert (np.abs(approach.applied - before) <= reach * (1 + 1e-9) + 1e-12).all()
-            assert (approach.applied >= np.maximum(LOWER, -FARTHEST)).all()
-            assert (approach.applied <= np.minimum(UPPER, FARTHEST)).all()
+            assert (approach.applied >= np.maximum(LOWER, -MAX_POSITION)).all()
+            assert (approach.applied <= np.minimum(UPPER, MAX_POSITION)).all()
 
 
 @given(targets, st.integers(1, 30))

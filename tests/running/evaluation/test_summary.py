@@ -52,7 +52,7 @@ def test_shortcoming_gives_the_reason() -> None:
 
 def test_a_summary_for_each_trial() -> None:
     first, second = summarize([result(12.0), result(6.0, seed=2), LOST, result(1.0, trial="other", reachable=2.0)])
-    assert (first.trial, first.runs, first.mean, first.least, first.most, first.reachable) == (
+    assert (first.trial, first.runs, first.mean, first.min, first.max, first.reachable) == (
         "tiny",
         3,
         6.0,
@@ -72,8 +72,8 @@ def test_a_summary_for_each_trial() -> None:
 @given(points=st.lists(st.floats(min_value=0.0, max_value=12.0), min_size=1, max_size=30))
 def test_bounds_of_a_summary(points: list[float]) -> None:
     (summary,) = summarize([result(each, seed=seed) for seed, each in enumerate(points)])
-    assert summary.least <= summary.mean + 1e-9
-    assert summary.mean <= summary.most + 1e-9
+    assert summary.min <= summary.mean + 1e-9
+    assert summary.mean <= summary.max + 1e-9
     assert summary.share == pytest.approx(summary.mean / 12.0)
     assert sum(summary.outcomes.values()) == len(points)
 

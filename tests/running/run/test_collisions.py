@@ -13,7 +13,7 @@ from cellwright.config.layout import ARM_JOINTS
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import PANEL
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.running.run.result import MAX_SHOWN, Collision, CollisionWatch
@@ -60,7 +60,7 @@ def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_p
     result = run_cell(
         Cell(ARM_ONLY), IntoThePost(), RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False)
     )
-    with Recording(tmp_path / "run.mcap") as recording:
+    with RecordingFile(tmp_path / "run.mcap") as recording:
         panels = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
     counts = [panel["collisions"]["count"] for panel in panels[1:]]  # the first one is from before the run
     assert counts[0] == 0

@@ -12,7 +12,7 @@ from cellwright.clients.client.client import Client
 from cellwright.config.parsing.sources import sources_collected
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import EVENT, PANEL, STATE_HASH
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.running.run import Outcome, Program, RecordOptions, RunOptions, Session, load_trial, run_cell
 from tests.cells import KITTING
 
@@ -34,7 +34,7 @@ def test_a_run_is_recorded_with_its_score(tmp_path: Path) -> None:
     assert result.is_recorded
     assert result.recordings == [tmp_path / "a.mcap", tmp_path / "a.bag"]
     assert result.state_hash == run_cell(Cell(KITTING, seed=3), Delivers()).state_hash
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         facts = recording.header.facts
         assert (recording.header.kind, recording.header.name) == ("cell", "kitting")
         assert (facts["seed"], facts["agent"], facts["competition"], facts["timestep"]) == (
@@ -63,7 +63,7 @@ def test_a_recording_holds_the_start_and_the_sources_of_its_run(tmp_path: Path) 
     run_cell(cell, None, RunOptions(until=0.1, checkpoints=[(Fraction("0.05"), start)]))
     options = RecordOptions([tmp_path / "a.mcap"], sources=sources, files=[find_trial("lesson")], is_varied=True)
     run_cell(cell, None, RunOptions(until=0.2, start=start, record=options, checkpoints=[(Fraction("0.15"), start)]))
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         name = "bundled/config/trial/catalogue/lesson.yaml"
         assert recording.sources == {name: find_trial("lesson").read_bytes()}
         facts = recording.header.facts
@@ -85,7 +85,7 @@ def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
     options = RecordOptions([tmp_path / "a.mcap"])
     with pytest.raises(BreakOffError):
         Session(cell, record=options).run(BreaksOff())
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         assert recording.is_complete
         assert recording.end == {"outcome": "broken off"}
     assert not cell.bus.on_input

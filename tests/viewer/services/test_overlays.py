@@ -96,4 +96,4 @@ def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
     found = json.loads(json.dumps(cell.sensor_overlay()))["wrist"]
     tool = cell.simulation.data.body("vacuum_gripper_link")
     assert found["position"] == pytest.approx((tool.xpos + 0.08 * tool.xmat.reshape(3, 3)[:, 0]).tolist(), abs=1e-3)
-    assert cell.studio._worker is None
+    assert cell.render_service._worker is None

@@ -31,7 +31,7 @@ def node(shared: RobotNode) -> RobotNode:
 
 def panel_of(node: RobotNode, **request: Any) -> dict[str, Any]:
     """Panel as it arrives at a client."""
-    return dict(json.loads(json.dumps(RobotPanel(node).tell(request), allow_nan=False)))
+    return dict(json.loads(json.dumps(RobotPanel(node).state(request), allow_nan=False)))
 
 
 def run(node: RobotNode, seconds: float) -> None:

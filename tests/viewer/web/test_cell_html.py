@@ -174,7 +174,7 @@ def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> No
     assert "as order_0_kit_0 at the end 6 of 6" in after["trays_html"]
     assert after["floor_html"].strip().startswith("as it stood at the end")
     assert ("active" in after["orders_html"], "open" in after["orders_html"]) == (False, True)
-    shows.begin_anew()
+    shows.restart()
     assert texts() == before
 
 

@@ -165,14 +165,14 @@ class TrajectoryGoal:
                     self._finish(GoalStatus.ABORTED, GoalResult.PATH_TOLERANCE_VIOLATED, f"{text}: {fault}")
                     break
             return self.status
-        patience = self.tolerances.goal_time
+        goal_time = self.tolerances.goal_time
         for joint in self.joints:
             if self._arrived[joint]:
                 continue
             fault = self.tolerances.goal[joint].fault(position_errors[joint], velocity_errors[joint])
             if not fault:
                 self._arrived[joint] = True
-            elif patience is not None and time >= self.end + patience:
+            elif goal_time is not None and time >= self.end + goal_time:
                 text = f"{self.joint_names[joint]} had not arrived {seconds(time - self.end):.3f} s after the end"
                 self._finish(GoalStatus.ABORTED, GoalResult.GOAL_TOLERANCE_VIOLATED, f"{text}: {fault}")
                 return self.status

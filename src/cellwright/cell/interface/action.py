@@ -82,8 +82,8 @@ class TrajectoryAction(Device):
             raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
         try:
             goal = message.goal
-            trajectory, patience = trajectory_of(goal.trajectory), nanoseconds(goal.goal_time_tolerance)
-            self._arm.accept(GoalRequest(name, trajectory, goal.path_tolerance, goal.goal_tolerance, patience))
+            trajectory, goal_time = trajectory_of(goal.trajectory), nanoseconds(goal.goal_time_tolerance)
+            self._arm.accept(GoalRequest(name, trajectory, goal.path_tolerance, goal.goal_tolerance, goal_time))
         except RejectedTrajectoryError as error:
             reason = str(error)[:_MAX_TEXT_LENGTH]  # it may contain names from outside
             self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)

@@ -14,7 +14,7 @@ from cellwright.config.trial.trial import Trial
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
-from cellwright.util.errors import UsageError, showable
+from cellwright.util.errors import UsageError, printable
 
 MAX_INTENTION_LENGTH = 200
 """Largest length of a stored intention [characters]; the rest is cut off."""
@@ -33,7 +33,7 @@ class Intention:
 
     def say(self, text: str, node: str, now: int) -> None:
         """Record a statement, reduced to one printable line."""
-        line = " ".join(showable(text[: 4 * MAX_INTENTION_LENGTH], 4 * MAX_INTENTION_LENGTH).split())
+        line = " ".join(printable(text[: 4 * MAX_INTENTION_LENGTH], 4 * MAX_INTENTION_LENGTH).split())
         self.text = line if len(line) <= MAX_INTENTION_LENGTH else line[: MAX_INTENTION_LENGTH - 1] + "…"
         self.node, self.time = node, now
 

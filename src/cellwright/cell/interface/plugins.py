@@ -20,7 +20,7 @@ from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Endpoint
 from cellwright.middleware.messages import Message
 from cellwright.util import plugins
-from cellwright.util.errors import in_a_line
+from cellwright.util.errors import one_line
 from cellwright.util.plugins import call_plugin, guard_plugin
 
 _HOOKS = ("attach", "reset", "before_step", "drive", "after_step", "handle", "get_state", "set_state", "close")
@@ -76,7 +76,7 @@ def _make(group: plugins.Kind, kind: str, make: Callable[..., Any], base: type[A
     try:
         made = make(*arguments)
     except Exception as error:
-        raise plugins.plugin_error(group, kind, f"cannot be made: {in_a_line(error)}") from error
+        raise plugins.plugin_error(group, kind, f"cannot be made: {one_line(error)}") from error
     if not isinstance(made, base):
         problem = f"must make a {base.__name__}, and made something of the type {type(made).__name__}"
         raise plugins.plugin_error(group, kind, problem)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from cellwright.cell.kitting.attainable import AttainableKit, AttainablePart, AttainableScore, attainable_score
 from cellwright.cell.kitting.fates import Fate
 from cellwright.cell.kitting.kit_score import (
     MAX_DISTANCE,
@@ -21,7 +22,6 @@ from cellwright.cell.kitting.kit_score import (
     PartFinding,
     Verdict,
 )
-from cellwright.cell.kitting.reach import KitReach, PartReach, TrialReach, reach
 from cellwright.cell.kitting.scorer import GameScore, OrderScore, TrialScore, system_cost
 from cellwright.config.layout import TRAY_PLATE
 from cellwright.config.trial.trial import Trial
@@ -68,7 +68,7 @@ class PartEvidence:
         fate: fate of a missing part; None if unknown.
     """
 
-    reach: PartReach
+    attainable: AttainablePart
     cause: str
     finding: PartFinding | None = None
     fate: Fate | None = None
@@ -89,7 +89,7 @@ class PartEvidence:
         if fit is None or self.cause == Verdict.FAULTY:
             more = fit.object_name if fit is not None else self.fate.sentence() if self.fate is not None else ""
             why = ": ".join(filter(None, (REASONS[self.cause], more)))
-            return "; ".join(filter(None, (why, self.reach.reason())))
+            return "; ".join(filter(None, (why, self.attainable.reason())))
         off, yaw, tilt = fit.distance * 1e3, fit.yaw_difference * 1e3, turn_angle(fit) * 1e3
         match self.cause:
             case Verdict.TILTED:
@@ -100,14 +100,14 @@ class PartEvidence:
                 lies = f"in its place, off by {off:.1f} mm and {yaw:.0f} mrad"
             case _:
                 lies = f"{off:.1f} mm from its place, {off - MAX_DISTANCE * 1e3:.1f} mm too far"
-        return "; ".join(filter(None, (f"{fit.object_name} lies {lies}", self.reach.reason())))
+        return "; ".join(filter(None, (f"{fit.object_name} lies {lies}", self.attainable.reason())))
 
 
 @dataclass(frozen=True, slots=True)
 class KitEvidence:
     """Evidence of one kit: attainable points, the referee's score, and each ordered part."""
 
-    reach: KitReach
+    attainable: AttainableKit
     score: KitScore
     parts: tuple[PartEvidence, ...]
 
@@ -144,7 +144,7 @@ class Evidence:
     """
 
     orders: tuple[OrderEvidence, ...]
-    reach: TrialReach
+    attainable: AttainableScore
     part_travel_time: int
     process_time: int
     system_cost: float
@@ -156,7 +156,7 @@ class Evidence:
 
 
 def kit_evidence(
-    score: KitScore, could: KitReach, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
+    score: KitScore, could: AttainableKit, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
 ) -> KitEvidence:
     """Return the evidence of one kit, from the referee's score and the attainable points.
 
@@ -187,7 +187,7 @@ def evidence(
     score: GameScore,
     process_time: int = 0,
     *,
-    could: TrialReach | None = None,
+    could: AttainableScore | None = None,
     fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
 ) -> Evidence:
     """Return the evidence for a score of the trial that was played.
@@ -199,7 +199,7 @@ def evidence(
         could: the attainable points, if known already.
         fates: fates of the parts that judged kits lack, by kit type; see `kit_evidence`.
     """
-    could = could or reach(trial)
+    could = could or attainable_score(trial)
     announced = {order.order_id: order for order in score.orders}
     silent = [
         OrderScore(order.order_id, tuple(KitScore(kit.kit_type) for kit in order.kits))
@@ -229,9 +229,9 @@ def evidence_to_json(found: Evidence) -> dict[str, Any]:
     """Return a trial's score with all its evidence as JSON values."""
     return {
         "total": found.total,
-        "reachable": found.reach.total,
-        "best": found.reach.maximum,
-        "reachable_reason": found.reach.sentence(),
+        "reachable": found.attainable.total,
+        "best": found.attainable.maximum,
+        "reachable_reason": found.attainable.sentence(),
         "process_time": seconds(found.process_time),
         "part_travel_time": seconds(found.part_travel_time),
         "system_cost": found.system_cost,
@@ -241,7 +241,7 @@ def evidence_to_json(found: Evidence) -> dict[str, Any]:
 
 def kit_to_json(found: KitEvidence) -> dict[str, Any]:
     """Return a kit's score with its evidence as JSON values."""
-    score, could = found.score, found.reach
+    score, could = found.score, found.attainable
     return {
         "kit_type": score.kit_type,
         "submitted": score.is_submitted,
@@ -278,7 +278,7 @@ def _order_to_json(found: OrderEvidence) -> dict[str, Any]:
         "order_id": score.order_id,
         "announced": found.is_announced,
         "total": score.total,
-        "reachable": sum(kit.reach.total for kit in found.kits),
+        "reachable": sum(kit.attainable.total for kit in found.kits),
         "complete": score.is_complete,
         "time_taken": seconds(score.time_taken),
         "kits": [kit_to_json(kit) for kit in found.kits],
@@ -286,7 +286,7 @@ def _order_to_json(found: OrderEvidence) -> dict[str, Any]:
 
 
 def _part_to_json(found: PartEvidence) -> dict[str, Any]:
-    finding, could = found.finding, found.reach
+    finding, could = found.finding, found.attainable
     fit = None if finding is None else finding.fit
     return {
         "type": could.type,

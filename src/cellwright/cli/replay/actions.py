@@ -14,13 +14,13 @@ from rich.text import Text
 
 from cellwright.cli import output
 from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
-from cellwright.cli.output import FOLD, RIGHT, WHOLE, note, progress_bar, say, table
+from cellwright.cli.output import FOLD, RIGHT, WHOLE, print_entry, print_line, progress_bar, table
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.cli.summary import RunProgress
 from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.recording.format.format import COMMAND, FRAME, PANEL, STATE_HASH
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay import verify
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.recording.replay.rebuild import rebuild
@@ -41,7 +41,7 @@ _MAX_WIDTH = 1000  # columns
 _MAX_FACT = 200  # characters of a value of the header in the table
 
 
-def contents_document(recording: Recording) -> dict[str, Any]:
+def contents_document(recording: RecordingFile) -> dict[str, Any]:
     """Return its content as JSON values; times in s, rates in Hz of simulation time."""
     length = seconds(recording.end_time - recording.begin)
     counts = recording.counts
@@ -77,7 +77,7 @@ def contents_document(recording: Recording) -> dict[str, Any]:
 
 def show_contents(console: Console, contents: dict[str, Any]) -> None:
     """Print the content document."""
-    say(console, f"{contents['kind']} {contents['name']}, recorded in {contents['file']}")
+    print_line(console, f"{contents['kind']} {contents['name']}, recorded in {contents['file']}")
     console.print()
     whole = _topics(contents)
     needed = console.measure(whole, options=console.options.update(width=_MAX_WIDTH)).maximum
@@ -87,7 +87,7 @@ def show_contents(console: Console, contents: dict[str, Any]) -> None:
     console.print()
     for name, text in _notes(contents):
         if text:
-            note(console, name, " ".join(text.split()))
+            print_entry(console, name, " ".join(text.split()))
 
 
 def _topics(contents: dict[str, Any], *, is_narrow: bool = False) -> Table:
@@ -145,7 +145,7 @@ def _fact(value: Any) -> str:
 _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
 
 
-def verify_recording(recording: Recording, console: Console, *, as_json: bool) -> int:
+def verify_recording(recording: RecordingFile, console: Console, *, as_json: bool) -> int:
     """Run it again, and print the verdict; return the exit status."""
     recording.check_bytes()
     with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as show:
@@ -184,9 +184,9 @@ def verdict_document(verdict: VerificationResult, others: list[str]) -> dict[str
 def show_verdict(console: Console, verdict: VerificationResult, others: list[str]) -> None:
     """Print the verdict."""
     for name, text in _lines(verdict):
-        note(console, name, text)
+        print_entry(console, name, text)
     for line in others:
-        note(console, "version", line)
+        print_entry(console, "version", line)
 
 
 def _lines(verdict: VerificationResult) -> list[tuple[str, str]]:
@@ -242,17 +242,17 @@ def play_recording(
         view=view or False,
         ros1=ros1,
         observers=[RunProgress(console, status=status)],
-        on_ready=output.say_ready,
+        on_ready=output.report_ready,
         **output.session_outputs(console, partial(console.print, markup=False, soft_wrap=True, style="yellow")),
     )
     with stopped_by_signals(session.stop.request), session:
         session.run()
     if session.node.unreadable:
-        output.note(console, "unreadable", f"{session.node.unreadable} messages")
+        output.print_entry(console, "unreadable", f"{session.node.unreadable} messages")
 
 
 def film_recording(
-    recording: Recording,
+    recording: RecordingFile,
     options: VideoOptions,
     *,
     start: float | None,
@@ -293,7 +293,7 @@ def film_recording(
     return video.made
 
 
-def _scene(recording: Recording) -> Scene:
+def _scene(recording: RecordingFile) -> Scene:
     data = recording.scene
     try:
         if data is not None:
@@ -303,7 +303,7 @@ def _scene(recording: Recording) -> Scene:
     raise UsageError(f"{recording.path}: holds nothing that is to be seen")
 
 
-def _camera(recording: Recording, scene: Scene, frame: SceneFrame, options: VideoOptions) -> Camera:
+def _camera(recording: RecordingFile, scene: Scene, frame: SceneFrame, options: VideoOptions) -> Camera:
     """Return the camera: the overview of a cell; for a robot a camera that shows the whole robot."""
     if recording.header.kind == "cell":
         return VIEWS["overview"]

@@ -18,7 +18,7 @@ from cellwright.engine.rate_control import RateControl
 from cellwright.viewer.web.start import LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.recording.format.reader import Recording
+    from cellwright.recording.format.reader import RecordingFile
 
 _PLAY, _VERIFY = "Play it", "Run it again"
 
@@ -105,7 +105,7 @@ def replay(
     # slow to load, and the other commands do without it
     from cellwright.cli.replay import actions
     from cellwright.recording.format.bag import write_bag
-    from cellwright.recording.format.reader import Recording
+    from cellwright.recording.format.reader import RecordingFile
     from cellwright.recording.replay.exported import write_mcap
     from cellwright.recording.replay.playback import AtEnd
     from cellwright.running.run.options import ServerOptions
@@ -132,18 +132,18 @@ def replay(
         options.in_range(name, time, 0.0, options.LATEST, f"a time from 0 s to {options.LATEST:g} s")
     part = {"start": _nanoseconds(start), "until": _nanoseconds(until)}
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
-    with Recording(file) as recording:
+    with RecordingFile(file) as recording:
         _check_times(recording, start, until)
         if not recording.is_complete:
             output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
             with progress_bar(console, f"writing {bag_file}", 1.0) as show:
-                left_out = write_bag(file, bag_file, **part, tell=show)
+                left_out = write_bag(file, bag_file, **part, on_progress=show)
             for topic in left_out:
                 output.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if mcap_file is not None:
             with progress_bar(console, f"writing {mcap_file}", 1.0) as show:
-                missing = write_mcap(recording, mcap_file, **part, tell=show)
+                missing = write_mcap(recording, mcap_file, **part, on_progress=show)
             for line in missing:
                 output.warn(f"{mcap_file}: {line}")
         if verify:
@@ -169,15 +169,15 @@ def replay(
     if as_json:
         typer.echo(json.dumps(contents, indent=2))
     elif filmed is not None or bag_file is not None or mcap_file is not None:
-        output.note_files(console, "video", map(arguments.video_sentence, contents.get("videos", ())))
-        output.note_files(console, "bag", [bag_file] if bag_file else ())
-        output.note_files(console, "mcap", [mcap_file] if mcap_file else ())
+        output.print_files(console, "video", map(arguments.video_sentence, contents.get("videos", ())))
+        output.print_files(console, "bag", [bag_file] if bag_file else ())
+        output.print_files(console, "mcap", [mcap_file] if mcap_file else ())
     elif not is_played:
         actions.show_contents(console, contents)
     raise typer.Exit(DONE)
 
 
-def _check_times(recording: Recording, start: float | None, until: float | None) -> None:
+def _check_times(recording: RecordingFile, start: float | None, until: float | None) -> None:
     """Refuse a time range outside the recording: it would be over at once."""
     begin, end = seconds(recording.begin), seconds(recording.end_time)
     if start is not None and start > end:

@@ -262,7 +262,7 @@ def run(
                 if not as_json:
                     show_result(console, result, final)
                     if threshold is not None and result.score.total < threshold:
-                        output.note(console, "not enough", f"{threshold:g} points were asked for")
+                        output.print_entry(console, "not enough", f"{threshold:g} points were asked for")
                 end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
                 to = out if as_json else None
                 status = show_files(console, session, agent, status, pictures, end, final, out=to)

@@ -44,17 +44,15 @@ class LessonAgent:
         from_bin: fetch parts from the bin, all of them in the first turn.
         from_belt: fetch parts from the belt, one a turn when the beam is broken at that moment.
         parts: number of parts from either.
-        patience: time [s] without a broken beam after which it sends the kit as it is. The script itself has no end
+        timeout: time [s] without a broken beam after which it sends the kit as it is. The script itself has no end
             there: it looks once a second, and gears come every six, so it would look at the wrong moment forever.
     """
 
-    def __init__(
-        self, *, from_bin: bool = True, from_belt: bool = True, parts: int = 2, patience: float = 60.0
-    ) -> None:
+    def __init__(self, *, from_bin: bool = True, from_belt: bool = True, parts: int = 2, timeout: float = 60.0) -> None:
         self.from_bin = from_bin
         self.from_belt = from_belt
         self.parts = parts
-        self.patience = patience
+        self.timeout = timeout
         self.count = 0
         self.by_belt = False
         self.beam_broken = False
@@ -68,7 +66,7 @@ class LessonAgent:
         client.sleep(1.5)
         rate = client.rate(1.0)
         self.last_seen = client.time
-        while not self._work(client) and client.time - self.last_seen < self.patience:
+        while not self._work(client) and client.time - self.last_seen < self.timeout:
             rate.sleep()
         log.info("work completed, with %d of %d parts from the belt", self.count, self.parts)
         self._send(client, READY)
@@ -89,7 +87,7 @@ class LessonAgent:
         return self.count == self.parts or self.from_bin
 
     def _fetch_from_bin(self, client: Client, number: int) -> None:
-        _intend(client, "fetching piston rod %d from the bin", number + 1)
+        _set_status(client, "fetching piston rod %d from the bin", number + 1)
         self._send(client, changed(PICK, RAIL, WAYPOINTS[PICK][RAIL] + STEP * number))
         client.sleep(1.0)
         client.control_gripper(True)
@@ -106,7 +104,7 @@ class LessonAgent:
 
     def _fetch_from_belt(self, client: Client) -> None:
         if not self.by_belt:
-            _intend(client, "taking up position by the belt")
+            _set_status(client, "taking up position by the belt")
             self._send(client, BY_BELT)
             client.sleep(1.5)
             self.by_belt = True
@@ -114,7 +112,7 @@ class LessonAgent:
         if not self.beam_broken:
             return
         self.last_seen = client.time
-        _intend(client, "the beam is broken: lowering")
+        _set_status(client, "the beam is broken: lowering")
         client.sleep(0.3)
         client.control_gripper(True)
         self._send(client, changed(ON_BELT, SHOULDER_LIFT, -0.66))
@@ -125,7 +123,7 @@ class LessonAgent:
         client.sleep(1.0)
         if not self._holds(client):
             return
-        _intend(client, "delivering gear %d", self.count + 1)
+        _set_status(client, "delivering gear %d", self.count + 1)
         self._send(client, changed(PLACE, SHOULDER_PAN, 1.65 - self.count * STEP))
         client.sleep(1.5)
         client.control_gripper(False)
@@ -138,7 +136,7 @@ class LessonAgent:
         """Return whether the cup holds something; if not, the arm goes back to wait for the next part."""
         if client.gripper_attached:
             return True
-        _intend(client, "the cup is empty: going back")
+        _set_status(client, "the cup is empty: going back")
         self._send(client, BY_BELT)
         client.sleep(0.5)
         return False
@@ -155,7 +153,7 @@ def changed(waypoint: int, joint: int, value: float) -> tuple[float, ...]:
     return tuple(positions)
 
 
-def _intend(client: Client, text: str, *arguments: Any) -> None:
+def _set_status(client: Client, text: str, *arguments: Any) -> None:
     """Announce the next action, in the log and in the viewer."""
     log.info(text, *arguments)
-    client.intend(text % arguments)
+    client.set_status(text % arguments)

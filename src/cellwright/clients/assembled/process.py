@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, FrameKind, hello
-from cellwright.util.errors import CellwrightError, UsageError, showable
+from cellwright.util.errors import CellwrightError, UsageError, printable
 
 DESCRIBE_SERVICE = "/cellwright/robot/describe"
 """Description of the robot: joints, arms, grippers, head, lift, and the pose of its root link."""
@@ -37,7 +37,7 @@ OWNER = "/assembled_robot"
 _START = "import sys; sys.path.insert(0, {!r}); from cellwright.running.remote.robot import main; sys.exit(main())"
 _SOURCE_FOLDER = str(Path(__file__).resolve().parents[3])
 _PIECE = 1 << 18
-_PATIENCE = 30.0  # [s] for an answer; the process answers between two steps of its physics
+_TIMEOUT = 30.0  # [s] for an answer; the process answers between two steps of its physics
 _TIME_TO_END = 3.0  # [s]
 _NUMBERS = (1 << 32) - 1
 
@@ -92,7 +92,7 @@ class RobotProcess:
             payload = json.dumps(values).encode()
             answer = self._exchange(Frame(FrameKind.CALL, self._number, name=service, payload=payload))
         if answer.kind is FrameKind.REFUSED:
-            raise CellwrightError(showable(answer.text()))
+            raise CellwrightError(printable(answer.text()))
         return answer.json()
 
     def close(self) -> None:
@@ -134,7 +134,7 @@ class RobotProcess:
 
     def _connect(self) -> socket.socket:
         try:
-            connection = socket.create_connection(self.address, timeout=_PATIENCE)
+            connection = socket.create_connection(self.address, timeout=_TIMEOUT)
         except OSError as error:
             raise UsageError(f"the robot's process cannot be reached: {error}") from None
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -154,7 +154,7 @@ class RobotProcess:
                 while self._frames:
                     answer = self._frames.pop(0)
                     if answer.kind is FrameKind.ENDED:
-                        raise CellwrightError(f"the robot's process has ended: {showable(answer.text())}")
+                        raise CellwrightError(f"the robot's process has ended: {printable(answer.text())}")
                     if answer.number in (frame.number, 0):  # 0: a notice that the connection is cut
                         return answer
                 data = connection.recv(_PIECE)

@@ -4,6 +4,7 @@ import contextlib
 import json
 import logging
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -25,7 +26,7 @@ the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup. Fina
 """
 
 AWAKE = 0.05
-"""Time [s] before the end of `doze` at which the client listens again: joint states come every 0.02 s."""
+"""Time [s] before the end of `idle` at which the client listens again: joint states come every 0.02 s."""
 
 _STOPPED = 0.02
 _PREFIX = "/ariac/"
@@ -100,13 +101,18 @@ class Client(NodeClient):
         answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
         return {str(name): dict(values) for name, values in answer.items()}
 
-    def intend(self, text: str) -> None:
+    def set_status(self, text: str) -> None:
         """Announce the next action in a line, for the viewer's panel and recordings.
 
         It changes nothing in the cell; a cell that ignores it raises no error.
         """
         with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
             self.publish(_INTENTION, String(text))
+
+    def intend(self, text: str) -> None:
+        """Former name of `set_status`."""
+        warnings.warn("Client.intend is set_status now", DeprecationWarning, stacklevel=2)
+        self.set_status(text)
 
     @property
     def joint_positions(self) -> Mapping[str, float]:
@@ -188,7 +194,7 @@ class Client(NodeClient):
             for joint, value in goal.items()
         )
 
-    def doze(self, duration: float) -> None:
+    def idle(self, duration: float) -> None:
         """Let `duration` seconds pass without joint states and gripper.
 
         As `sleep`, but unsubscribed from both until shortly before the end, which costs the cell less: the gripper
@@ -218,6 +224,11 @@ class Client(NodeClient):
         for each, count in zip(dozing, counts, strict=True):
             if each.count == count and each.message is not None:  # a cell that runs ahead of its clients
                 each.wait_for_next(1.0)
+
+    def doze(self, duration: float) -> None:
+        """Former name of `idle`."""
+        warnings.warn("Client.doze is idle now", DeprecationWarning, stacklevel=2)
+        self.idle(duration)
 
     @property
     def gripper_enabled(self) -> bool:

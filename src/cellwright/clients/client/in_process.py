@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from cellwright.engine.loop import StopCondition
-from cellwright.middleware.bus import Direction, PendingResponse, Served
+from cellwright.middleware.bus import Direction, Node, PendingResponse
 from cellwright.util.errors import RunEndedError
 
 Callback = Callable[[Any], None]
@@ -68,7 +68,7 @@ class InProcess:
     The cell sees the client as the node `node`; when `stop` has ended the run, `advance` raises.
     """
 
-    def __init__(self, cell: Served, *, node: str = "/client", stop: StopCondition | None = None) -> None:
+    def __init__(self, cell: Node, *, node: str = "/client", stop: StopCondition | None = None) -> None:
         self.cell = cell
         self.node = node
         self.step: Callable[[], object] = cell.simulation.step

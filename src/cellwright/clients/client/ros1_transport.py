@@ -32,7 +32,7 @@ class Ros1Transport(SocketTransport):
         python: an interpreter that has rospy.
         node: absolute name of the client's node.
         environment: of the relay, which names the master; this process's own by default.
-        patience: longest wait [s] for a simulator to appear.
+        timeout: longest wait [s] for a simulator to appear.
         sign: a topic that is published exactly while a simulator is there.
 
     Raises:
@@ -45,12 +45,12 @@ class Ros1Transport(SocketTransport):
         *,
         node: str = "/agent",
         environment: Mapping[str, str] | None = None,
-        patience: float = 30.0,
+        timeout: float = 30.0,
         sign: str = "/clock",
     ) -> None:
         try:
             self._relay = ChildProcess(
-                [python, str(PROGRAM), f"--node={node}", f"--wait={patience}", f"--sign={sign}"],
+                [python, str(PROGRAM), f"--node={node}", f"--wait={timeout}", f"--sign={sign}"],
                 environment=environment,
                 stderr=tempfile.TemporaryFile(),  # noqa: SIM115 (closed with the process)
             )
@@ -58,7 +58,7 @@ class Ros1Transport(SocketTransport):
             raise UsageError(f"{python} cannot be started: {error.strerror or error}") from None
         self._declared: set[str] = set()
         try:
-            super().__init__(("127.0.0.1", self._port(patience + _START_TIME)), node=node, encoding="ros1")
+            super().__init__(("127.0.0.1", self._port(timeout + _START_TIME)), node=node, encoding="ros1")
         except BaseException:
             self._relay.end(_LEAVING)
             raise
@@ -81,9 +81,9 @@ class Ros1Transport(SocketTransport):
         super().close()
         self._relay.end(_LEAVING)
 
-    def _port(self, patience: float) -> int:
+    def _port(self, timeout: float) -> int:
         """Return the port that the relay prints when it is ready."""
-        word, _, port = self._relay.ready_line(patience).partition(" ")
+        word, _, port = self._relay.ready_line(timeout).partition(" ")
         if word == "ready" and port.isdigit():
             return int(port)
-        raise UsageError(self._relay.last_words() or f"the relay is not ready after {patience:g} s")
+        raise UsageError(self._relay.last_output() or f"the relay is not ready after {timeout:g} s")

@@ -13,7 +13,7 @@ from threading import get_ident
 from typing import Any, Self
 
 from cellwright.clients.client.in_process import Callback, InProcess, Transport
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.util.errors import UsageError
 
 _LAST_PORT = 65535
@@ -56,7 +56,7 @@ class NodeClient:
             raise UsageError("a client is for the thread that made it: let that one ask, and hand over what it gets")
 
     @classmethod
-    def in_process(cls, cell: Served, *, node: str = "/client") -> Self:
+    def in_process(cls, cell: Node, *, node: str = "/client") -> Self:
         """Connect to a `Cell` or a `RobotNode` in this process: its time passes only in `sleep` and `wait_until`.
 
         The cell sees the client as the node `node`.

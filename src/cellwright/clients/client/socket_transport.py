@@ -29,7 +29,7 @@ from cellwright.middleware.wire.frames import (
     read_time,
 )
 from cellwright.util import errors
-from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError, showable
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError, printable
 
 _RECEIVE_SIZE = 1 << 18
 _SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads now and then
@@ -188,9 +188,9 @@ class SocketConnection:
             case FrameKind.MESSAGE:
                 self._on_frame(frame)
             case FrameKind.ENDED:
-                self._is_over(showable(frame.text()))
+                self._is_over(printable(frame.text()))
             case FrameKind.REFUSED if frame.number == 0:
-                self._is_over(showable(frame.text()))
+                self._is_over(printable(frame.text()))
             case _ if frame.number in self._expected:
                 self._expected.pop(frame.number).append(frame)
             case _ if frame.number == self._awaited:
@@ -222,7 +222,7 @@ def accepted(answer: Frame) -> Frame:
         found = _RemoteUnknownNameError
     elif not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
-    raise found(showable(answer.text()))
+    raise found(printable(answer.text()))
 
 
 _END_OF_TIME = (1 << 63) - 1

@@ -13,7 +13,7 @@ import numpy as np
 from rich.text import Text
 
 from cellwright.clients.operators.exercise import Array, Exercise
-from cellwright.util.errors import showable
+from cellwright.util.errors import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,7 +97,7 @@ def tracking_svg(exercises: Sequence[Exercise]) -> str:
         error.plot(trace.seen_at[seen], (trace.target - trace.seen)[seen], _ERROR_COLOUR)
         delay = "did not follow" if figures.delay is None else f"delay {figures.delay * 1e3:.0f} ms"
         errors = f"RMS error {figures.rms:.4f}, greatest {figures.worst:.4f}"
-        title = f"{showable(trace.joint)}: {each.wave.shape}, {errors}, {delay}"
+        title = f"{printable(trace.joint)}: {each.wave.shape}, {errors}, {delay}"
         motion.set_title(title, loc="left", size="medium", weight="bold", parse_math=False)
         motion.set_ylabel("[rad; m]")
         motion.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=2, frameon=False)

@@ -16,7 +16,7 @@ from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelS
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, described
 from cellwright.util.pose import Pose, Vector3
 
 MIN_SIZE, MAX_SIZE = 1e-4, 20.0
@@ -27,7 +27,7 @@ _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
 _USES = ("both", "touched", "seen")
 
 
-def _colour(reader: Reader, node: Node) -> Colour | None:
+def _colour(reader: Reader, node: YamlNode) -> Colour | None:
     """Return red, green, blue and opacity (1 if the file gives none)."""
     items = node.items if isinstance(node, Items) else ()
     numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
@@ -38,7 +38,7 @@ def _colour(reader: Reader, node: Node) -> Colour | None:
     return (red, green, blue, opacity[0] if opacity else 1.0)
 
 
-def _path(reader: Reader, node: Node) -> Path | None:
+def _path(reader: Reader, node: YamlNode) -> Path | None:
     """Return a path; relative ones start from the folder of the YAML file."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
         reader.problems.error(node, f"must be the path of a file, not {described(node)}")
@@ -46,7 +46,7 @@ def _path(reader: Reader, node: Node) -> Path | None:
     return Path(node.place.path).parent / node.value
 
 
-def _mesh(reader: Reader, node: Node) -> Path | None:
+def _mesh(reader: Reader, node: YamlNode) -> Path | None:
     path = _path(reader, node)
     try:
         if path is not None:
@@ -57,12 +57,12 @@ def _mesh(reader: Reader, node: Node) -> Path | None:
     return path
 
 
-def _lengths(reader: Reader, node: Node) -> Vector3 | None:
+def _lengths(reader: Reader, node: YamlNode) -> Vector3 | None:
     lengths = reader.coordinates(node, 3)
     return None if lengths is None else (float(lengths[0]), float(lengths[1]), float(lengths[2]))
 
 
-def _scale(reader: Reader, node: Node) -> Vector3 | None:
+def _scale(reader: Reader, node: YamlNode) -> Vector3 | None:
     """Return the scale factors of a mesh: three numbers, or one for all axes."""
     if isinstance(node, Items):
         return _lengths(reader, node)
@@ -110,7 +110,7 @@ def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[s
     return replace(model, mass=values.get("mass", model.mass), colour=values.get("color"))
 
 
-def _from_file(node: Node, reader: Reader) -> UserModel | None:
+def _from_file(node: YamlNode, reader: Reader) -> UserModel | None:
     path = _path(reader, node)
     if path is None:
         return None
@@ -129,7 +129,7 @@ def _from_file(node: Node, reader: Reader) -> UserModel | None:
     return model
 
 
-def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
+def _shapes(node: YamlNode, reader: Reader) -> tuple[ModelShape, ...]:
     if not isinstance(node, Items) or not 0 < len(node.items) <= MAX_SHAPES:
         found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
         reader.problems.error(node, f"must be a list of 1 to {MAX_SHAPES} shapes, not {found}")
@@ -164,7 +164,7 @@ def _shape(table: Table, reader: Reader) -> ModelShape | None:
     return shape
 
 
-def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
+def _check_size(shape: ModelShape, where: Entry | YamlNode, reader: Reader) -> None:
     """Report a shape that is flat, inverted or larger than a cell."""
     if shape.mesh is not None:
         if not reader.admit_mesh(shape.mesh):
@@ -215,7 +215,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # a part's type is its model name without these suffixes
 
 
-def read_part_models(reader: Reader, node: Node) -> dict[str, UserModel]:
+def read_part_models(reader: Reader, node: YamlNode) -> dict[str, UserModel]:
     """Return the user-defined part types by name."""
     table = reader.table(node)
     found: dict[str, UserModel] = {}
@@ -254,7 +254,7 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
         reader.problems.error(entry, f"there is a model {name!r} already; give yours another name")
 
 
-def read_furniture(reader: Reader, node: Node) -> tuple[Furniture, ...]:
+def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     """Return the user-defined furniture."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list, not {described(node)}")

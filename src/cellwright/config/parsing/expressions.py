@@ -14,7 +14,17 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from cellwright.config.parsing.python2 import quotient
-from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Scalar, Table, children, described, shortened
+from cellwright.config.parsing.tree import (
+    Items,
+    Leaf,
+    Problems,
+    Scalar,
+    Table,
+    YamlNode,
+    children,
+    described,
+    shortened,
+)
 from cellwright.util.errors import ExpressionError, did_you_mean
 
 MAX_LENGTH = 200
@@ -148,7 +158,7 @@ class _Evaluator:
         return float(result) if self._whole_division and name in _FLOAT_IN_PYTHON_2 else result
 
 
-def expression_value(node: Node) -> float:
+def expression_value(node: YamlNode) -> float:
     """Return the finite number of an item: an expression in a text, or a number.
 
     Texts are evaluated as in Python 2, where `1/2` is 0.
@@ -171,7 +181,7 @@ _CONVERTED: Mapping[Scalar, tuple[type, str]] = {
 }
 
 
-def check_expressions(node: Node, problems: Problems) -> None:
+def check_expressions(node: YamlNode, problems: Problems) -> None:
     """Report every converted item that has no value."""
     for entry in node.entries.values() if isinstance(node, Table) else ():
         kind, expected = _CONVERTED.get(entry.name, (None, ""))
@@ -184,7 +194,7 @@ def check_expressions(node: Node, problems: Problems) -> None:
                 _check_item(item, problems)
 
 
-def _check_item(node: Node, problems: Problems) -> None:
+def _check_item(node: YamlNode, problems: Problems) -> None:
     try:
         result = expression_value(node)
     except ExpressionError as error:

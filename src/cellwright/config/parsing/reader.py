@@ -14,11 +14,11 @@ from typing import Any, TypeAlias
 
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.python2 import dictionary_order, scalar_text
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Problems, Table, described, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Problems, Table, YamlNode, described, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean, suggestion
 from cellwright.util.pose import Pose, Vector3
 
-Read: TypeAlias = "Callable[[Reader, Node], Any]"
+Read: TypeAlias = "Callable[[Reader, YamlNode], Any]"
 """Reader of one value, often a method of `Reader`; it returns None after it has reported an error."""
 
 
@@ -103,7 +103,7 @@ class Reader:
         self._meshes[path] = path.stat().st_size
         return sum(self._meshes.values()) <= MAX_MESH_BYTES
 
-    def table(self, node: Node) -> Table | None:
+    def table(self, node: YamlNode) -> Table | None:
         """Return a mapping."""
         if isinstance(node, Table):
             return node
@@ -112,19 +112,19 @@ class Reader:
         self.problems.error(node, f"must be a mapping, not {described(node)}{hint}")
         return None
 
-    def entries(self, node: Node) -> list[Entry]:
+    def entries(self, node: YamlNode) -> list[Entry]:
         """Return the entries of a mapping in the iteration order of the original."""
         table = self.table(node)
         return [table.entries[name] for name in dictionary_order(table.entries)] if table else []
 
-    def tables(self, node: Node) -> Iterator[tuple[Entry, str, Table]]:
+    def tables(self, node: YamlNode) -> Iterator[tuple[Entry, str, Table]]:
         """Yield the entries of a mapping of mappings in that order, each with its name."""
         for entry in self.entries(node):
             name, table = self.text_key(entry), self.table(entry.value)
             if name is not None and table is not None:
                 yield entry, name, table
 
-    def required(self, table: Table, name: str, hint: str = "") -> Node | None:
+    def required(self, table: Table, name: str, hint: str = "") -> YamlNode | None:
         """Return the value of a mandatory entry."""
         node = table.get(name)
         if node is None:
@@ -145,7 +145,7 @@ class Reader:
             if entry.name not in known:
                 self.problems.error(entry, f"unknown {kind}{suggestion(str(entry.name), known)}")
 
-    def name(self, node: Node) -> str | None:
+    def name(self, node: YamlNode) -> str | None:
         """Return a name: a text, or a number, which becomes one."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
             self.problems.error(node, f"must be a name, not {described(node)}; put it in quotes if it is one")
@@ -174,7 +174,7 @@ class Reader:
         self.problems.error(where, f"must be a name of at most {MAX_NAME_LENGTH} characters that can be printed")
         return None
 
-    def number(self, node: Node) -> float | None:
+    def number(self, node: YamlNode) -> float | None:
         """Return a finite number that is not evaluated; it may stand in quotes."""
         match node:
             case Leaf(value=bool()):
@@ -196,7 +196,7 @@ class Reader:
         self.problems.error(where, "must be a finite number")
         return None
 
-    def not_negative(self, node: Node) -> float | None:
+    def not_negative(self, node: YamlNode) -> float | None:
         """Return a number that is 0 or more."""
         number = self.number(node)
         if number is not None and number < 0:
@@ -204,14 +204,14 @@ class Reader:
             return None
         return None if number is None else float(number)
 
-    def truth(self, node: Node) -> bool | None:
+    def truth(self, node: YamlNode) -> bool | None:
         """Return true or false."""
         if isinstance(node, Leaf) and isinstance(node.value, bool):
             return node.value
         self.problems.error(node, f"must be true or false, not {described(node)}")
         return None
 
-    def whole(self, node: Node, *, minimum: int = 0) -> int | None:
+    def whole(self, node: YamlNode, *, minimum: int = 0) -> int | None:
         """Return a whole number of at least `minimum`."""
         if isinstance(node, Leaf) and isinstance(node.value, int):
             if isinstance(node.value, bool):
@@ -226,7 +226,7 @@ class Reader:
         self.problems.error(node, f"must be a whole number, not {described(node)}{hint}")
         return None
 
-    def vector(self, node: Node) -> Vector3 | None:
+    def vector(self, node: YamlNode) -> Vector3 | None:
         """Return three numbers or expressions; values that cannot be evaluated have been reported before."""
         if not isinstance(node, Items):
             return None
@@ -239,12 +239,12 @@ class Reader:
             return None
         return (numbers[0], numbers[1], numbers[2])
 
-    def position(self, node: Node) -> Vector3 | None:
+    def position(self, node: YamlNode) -> Vector3 | None:
         """Return three coordinates [m], which may be expressions."""
         vector = self.vector(node)
         return vector if vector is None or self.near(node, vector) else None
 
-    def coordinates(self, node: Node, minimum: int) -> tuple[float, ...] | None:
+    def coordinates(self, node: YamlNode, minimum: int) -> tuple[float, ...] | None:
         """Return at least `minimum` plain numbers [m]; whole numbers stay whole, since their division rounds down."""
         if not isinstance(node, Items):
             self.problems.error(node, f"must be a list of three numbers, not {described(node)}")
@@ -273,14 +273,14 @@ class Reader:
         self.problems.error(where, f"lies more than {MAX_COORDINATE:g} m away")
         return False
 
-    def placement(self, node: Node) -> Placement | None:
+    def placement(self, node: YamlNode) -> Placement | None:
         """Return a pose as written: a mapping with `xyz` and `rpy`, either of which may be missing."""
         table = self.table(node)
         if table is None:
             return None
         return Placement(**_PLACEMENT.read(table, self))
 
-    def pose(self, node: Node) -> Pose | None:
+    def pose(self, node: YamlNode) -> Pose | None:
         """Return the pose of a placement."""
         placement = self.placement(node)
         return placement.pose if placement else None
@@ -292,7 +292,7 @@ _PLACEMENT = Keys(optional={"xyz": Reader.position, "rpy": Reader.vector})
 def one_of(known: Collection[str], kind: str = "") -> Read:
     """Return a reader of one of several words; the error calls any other an unknown `kind`."""
 
-    def read(reader: Reader, node: Node) -> str | None:
+    def read(reader: Reader, node: YamlNode) -> str | None:
         name = reader.name(node)
         if name is None or name in known:
             return name
@@ -306,7 +306,7 @@ def one_of(known: Collection[str], kind: str = "") -> Read:
 def choice(known: Sequence[str]) -> Read:
     """Return a reader of one of a few words; the error states the value found."""
 
-    def read(reader: Reader, node: Node) -> str | None:
+    def read(reader: Reader, node: YamlNode) -> str | None:
         if isinstance(node, Leaf) and node.value in known:
             return str(node.value)
         hint = did_you_mean(node.value, known) if isinstance(node, Leaf) and isinstance(node.value, str) else ""
@@ -319,7 +319,7 @@ def choice(known: Sequence[str]) -> Read:
 def numbers(count: int, names: str) -> Read:
     """Return a reader of a list of `count` numbers; the error calls them by their `names`."""
 
-    def read(reader: Reader, node: Node) -> tuple[float, ...] | None:
+    def read(reader: Reader, node: YamlNode) -> tuple[float, ...] | None:
         if not isinstance(node, Items) or len(node.items) != count:
             found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
             reader.problems.error(node, f"must be a list of {count} numbers, {names}, not {found}")
@@ -341,7 +341,7 @@ def whole(minimum: int, maximum: int, unit: str = "") -> Read:
 
 
 def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, unit: str) -> Read:
-    def bounded(reader: Reader, node: Node) -> Any:
+    def bounded(reader: Reader, node: YamlNode) -> Any:
         found = read(reader, node)
         if found is None or minimum <= found <= maximum:
             return None if found is None else kind(found)
@@ -355,7 +355,7 @@ def _bounded(read: Read, kind: type, form: str, minimum: float, maximum: float, 
 def section(keys: Keys, make: Callable[..., Any]) -> Read:
     """Return a reader of a mapping with keys, which calls `make` with the values if all required ones are there."""
 
-    def read(reader: Reader, node: Node) -> Any:
+    def read(reader: Reader, node: YamlNode) -> Any:
         table = reader.table(node)
         values = keys.read(table, reader) if table else {}
         return make(**values) if table and keys.complete(values) else None
@@ -363,7 +363,7 @@ def section(keys: Keys, make: Callable[..., Any]) -> Read:
     return read
 
 
-def plain(node: Node) -> Any:
+def plain(node: YamlNode) -> Any:
     """Return a node as plain data: dicts, lists and scalars."""
     match node:
         case Table():

@@ -127,7 +127,7 @@ class Leaf:
 class Items:
     """List of values."""
 
-    items: tuple[Node, ...]
+    items: tuple[YamlNode, ...]
     place: Place
     key: str
 
@@ -137,7 +137,7 @@ class Entry:
     """Entry of a table. `place` is its key's, `key` the dotted path to it, `name` the key itself, of any kind."""
 
     name: Scalar
-    value: Node
+    value: YamlNode
     place: Place
     key: str
 
@@ -150,7 +150,7 @@ class Table:
     key: str
     entries: dict[Scalar, Entry] = field(default_factory=dict)
 
-    def get(self, name: str) -> Node | None:
+    def get(self, name: str) -> YamlNode | None:
         """Return the value under a key, or None if there is no such key (an empty value is a `Leaf` of None)."""
         entry = self.entries.get(name)
         return entry.value if entry else None
@@ -159,17 +159,17 @@ class Table:
         return name in self.entries
 
 
-Node: TypeAlias = Leaf | Items | Table
+YamlNode: TypeAlias = Leaf | Items | Table
 
 
-def children(node: Node) -> tuple[Node, ...]:
+def children(node: YamlNode) -> tuple[YamlNode, ...]:
     """Return the items of a list, or the values of a table."""
     if isinstance(node, Items):
         return node.items
     return tuple(entry.value for entry in node.entries.values()) if isinstance(node, Table) else ()
 
 
-def described(node: Node) -> str:
+def described(node: YamlNode) -> str:
     """Return the kind of a value, for messages."""
     match node:
         case Table():

@@ -15,12 +15,12 @@ from cellwright.config.parsing.tree import (
     Entry,
     Items,
     Leaf,
-    Node,
     Place,
     Problem,
     Problems,
     Scalar,
     Table,
+    YamlNode,
     described,
     shortened,
 )
@@ -37,7 +37,7 @@ _MAX_KEY_LENGTH = 80
 _MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
 
 
-def parse(text: JoinedText, problems: Problems) -> Node | None:
+def parse(text: JoinedText, problems: Problems) -> YamlNode | None:
     """Return the single document in the text, or None if it is empty; problems of keys go to `problems`.
 
     Raises:
@@ -138,7 +138,7 @@ class _TreeBuilder:
         self._text = text
         self._problems = problems
 
-    def node(self, node: yaml.Node, key: str, place: Place | None = None) -> Node:
+    def node(self, node: yaml.Node, key: str, place: Place | None = None) -> YamlNode:
         """Return the tree of one node; a collection under a key has the place of its key."""
         place = place or self._text.place(node.start_mark.index)
         if isinstance(node, MappingNode):

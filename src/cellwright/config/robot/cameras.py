@@ -9,7 +9,7 @@ import re
 from typing import Any, TypeVar, cast
 
 from cellwright.config.parsing.reader import Keys, Reader, plain
-from cellwright.config.parsing.tree import Items, Leaf, Node, described, shortened
+from cellwright.config.parsing.tree import Items, Leaf, YamlNode, described, shortened
 from cellwright.config.robot.config import CameraConfig, RobotConfig
 from cellwright.config.trial import sensors
 from cellwright.config.trial.trial import PictureCameraConfig
@@ -30,7 +30,7 @@ _FIGURES = (
 CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 
 
-def read_cameras(node: Node, reader: Reader) -> tuple[CameraConfig, ...]:
+def read_cameras(node: YamlNode, reader: Reader) -> tuple[CameraConfig, ...]:
     """Return the cameras; their use decides which of their figures are mandatory."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list of cameras, not {described(node)}")
@@ -39,7 +39,7 @@ def read_cameras(node: Node, reader: Reader) -> tuple[CameraConfig, ...]:
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def _read_camera(node: Node, reader: Reader) -> CameraConfig | None:
+def _read_camera(node: YamlNode, reader: Reader) -> CameraConfig | None:
     table = reader.table(node)
     name_node = reader.required(table, "name") if table else None
     if table is None or name_node is None:
@@ -52,7 +52,7 @@ def _read_camera(node: Node, reader: Reader) -> CameraConfig | None:
     return CameraConfig(name, plain(table)) if name is not None else None
 
 
-def _check_finite(node: Node, reader: Reader) -> None:
+def _check_finite(node: YamlNode, reader: Reader) -> None:
     for item in node.items if isinstance(node, Items) else ():
         _check_finite(item, reader)
     if isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from cellwright.config.parsing.reader import Keys, Reader
-from cellwright.config.parsing.tree import Items, Leaf, Node, Table, described, shortened
+from cellwright.config.parsing.tree import Items, Leaf, Table, YamlNode, described, shortened
 from cellwright.config.robot.config import ArmConfig, GripperConfig, Posture, RangeEnd
 from cellwright.config.robot.model import ROOT, Joint, RobotModel
 from cellwright.util.errors import did_you_mean
@@ -43,7 +43,7 @@ class GroupReader:
         self.max_accelerations: dict[str, float] = {}
         """Acceleration limits of joints from their groups [rad/s^2; m/s^2]; the lowest of several."""
 
-    def joint(self, node: Node, *, may_follow: bool = False) -> Joint | None:
+    def joint(self, node: YamlNode, *, may_follow: bool = False) -> Joint | None:
         """Return a joint that a program can move, by index or name; with `may_follow` also one that mimics another."""
         index = self._find(node, "joint", " (-1 is for what the robot lacks, in the head's list only)")
         if index is None:
@@ -61,7 +61,7 @@ class GroupReader:
         )
         return None
 
-    def joints(self, node: Node, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
+    def joints(self, node: YamlNode, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
         """Return a list of distinct joints that a program can move; as `joint` otherwise."""
         if not isinstance(node, Items) or not node.items:
             actual = "an empty list" if isinstance(node, Items) else described(node)
@@ -78,7 +78,7 @@ class GroupReader:
                 found.append(joint)
         return tuple(found) if len(found) == len(node.items) else None
 
-    def link(self, node: Node, *, may_be_root: bool = False) -> str | None:
+    def link(self, node: YamlNode, *, may_be_root: bool = False) -> str | None:
         """Return a link by index or name."""
         root = self.robot.root
         if isinstance(node, Leaf) and (node.value == root or (may_be_root and _is_absent(node))):
@@ -89,7 +89,7 @@ class GroupReader:
         index = self._find(node, "link", f" (-1 is the root link {root}, which nothing moves)")
         return None if index is None else self._joints[index].child
 
-    def _find(self, node: Node, kind: str, of_root: str) -> int | None:
+    def _find(self, node: YamlNode, kind: str, of_root: str) -> int | None:
         """Return the index of a joint or of the link that it moves; None after a report. `of_root` is a hint on -1."""
         hint = ""
         match node:
@@ -139,7 +139,7 @@ class GroupReader:
             f"(known: {listed(valid)})",
         )
 
-    def arm(self, node: Node) -> ArmConfig | None:
+    def arm(self, node: YamlNode) -> ArmConfig | None:
         """Return an arm."""
         table = self._table(node, ARMS.names)
         if table is None:
@@ -153,7 +153,7 @@ class GroupReader:
             return None
         return ArmConfig(joint_names(joints), tip, home)
 
-    def gripper(self, node: Node) -> GripperConfig | None:
+    def gripper(self, node: YamlNode) -> GripperConfig | None:
         """Return a gripper; its joints need limits, between which it opens and closes."""
         table = self._table(node, (*GRIPPERS.names, *GRIPPER_UNUSED))
         joints = self._joints_of(table, may_follow=True) if table else None
@@ -187,7 +187,7 @@ class GroupReader:
             return ()
         return tuple(ends) if RangeEnd.UPPER in ends else ()
 
-    def posture(self, node: Node, unused: tuple[str, ...] = ()) -> Posture | None:
+    def posture(self, node: YamlNode, unused: tuple[str, ...] = ()) -> Posture | None:
         """Return the waist: joints and their home; `unused` entries are known too, but not read."""
         table = self._table(node, (*POSTURE, *unused))
         if table is None:
@@ -197,7 +197,7 @@ class GroupReader:
         self._bound(table, joints)
         return Posture(joint_names(joints), home) if joints is not None and home is not None else None
 
-    def lift(self, node: Node) -> Posture | None:
+    def lift(self, node: YamlNode) -> Posture | None:
         """Return the lift of the torso: one joint, with home 0 by default."""
         table = self._table(node, POSTURE)
         joint_node = self.reader.required(table, "joint_index") if table else None
@@ -211,7 +211,7 @@ class GroupReader:
         self._bound(table, (joint,))
         return Posture((joint.name,), (self._reachable(home_node or table, joint, home),))
 
-    def head(self, node: Node) -> tuple[Posture | None, tuple[int, ...]]:
+    def head(self, node: YamlNode) -> tuple[Posture | None, tuple[int, ...]]:
         """Return the head's joints among roll, pitch and yaw (-1: missing), and their indices in these three."""
         table = self._table(node, POSTURE)
         joints_node = self.reader.required(table, "joint_index") if table else None
@@ -231,7 +231,7 @@ class GroupReader:
         home = [self._reachable(where, joint, value) for where, joint, value in found if value is not None]
         return (Posture(joint_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
 
-    def _table(self, node: Node, known: tuple[str, ...]) -> Table | None:
+    def _table(self, node: YamlNode, known: tuple[str, ...]) -> Table | None:
         table = self.reader.table(node)
         if table is not None:
             self.reader.ignored(table, known)
@@ -278,7 +278,7 @@ class GroupReader:
             if joint is not None and joint.mimic is None and value is not None:
                 self.max_accelerations[joint.name] = min(value, self.max_accelerations.get(joint.name, math.inf))
 
-    def _reachable(self, where: Node, joint: Joint, position: float) -> float:
+    def _reachable(self, where: YamlNode, joint: Joint, position: float) -> float:
         """Return the position [rad; m] clipped to the limits of a joint."""
         lower, upper = joint.limits.lower, joint.limits.upper
         nearest = min(max(position, lower), upper)
@@ -290,7 +290,7 @@ class GroupReader:
             )
         return float(nearest)
 
-    def _three(self, node: Node) -> tuple[Node, ...] | None:
+    def _three(self, node: YamlNode) -> tuple[YamlNode, ...] | None:
         if isinstance(node, Items) and len(node.items) == len(AXES_OF_HEAD):
             return node.items
         actual = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
@@ -303,12 +303,12 @@ def joint_names(joints: Iterable[Joint]) -> tuple[str, ...]:
     return tuple(joint.name for joint in joints)
 
 
-def _only(node: Node) -> Node:
+def _only(node: YamlNode) -> YamlNode:
     """Return the single item of a list of one, or the node itself."""
     return node.items[0] if isinstance(node, Items) and len(node.items) == 1 else node
 
 
-def _is_absent(node: Node) -> bool:
+def _is_absent(node: YamlNode) -> bool:
     return isinstance(node, Leaf) and type(node.value) is int and node.value == ROOT
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from itertools import takewhile
 from typing import Any
 
-from cellwright.config.parsing.tree import Items, Node, Problems, Table
+from cellwright.config.parsing.tree import Items, Problems, Table, YamlNode
 from cellwright.config.robot.config import UNUSED, ArmConfig, RangeEnd, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
 from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotModel, link_poses
@@ -59,7 +59,7 @@ def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[fl
     for number, arm in enumerate(config.arms):
         yield f"arms[{number}]", arm.joints, arm.home
     for number, gripper in enumerate(config.grippers):
-        open_at = tuple(gripper.way(config.robot.joint(name))[0] for name in gripper.joints)
+        open_at = tuple(gripper.open_and_closed(config.robot.joint(name))[0] for name in gripper.joints)
         yield f"grippers[{number}]", gripper.joints, open_at
     for name in ("head", "waist", "dorsal"):
         group = getattr(config, name)
@@ -94,7 +94,7 @@ def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
 
 
 def check_arms(
-    arms: Sequence[tuple[Node, ArmConfig]], config: RobotConfig, joints: Sequence[Joint], problems: Problems
+    arms: Sequence[tuple[YamlNode, ArmConfig]], config: RobotConfig, joints: Sequence[Joint], problems: Problems
 ) -> None:
     """Warn of arms whose joints do not move their tips, a sign of indices in another order.
 
@@ -132,7 +132,7 @@ def _other_order(robot: RobotModel, arm: ArmConfig, joints: Sequence[Joint], fix
     return ""
 
 
-def _node(root: Table, key: str) -> Node:
+def _node(root: Table, key: str) -> YamlNode:
     """Return the node under a key such as `arms[0]` or `head`."""
     name, _, number = key.rstrip("]").partition("[")
     if name == "waist" and name not in root:
@@ -158,7 +158,7 @@ def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = 
         "groups": _groups(config),
         "home": config.home,
         "cameras": [camera.name for camera in config.cameras],
-        "not_used": [key for key in config.others if key in UNUSED],
+        "not_used": [key for key in config.other_entries if key in UNUSED],
     }
 
 

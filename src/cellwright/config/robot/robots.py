@@ -14,7 +14,7 @@ from typing import Any
 
 from cellwright.config.parsing.reader import Keys, Reader, choice, numbers, plain
 from cellwright.config.parsing.sources import read_texts
-from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, refusal
+from cellwright.config.parsing.tree import Items, Leaf, Problems, Table, YamlNode, described, refusal
 from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RobotConfig
@@ -50,7 +50,7 @@ FOLDING_WAIST_UNUSED = ("rot_offset", "cmd_ee", "base")
 _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffix in ("urdf", "xacro"))
 
 
-def find_urdf(node: Node, reader: Reader) -> Path | None:
+def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
     """Return the URDF; its path is relative to the configuration's folder or, in old revisions, to the one above."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
         reader.problems.error(node, f"must be the path of a URDF or xacro file, not {described(node)}")
@@ -81,7 +81,7 @@ def _close(name: str, folder: Path) -> str:
 _NORM_TOLERANCE = 0.01  # tolerance of a quaternion's length before a warning: 0.707 is rounding
 
 
-def read_base_pose(node: Node | None, reader: Reader) -> Pose:
+def read_base_pose(node: YamlNode | None, reader: Reader) -> Pose:
     """Return the pose [m], its quaternion scaled to unit length; the identity by default."""
     table = reader.table(node) if node else None
     if table is None:
@@ -176,13 +176,13 @@ class _FileEntries:
             grippers=tuple(gripper for _, gripper in grippers if gripper is not None),
             head=head_posture,
             head_axes=head_axes,
-            dorsal=dorsal,
+            lift=dorsal,
             waist=self._waist(groups),
             command_links=command_links,
             reference_links=reference_links,
             cameras=read_cameras(cameras, self.reader) if cameras else (),
             max_accelerations=groups.max_accelerations,
-            others=self._others(),
+            other_entries=self._others(),
         )
         if not self.reader.problems.errors:
             check_shared(self.root, config, self.reader.problems)
@@ -190,7 +190,7 @@ class _FileEntries:
             check_sides(self.root, config, self.reader.problems)
         return config
 
-    def _list(self, name: str, kind: str) -> Iterator[Node]:
+    def _list(self, name: str, kind: str) -> Iterator[YamlNode]:
         """Yield the items of an optional list."""
         node = self.root.get(name)
         if isinstance(node, Items):
@@ -208,7 +208,7 @@ class _FileEntries:
         return Posture(joints, tuple(value for posture in parts for value in posture.home)) if parts else None
 
     def _controller(
-        self, groups: GroupReader, arms: list[tuple[Node, ArmConfig]]
+        self, groups: GroupReader, arms: list[tuple[YamlNode, ArmConfig]]
     ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
         """Return the links that hand poses command, and those in whose frames they are given."""
         node = self.root.get("controller_indices")

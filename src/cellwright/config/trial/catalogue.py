@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from cellwright.util import plugins as plugins
-from cellwright.util.errors import UnknownNameError, in_a_line
+from cellwright.util.errors import UnknownNameError, one_line
 
 _SUFFIX = ".yaml"
 _SENSORS = "_sensors"
@@ -73,7 +73,7 @@ def _plugin_trial(name: str) -> Path:
     try:
         path = found() if callable(found) else found
     except Exception as error:
-        raise plugins.plugin_error("trials", name, f"failed: {in_a_line(error)}") from error
+        raise plugins.plugin_error("trials", name, f"failed: {one_line(error)}") from error
     if not isinstance(path, str | Path):
         raise plugins.plugin_error(
             "trials", name, f"must be the path of a file, and is of the type {type(path).__name__}"

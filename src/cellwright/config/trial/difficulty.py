@@ -64,7 +64,7 @@ def _within(offset: float, length: float) -> bool:
     return abs(offset) <= length / 2 + 1e-9
 
 
-DemandKind: TypeAlias = Literal[
+DifficultyKind: TypeAlias = Literal[
     "several_kits",
     "interrupt",
     "never_announced",
@@ -83,10 +83,10 @@ _UPSIDE_DOWN = -0.5  # height of a part's own z axis below which it counts as ly
 
 
 @dataclass(frozen=True, slots=True)
-class Demand:
+class Difficulty:
     """One demand on a program; `kind` for programs, `text` for people."""
 
-    kind: DemandKind
+    kind: DifficultyKind
     text: str
 
 
@@ -104,7 +104,7 @@ class PartSupply:
         return self.lying + self.belt - self.faulty
 
 
-def demands(trial: Trial) -> tuple[Demand, ...]:
+def difficulties(trial: Trial) -> tuple[Difficulty, ...]:
     """Return the difficulties of a trial, in the order in which a program meets them."""
     return (*_of_orders(trial), *_of_supply(trial), *_of_poses(trial), *_of_drops(trial))
 
@@ -122,53 +122,53 @@ def supply(trial: Trial, part_type: str) -> PartSupply:
     return PartSupply(len(lying), len(on_belt), sum(name in trial.faulty_parts for name in names))
 
 
-def _of_orders(trial: Trial) -> Iterator[Demand]:
+def _of_orders(trial: Trial) -> Iterator[Difficulty]:
     for order in trial.orders:
         if len(order.kits) > 1:
             which = f" of {order.order_id}" if len(trial.orders) > 1 else ""
-            yield Demand("several_kits", f"{len(order.kits)} equal kits{which}")
+            yield Difficulty("several_kits", f"{len(order.kits)} equal kits{which}")
     for order in trial.orders:
         for count, wants in ((order.wanted_parts, "wants"), (order.unwanted_parts, "does not want")):
             if count is not None:
                 parts = "a part is" if count == 1 else f"{count} parts are"
-                yield Demand("interrupt", f"{order.order_id} comes in when {parts} on a tray that it {wants}")
+                yield Difficulty("interrupt", f"{order.order_id} comes in when {parts} on a tray that it {wants}")
         if order.start_time is not None and order.start_time > 0:
-            yield Demand("interrupt", f"{order.order_id} comes in after {order.start_time:g} s")
+            yield Difficulty("interrupt", f"{order.order_id} comes in after {order.start_time:g} s")
         elif order.start_time is order.wanted_parts is order.unwanted_parts is None:
-            yield Demand("never_announced", f"{order.order_id} is never announced")
+            yield Difficulty("never_announced", f"{order.order_id} is never announced")
 
 
-def _of_supply(trial: Trial) -> Iterator[Demand]:
+def _of_supply(trial: Trial) -> Iterator[Difficulty]:
     counts = ordered_types(trial)
     found = {part_type: supply(trial, part_type) for part_type in counts}
     only = [part_type for part_type, each in found.items() if each.belt and not each.lying]
     if only:
-        yield Demand("belt_only", f"{_listed(only)} only by the belt")
+        yield Difficulty("belt_only", f"{_listed(only)} only by the belt")
     for part_type, each in found.items():
         if each.faulty:
-            yield Demand("faulty", f"{each.faulty} of {each.lying + each.belt} {part_type} faulty")
+            yield Difficulty("faulty", f"{each.faulty} of {each.lying + each.belt} {part_type} faulty")
     for part_type, each in found.items():
         if each.good < counts[part_type]:
-            yield Demand("short", f"{each.good} good {part_type} for the {counts[part_type]} ordered")
+            yield Difficulty("short", f"{each.good} good {part_type} for the {counts[part_type]} ordered")
     exact = [part_type for part_type, each in found.items() if each.good == counts[part_type]]
     if exact:
-        yield Demand("no_spare", f"no {_listed(exact, 'or')} to spare")
+        yield Difficulty("no_spare", f"no {_listed(exact, 'or')} to spare")
 
 
-def _of_poses(trial: Trial) -> Iterator[Demand]:
+def _of_poses(trial: Trial) -> Iterator[Difficulty]:
     objects = _objects(trial.orders)
     heights = [(each.type, each.pose.rotate((0.0, 0.0, 1.0))[2]) for each in objects]
     turned = dict.fromkeys(kind for kind, height in heights if height < _UPSIDE_DOWN)
     if turned:
-        yield Demand("turned_over", f"{_listed(list(turned))} to be turned over")
+        yield Difficulty("turned_over", f"{_listed(list(turned))} to be turned over")
     off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
     if off:
-        yield Demand("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
+        yield Difficulty("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
 
 
-def _of_drops(trial: Trial) -> Iterator[Demand]:
+def _of_drops(trial: Trial) -> Iterator[Difficulty]:
     ordered = ordered_types(trial)
-    grouped: dict[tuple[DemandKind, str, str], list[str]] = {}
+    grouped: dict[tuple[DifficultyKind, str, str], list[str]] = {}
     for region in trial.drop_regions:
         if region.type not in ordered:
             continue
@@ -177,10 +177,10 @@ def _of_drops(trial: Trial) -> Iterator[Demand]:
         x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
         places.append(place_of((x, y, z)))
     for (kind, part_type, where), places in grouped.items():
-        yield Demand(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
+        yield Difficulty(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
 
 
-def _fall(region: DropRegion) -> tuple[DemandKind, str]:
+def _fall(region: DropRegion) -> tuple[DifficultyKind, str]:
     """Return the place where a part falls, as a kind of demand and in words."""
     point = region.destination.position
     place = place_of(point)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from cellwright.config.parsing.python2 import dictionary_order
 from cellwright.config.parsing.reader import Keys, Reader
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, described, shortened
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
 from cellwright.config.trial.trial import Kit, KitObject, Order
@@ -21,7 +21,7 @@ ORDER = Keys(
 )
 
 
-def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Order, ...]:
+def read_orders(node: YamlNode, book: PartBook, other_year: OtherYear) -> tuple[Order, ...]:
     """Return the orders in the order of their ids."""
     reader = book.reader
     if isinstance(node, Items):
@@ -90,7 +90,7 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
     )
 
 
-def _parts(node: Node, book: PartBook) -> tuple[KitObject, ...]:
+def _parts(node: YamlNode, book: PartBook) -> tuple[KitObject, ...]:
     parts: list[KitObject] = []
     for entry in book.reader.entries(node):
         part_table = book.reader.table(entry.value)
@@ -101,7 +101,7 @@ def _parts(node: Node, book: PartBook) -> tuple[KitObject, ...]:
     return tuple(parts)
 
 
-def _condition(node: Node, book: PartBook) -> str:
+def _condition(node: YamlNode, book: PartBook) -> str:
     """Return the word of the condition, with a warning for one that is never fulfilled."""
     word = node.value if isinstance(node, Leaf) else None
     if isinstance(word, str) and word in CONDITIONS:
@@ -112,7 +112,7 @@ def _condition(node: Node, book: PartBook) -> str:
     return shortened(str(word))
 
 
-def _value(condition: str, node: Node, book: PartBook) -> float | None:
+def _value(condition: str, node: YamlNode, book: PartBook) -> float | None:
     """Return the figure of the condition: seconds, or a number of parts, which the original truncated."""
     reader = book.reader
     if condition not in CONDITIONS:

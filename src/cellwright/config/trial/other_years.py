@@ -5,7 +5,7 @@ The years are those in which an entry first appeared; later formats kept many en
 
 from collections.abc import Mapping
 
-from cellwright.config.parsing.tree import Items, Leaf, Node, Scalar, Table, children, shortened
+from cellwright.config.parsing.tree import Items, Leaf, Scalar, Table, YamlNode, children, shortened
 from cellwright.util.errors import did_you_mean
 
 EARLY = 2016
@@ -82,7 +82,7 @@ class OtherYear:
                 return f"; {str(name)!r}{self.belongs(year)}{instead}"
         return ""
 
-    def announcement_time(self, node: Node) -> str:
+    def announcement_time(self, node: YamlNode) -> str:
         """Return the replacement for the announcement of an order in an early file."""
         time = shortened(str(node.value)) if isinstance(node, Leaf) and node.value is not None else "0"
         return (

@@ -9,7 +9,7 @@ from itertools import product
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, REFERENCE_FRAMES
 from cellwright.config.parsing.python2 import dictionary_order, quotient
 from cellwright.config.parsing.reader import Keys, Placement, Reader, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Table, children, described, shortened
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Table, YamlNode, children, described, shortened
 from cellwright.config.trial.other_years import EARLY, LATER_OPTIONS, OtherYear
 from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.util.errors import did_you_mean, suggestion
@@ -19,7 +19,7 @@ DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_t
 """Default aliases of part types, unless a file has its own."""
 
 
-def _switch(reader: Reader, node: Node) -> bool:
+def _switch(reader: Reader, node: YamlNode) -> bool:
     """Return a switch. A value that is no truth value counts as in Python, as in the original."""
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
@@ -28,7 +28,7 @@ def _switch(reader: Reader, node: Node) -> bool:
     return truth
 
 
-def _aliases(reader: Reader, node: Node) -> Mapping[str, str]:
+def _aliases(reader: Reader, node: YamlNode) -> Mapping[str, str]:
     table = reader.table(node)
     aliases: dict[str, str] = {}
     for entry in table.entries.values() if table else ():
@@ -45,7 +45,7 @@ OPTIONS = Keys(
 )
 
 
-def read_options(node: Node, reader: Reader) -> tuple[Options, Mapping[str, str]]:
+def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, str]]:
     """Return the section `options`, and the aliases of part types in it."""
     table = reader.table(node)
     if table is None:
@@ -122,7 +122,7 @@ GRID = Keys(
 )
 
 
-def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
+def read_bins(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
     """Return the section `models_over_bins`: grids of parts, numbered in the original's order."""
     reader = book.reader
     found: dict[str, Part] = {}
@@ -142,7 +142,7 @@ def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
     return tuple(found.values())
 
 
-def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
+def read_extras(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
     """Return the section `models_to_spawn`: single parts, each in the frame of a link."""
     reader = book.reader
     found: dict[str, Part] = {}
@@ -216,7 +216,7 @@ _BY_TYPE = "belt parts are listed by type and then by time [s], as in gear_part:
 _NO_POSE = "; files without one are of the 2016 format"
 
 
-def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
+def read_belt(node: YamlNode, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """Return the parts in the order of their times, ties in the original's order."""
     reader = book.reader
     found: dict[tuple[str, object], BeltPart] = {}
@@ -269,7 +269,7 @@ _MAX_SUGGESTED = 20
 """Number of unknown names after which the search for similar ones stops: it takes long and is no help by then."""
 
 
-def _destination(reader: Reader, node: Node) -> Placement | None:
+def _destination(reader: Reader, node: YamlNode) -> Placement | None:
     table = reader.table(node)
     return reader.placement(table) if table and reader.required(table, "xyz") else None
 
@@ -278,7 +278,7 @@ _CORNER = section(Keys({"xyz": Reader.position}), lambda xyz: xyz)
 DROP_REGION = Keys({"min": _CORNER, "max": _CORNER, "destination": _destination, "part_type_to_drop": Reader.name})
 
 
-def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
+def read_drops(node: YamlNode, book: PartBook) -> tuple[DropRegion, ...]:
     """Return the regions in the original's order."""
     reader = book.reader
     table = reader.table(node)
@@ -309,9 +309,9 @@ def _region(entry: Entry, book: PartBook) -> DropRegion | None:
     return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))
 
 
-def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
+def read_faulty(node: YamlNode, reader: Reader) -> dict[str, YamlNode]:
     """Return the names in `faulty_parts`, in the original's order, each with its node."""
-    names: dict[str, Node] = {}
+    names: dict[str, YamlNode] = {}
     match node:
         case Items():
             for item in node.items:
@@ -335,7 +335,7 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
     return {name: names[name] for name in dictionary_order(dictionary_order(names))}
 
 
-def check_faulty(faulty: Mapping[str, Node], trial: Trial, reader: Reader) -> None:
+def check_faulty(faulty: Mapping[str, YamlNode], trial: Trial, reader: Reader) -> None:
     """Warn of each name that no part of the cell will have; single letters already have a warning."""
     names = {part.name.rpartition("|")[2] for part in (*trial.bin_parts, *trial.extra_parts)}
     names |= dict(trial.belt_clones()).keys() | dict(trial.demo_clones()).keys()

@@ -6,7 +6,7 @@ from typing import get_args
 
 from cellwright.config.layout import ARM_FRAMES
 from cellwright.config.parsing.reader import Keys, Reader, number, one_of, plain, section, whole
-from cellwright.config.parsing.tree import Entry, Node, Table, shortened
+from cellwright.config.parsing.tree import Entry, Table, YamlNode, shortened
 from cellwright.config.trial.other_years import LATER_SENSORS
 from cellwright.config.trial.trial import (
     CameraType,
@@ -56,7 +56,7 @@ SENSOR = Keys({"type": Reader.name, "pose": Reader.pose})
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 
 
-def read_arm(node: Node, reader: Reader) -> bool:
+def read_arm(node: YamlNode, reader: Reader) -> bool:
     """Return whether the section `arm` specifies an arm."""
     table = reader.table(node)
     if table is None:
@@ -72,7 +72,7 @@ def read_arm(node: Node, reader: Reader) -> bool:
     return True
 
 
-def read_sensors(node: Node, reader: Reader) -> tuple[SensorConfig, ...]:
+def read_sensors(node: YamlNode, reader: Reader) -> tuple[SensorConfig, ...]:
     """Return the section `sensors` without sensors of unknown types."""
     table = reader.table(node)
     if table and len(table.entries) > MAX_SENSORS:
@@ -149,7 +149,7 @@ WORLD = "world"
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
-def _camera_type(reader: Reader, node: Node) -> str | None:
+def _camera_type(reader: Reader, node: YamlNode) -> str | None:
     kind = reader.name(node)
     if kind in SENSOR_TYPES:
         reader.problems.error(node, f"a {kind} stands in the section sensors at the top")
@@ -181,7 +181,7 @@ CAMERA = Keys(
 
 
 def read_cameras(
-    own: Node, sensors: Sequence[SensorConfig], reader: Reader, *, has_arm: bool
+    own: YamlNode, sensors: Sequence[SensorConfig], reader: Reader, *, has_arm: bool
 ) -> tuple[PictureCameraConfig, ...]:
     """Return the cameras under `sensors` in the section `cellwright`; names of other sensors are refused."""
     node = own.get("sensors") if isinstance(own, Table) else None
@@ -238,7 +238,7 @@ def _check_together(entry: Entry, camera: PictureCameraConfig, reader: Reader) -
         )
 
 
-def read_plugin_devices(reader: Reader, node: Node) -> tuple[PluginDevice, ...]:
+def read_plugin_devices(reader: Reader, node: YamlNode) -> tuple[PluginDevice, ...]:
     """Return the devices of plugins: `{name: {type, …}}`; all other entries are settings of the device."""
     table = reader.table(node)
     known = plugins.names("devices") if table else []

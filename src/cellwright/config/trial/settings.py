@@ -8,7 +8,7 @@ from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Keys, Read, Reader, one_of, section, whole
-from cellwright.config.parsing.tree import Leaf, Node, Table, described, shortened
+from cellwright.config.parsing.tree import Leaf, Table, YamlNode, described, shortened
 from cellwright.config.trial.sensors import read_plugin_devices
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.util.errors import ExpressionError
@@ -20,7 +20,7 @@ MAX_SEED = 2**63 - 1
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 
 
-def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
+def _timestep(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
     """Return the timestep [s] as numerator and denominator in lowest terms."""
     text = str(node.value) if isinstance(node, Leaf) and isinstance(node.value, str | int | float) else ""
     match = _STEP.fullmatch(text)
@@ -42,7 +42,7 @@ def _by_joint(read: Read) -> Keys:
     return Keys(optional=dict.fromkeys(ARM_JOINTS, read), strict="joint")
 
 
-def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
+def _constraints(reader: Reader, node: YamlNode) -> dict[str, Any] | None:
     """Return fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
     table = reader.table(node)
     if table is None:
@@ -51,7 +51,7 @@ def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
     return CONSTRAINTS.read(table, reader, ARM_JOINTS) | {"tolerances": tolerances}
 
 
-def _initial(reader: Reader, node: Node) -> dict[str, float]:
+def _initial(reader: Reader, node: YamlNode) -> dict[str, float]:
     """Return joint positions, which may be expressions; values that cannot be evaluated have been reported before."""
     states: dict[str, float] = {}
     if isinstance(node, Table):
@@ -105,7 +105,7 @@ OWN = Keys(
 """Keys of the section `cellwright`; `read_cameras` reads its `sensors`, which depend on those of the 2017 format."""
 
 
-def read_settings(node: Node, reader: Reader) -> dict[str, Any]:
+def read_settings(node: YamlNode, reader: Reader) -> dict[str, Any]:
     """Return the fields of a trial that the section `cellwright` sets, without its cameras."""
     table = reader.table(node)
     if table is None:

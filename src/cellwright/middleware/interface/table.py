@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
-from typing import TypeAlias, TypedDict, Unpack
+from typing import TYPE_CHECKING, TypeAlias, TypedDict, Unpack
 
+from cellwright._package import former_names
 from cellwright.middleware.bus import Direction
 
 
@@ -166,3 +167,15 @@ def accepts(
 ) -> Endpoint:
     """Return the row of a topic that the cell receives, of a service or of an action. A topic is reliable."""
     return Endpoint(name=name, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)
+
+
+if not TYPE_CHECKING:  # so that a type checker reports unknown names
+    __getattr__ = former_names(
+        __name__,
+        says="publishes",
+        takes="accepts",
+        Row="Endpoint",
+        Where="Availability",
+        Kind="EndpointKind",
+        Pace="Timing",
+    )

@@ -17,7 +17,7 @@ from cellwright.middleware.messages.types import (
     short_name,
     type_of,
 )
-from cellwright.middleware.messages.validation import checked, said
+from cellwright.middleware.messages.validation import checked, describe_value
 
 __all__ = [
     "ENCODINGS",
@@ -25,12 +25,12 @@ __all__ = [
     "ServiceType",
     "checked",
     "definition",
+    "describe_value",
     "from_cdr",
     "from_ros1",
     "full_name",
     "md5",
     "message_type",
-    "said",
     "service_type",
     "short_name",
     "to_cdr",

@@ -43,7 +43,7 @@ def checked(message: M) -> M:
     """
     name = getattr(type(message), "__msgtype__", None)  # of the class: an instance's attributes are its fields
     if not isinstance(name, str):
-        raise MessageError(f"{said(message)} is no message")
+        raise MessageError(f"{describe_value(message)} is no message")
     return type_check(name)(message, "")  # type: ignore[return-value]
 
 
@@ -58,10 +58,10 @@ def type_check(name: str) -> Check:
     def check(value: object, where: str) -> object:
         where = where or short
         if not isinstance(value, message_class):
-            raise MessageError(f"{where} must be of type {short}, not {said(value)}")
+            raise MessageError(f"{where} must be of type {short}, not {describe_value(value)}")
         named = value.__msgtype__
         if named is not name and not (isinstance(named, str) and named == name):
-            raise MessageError(f"{where} is of type {short}, and says {said(named)}")
+            raise MessageError(f"{where} is of type {short}, and says {describe_value(named)}")
         changes = {}
         for member, check_member in members:
             given = getattr(value, member)
@@ -108,7 +108,7 @@ def _base_check(name: str, limit: int) -> Check:
 
         def check_string(value: object, where: str) -> object:
             if not isinstance(value, str):
-                raise MessageError(f"{where} must be a string, not {said(value)}")
+                raise MessageError(f"{where} must be a string, not {describe_value(value)}")
             try:
                 value.encode()
             except UnicodeEncodeError:
@@ -124,7 +124,7 @@ def _base_check(name: str, limit: int) -> Check:
             if isinstance(value, np.bool_):
                 return bool(value)
             if not isinstance(value, bool):
-                raise MessageError(f"{where} must be true or false, not {said(value)}")
+                raise MessageError(f"{where} must be true or false, not {describe_value(value)}")
             return value
 
         return check_bool
@@ -133,7 +133,7 @@ def _base_check(name: str, limit: int) -> Check:
 
         def check_integer(value: object, where: str) -> object:
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-                raise MessageError(f"{where} must be a whole number, not {said(value)}")
+                raise MessageError(f"{where} must be a whole number, not {describe_value(value)}")
             if not low <= value <= high:
                 raise MessageError(f"{where} must be from {low} to {high}, not {value}")
             return value if type(value) is int else int(value)
@@ -142,11 +142,11 @@ def _base_check(name: str, limit: int) -> Check:
 
     def check_float(value: object, where: str) -> object:
         if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-            raise MessageError(f"{where} must be a number, not {said(value)}")
+            raise MessageError(f"{where} must be a number, not {describe_value(value)}")
         try:
             number = single(float(value)) if name == "float32" else float(value)
         except (OverflowError, MessageError):
-            raise MessageError(f"{where} must fit into {name}, not {said(value)}") from None
+            raise MessageError(f"{where} must fit into {name}, not {describe_value(value)}") from None
         return value if isinstance(value, float) and (number == value or number != number) else number
 
     return check_float
@@ -166,7 +166,7 @@ def _numbers_check(name: str, length: int, *, fixed: bool) -> Check:
         elif isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim == 1):
             value = np.array([check_one(item, f"{where}[{i}]") for i, item in enumerate(value)], dtype=dtype)
         else:
-            raise MessageError(f"{where} must be a sequence of {name}, not {said(value)}")
+            raise MessageError(f"{where} must be a sequence of {name}, not {describe_value(value)}")
         _check_length(len(value), length, where, fixed=fixed)
         value.flags.writeable = False
         return value
@@ -179,7 +179,7 @@ def _list_check(check_one: Check, length: int, *, fixed: bool) -> Check:
 
     def check(value: object, where: str) -> object:
         if not isinstance(value, (list, tuple)):
-            raise MessageError(f"{where} must be a list, not {said(value)}")
+            raise MessageError(f"{where} must be a list, not {describe_value(value)}")
         _check_length(len(value), length, where, fixed=fixed)
         taken = [check_one(item, f"{where}[{i}]") for i, item in enumerate(value)]
         same = isinstance(value, list) and all(a is b for a, b in zip(taken, value, strict=True))
@@ -209,7 +209,7 @@ def _check_length(count: int, length: int, where: str, *, fixed: bool) -> None:
         raise MessageError(f"{where} may have {length} entries, not {count}")
 
 
-def said(value: object) -> str:
+def describe_value(value: object) -> str:
     """Return a short text of any value, for an error."""
     if isinstance(value, (str, int, float, bool, type(None))):
         text = repr(value)

@@ -234,7 +234,7 @@ def refused_frame(number: int, error: BaseException) -> Frame:
 MAX_CLIENTS = 200
 """Largest number of connections; those without a HELLO are rejected first. `select` can watch some 1000."""
 
-PATIENCE = 30.0
+SLOW_CLIENT_TIMEOUT = 30.0
 """Time [s] after which the server disconnects a client that takes nothing of what waits for it, or sends no HELLO."""
 
 MAX_INCOMPLETE = 64 << 20
@@ -353,12 +353,12 @@ class ClientRegistry:
             if client.missed:
                 self._report(f"{client.name} cannot be told: {_first(client.missed)}")
                 client.missed.clear()
-            is_stuck = client.stuck_since is not None and now - client.stuck_since > PATIENCE
+            is_stuck = client.stuck_since is not None and now - client.stuck_since > SLOW_CLIENT_TIMEOUT
             if is_stuck and (client.is_behind or client.is_leaving):
                 client.is_gone = True
-                self._note_cut(client, f"it has read nothing for {PATIENCE:g} s")
-            elif not client.node and not client.is_leaving and now - client.came > PATIENCE:
-                self.cut(client, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
+                self._note_cut(client, f"it has read nothing for {SLOW_CLIENT_TIMEOUT:g} s")
+            elif not client.node and not client.is_leaving and now - client.came > SLOW_CLIENT_TIMEOUT:
+                self.cut(client, FrameError(f"it has not said who it is for {SLOW_CLIENT_TIMEOUT:g} s"))
         self._report_cut_off()
 
     def _report_cut_off(self) -> None:

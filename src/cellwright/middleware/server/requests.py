@@ -16,8 +16,8 @@ from cellwright.middleware.bus import (
     Direction,
     ExternalInput,
     InputKind,
+    Node,
     PendingResponse,
-    Served,
     TopicInfo,
     absolute,
 )
@@ -61,7 +61,7 @@ class MessageEncoder:
         return data
 
 
-def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
+def welcome_frame(cell: Node, *, lockstep: bool) -> Frame:
     """Return the frame that answers HELLO in the current state."""
     timestep = cell.simulation.clock.timestep
     document = {
@@ -135,7 +135,7 @@ log = logging.getLogger(__name__)
 class AdvanceRequest:
     """Request of a client to advance time to `until` [ns], or by one tick; answered with `number`."""
 
-    guest: ClientConnection
+    client: ClientConnection
     number: int
     until: int
     each_tick: bool
@@ -144,14 +144,14 @@ class AdvanceRequest:
 class Requests:
     """Executor of clients' frames, in the order of `carry_out`."""
 
-    def __init__(self, cell: Served, *, lockstep: bool) -> None:
+    def __init__(self, cell: Node, *, lockstep: bool) -> None:
         self._cell = cell
         self._lockstep = lockstep
         self._translation = MessageEncoder()
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
-        self.asked: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
+        self.pending: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
         self.extras: dict[str, tuple[Extra, bool]] = {}
         """Services of the server itself by name; true if they are noted as commands are. No bridge offers them."""
         self.guarded: dict[str, str] = {}
@@ -177,12 +177,12 @@ class Requests:
 
     def forget(self, client: ClientConnection) -> None:
         """Forget the requests of a client that is gone."""
-        self.asked = deque(each for each in self.asked if each.guest is not client)
+        self.pending = deque(each for each in self.pending if each.client is not client)
 
     def answer(self, request: AdvanceRequest) -> None:
         """Answer an ADVANCE request with the current time."""
-        request.guest.has_news = False
-        request.guest.send(time_frame(request.number, self._cell.simulation.now))
+        request.client.has_news = False
+        request.client.send(time_frame(request.number, self._cell.simulation.now))
 
     def _act(self, client: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
@@ -303,9 +303,9 @@ class Requests:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
             raise UsageError("time passes by itself here; only in lockstep can it be asked for")
-        if sum(each.guest is client for each in self.asked) >= MAX_PENDING_ADVANCES:
+        if sum(each.client is client for each in self.pending) >= MAX_PENDING_ADVANCES:
             raise UsageError(f"{MAX_PENDING_ADVANCES} wishes of this guest that time pass wait already")
-        self.asked.append(AdvanceRequest(client, frame.number, until, each_tick))
+        self.pending.append(AdvanceRequest(client, frame.number, until, each_tick))
 
     def _read(self, client: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
         """Return the message in a frame; invalid ones are counted and reported like refused input of the bus."""

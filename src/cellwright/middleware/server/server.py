@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from ipaddress import ip_address
 
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.middleware.server.clients import ClientConnection, ClientRegistry, refused_frame
 from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests
 from cellwright.middleware.wire.frames import Frame, FrameError, FrameKind
@@ -129,7 +129,7 @@ class Server:
 
     def __init__(
         self,
-        cell: Served,
+        cell: Node,
         *,
         host: str = LOOPBACK,
         port: int | None = DEFAULT_PORT,
@@ -159,26 +159,26 @@ class Server:
         return ip_address(self.address[0]).is_loopback
 
     @property
-    def guests(self) -> tuple[str, ...]:
+    def clients(self) -> tuple[str, ...]:
         """Names of the connected nodes."""
         return tuple(client.node for client in self._clients if client.node)
 
     @property
-    def asked(self) -> AdvanceRequest | None:
+    def advance_request(self) -> AdvanceRequest | None:
         """In lockstep: the next pending ADVANCE request; None if there is none."""
-        asked = self._requests.asked
-        while asked and asked[0].guest.is_gone:
+        asked = self._requests.pending
+        while asked and asked[0].client.is_gone:
             asked.popleft()
         return asked[0] if asked else None
 
     def answer(self, asked: AdvanceRequest, refused: BaseException | None = None) -> None:
         """In lockstep: answer a request with the current time, or with the error that stops time."""
-        if asked in self._requests.asked:
-            self._requests.asked.remove(asked)
+        if asked in self._requests.pending:
+            self._requests.pending.remove(asked)
         if refused is None:
             self._requests.answer(asked)
         else:
-            asked.guest.send(refused_frame(asked.number, refused))
+            asked.client.send(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
         """Offer a service of the server itself, which is not on the bus.
@@ -221,7 +221,7 @@ class Server:
             if (
                 not in_time
                 or time.perf_counter() >= deadline
-                or (until_request and self.lockstep and self.asked is not None)
+                or (until_request and self.lockstep and self.advance_request is not None)
             ):
                 break
         self._clients.remove_gone()

@@ -7,9 +7,9 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer, WriterError
 
 from cellwright.middleware.messages import definition, full_name, md5, to_ros1
-from cellwright.recording.format.reader import Recording, TimeRange
+from cellwright.recording.format.reader import RecordingFile, TimeRange
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.util.files import in_its_place
+from cellwright.util.files import replacement_path
 
 _EARLIEST = 1
 """Earliest time in a bag [ns]: `rosbag play` ignores messages at time 0, such as the fixed frames."""
@@ -21,7 +21,7 @@ def write_bag(
     *,
     start: int | None = None,
     until: int | None = None,
-    tell: Callable[[float], None] | None = None,
+    on_progress: Callable[[float], None] | None = None,
 ) -> list[str]:
     """Write a ROS 1 bag of a recording. An existing file is replaced once the new one is complete.
 
@@ -33,7 +33,7 @@ def write_bag(
         start: first time [ns]; a bag that begins later than the recording begins with the messages that are latched
             then.
         until: last time [ns].
-        tell: called now and then with the finished share, 0..1.
+        on_progress: called now and then with the finished share, 0..1.
 
     Returns:
         Topics that are left out, since their types have another form in ROS 1.
@@ -43,14 +43,16 @@ def write_bag(
         UsageError: the bag cannot be written.
     """
     try:
-        with Recording(recording) as source, in_its_place(bag) as unfinished:
-            return _write(source, unfinished, TimeRange(source, start, until), tell)
+        with RecordingFile(recording) as source, replacement_path(bag) as unfinished:
+            return _write(source, unfinished, TimeRange(source, start, until), on_progress)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise UsageError(f"{bag}: cannot be written: {reason or error}") from None
 
 
-def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float], None] | None) -> list[str]:
+def _write(
+    source: RecordingFile, path: Path, span: TimeRange, on_progress: Callable[[float], None] | None
+) -> list[str]:
     connections: dict[str, Connection] = {}
     left_out = []
     with Writer(path) as writer:
@@ -71,7 +73,7 @@ def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float
                 latching=int(topic.latch),
             )
         before: dict[str, tuple[bytes, bytes]] = {}  # states are often published unchanged
-        for message in span.messages(connections, tell):
+        for message in span.messages(connections, on_progress):
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:
                 data = to_ros1(source.decode(message))

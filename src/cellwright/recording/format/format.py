@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from cellwright.middleware.messages import short_name
-from cellwright.util.errors import RecordingError, showable
+from cellwright.util.errors import RecordingError, printable
 
 Entry: TypeAlias = tuple[int, int, bytes]
 """A message in a file: channel number, time [ns], bytes."""
@@ -125,4 +125,4 @@ class RecordingHeader:
             facts = None
         if kind not in ("cell", "robot") or not isinstance(facts, dict):
             raise RecordingError("what it says of itself makes no sense")
-        return RecordingHeader(kind, " ".join(showable(name, _MAX_NAME_LENGTH).split()), facts)
+        return RecordingHeader(kind, " ".join(printable(name, _MAX_NAME_LENGTH).split()), facts)

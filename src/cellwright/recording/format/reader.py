@@ -31,7 +31,7 @@ class RecordedMessage(NamedTuple):
     data: bytes
 
 
-class Recording:
+class RecordingFile:
     """Recording that is open for reading.
 
     Raises:
@@ -265,7 +265,7 @@ class TimeRange:
         UsageError: it contains no messages.
     """
 
-    def __init__(self, source: Recording, start: int | None, until: int | None) -> None:
+    def __init__(self, source: RecordingFile, start: int | None, until: int | None) -> None:
         self._source = source
         self.begin = source.begin if start is None else max(source.begin, start)
         self.end = source.end_time if until is None else min(source.end_time, until)
@@ -297,7 +297,7 @@ _WHOLE_FRAME_SEARCH = 5_000_000_000  # [ns] searched backwards for a whole frame
 
 
 def recorded_frames(
-    recording: Recording, *, start: int | None = None, until: int | None = None
+    recording: RecordingFile, *, start: int | None = None, until: int | None = None
 ) -> Iterator[SceneFrame]:
     """Yield the frames from `start` on and before `until` [ns], in order. Changes without a whole frame are skipped.
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cellwright.engine.clock import PeriodicCallback
-from cellwright.middleware.bus import Served, Subscription
+from cellwright.middleware.bus import Node, Subscription
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
@@ -55,7 +55,7 @@ class Recorder:
 
     def __init__(
         self,
-        served: Served,
+        served: Node,
         path: Path,
         header: RecordingHeader,
         *,
@@ -198,7 +198,7 @@ class Recorder:
         self._file.add(self._channels[topic], self._simulation.now, data)
 
 
-def _topics(served: Served) -> list[RecordedTopic]:
+def _topics(served: Node) -> list[RecordedTopic]:
     """List the topics of the bus, as a recording has them."""
     found = []
     for info in served.bus.topics():

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from cellwright.cell.kitting import effects
+from cellwright.cell.kitting.attainable import AttainableScore, attainable_score
 from cellwright.cell.kitting.evidence import Evidence, evidence_to_json, kit_evidence, kit_to_json
-from cellwright.cell.kitting.reach import TrialReach, reach
 from cellwright.cell.kitting.scorer import system_cost
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import seconds
@@ -38,11 +38,11 @@ class RunEvents:
     def __init__(self, write: Callable[[Mapping[str, Any]], None], about: Mapping[str, Any] | None = None) -> None:
         self._write = write
         self._about = dict(about or {})
-        self._reach = TrialReach(())
+        self._reach = AttainableScore(())
 
     def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
         """Write the first line; `more` is seed, versions and the like."""
-        self._reach = reach(trial)
+        self._reach = attainable_score(trial)
         facts = {
             "best": self._reach.maximum,
             "reachable": self._reach.total,
@@ -90,7 +90,7 @@ class RunLog(RunEvents):
         self.lines.write_value({"kind": "reset", "time": seconds(now)})
 
 
-def _values(effect: effects.Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
+def _values(effect: effects.Effect, could: AttainableScore) -> tuple[str, dict[str, Any]]:
     match effect:
         case effects.StateChanged(state):
             return "state", {"state": str(state)}
@@ -114,7 +114,7 @@ def _values(effect: effects.Effect, could: TrialReach) -> tuple[str, dict[str, A
             return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
 
 
-def _submission(effect: effects.KitSubmitted, could: TrialReach) -> dict[str, Any]:
+def _submission(effect: effects.KitSubmitted, could: AttainableScore) -> dict[str, Any]:
     score = effect.score
     values = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
     if score.refusal is not None:

@@ -16,7 +16,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata
 
 from cellwright.recording.format.format import MAGIC, Entry, RecordedTopic
-from cellwright.util.errors import RecordingError, showable
+from cellwright.util.errors import RecordingError, printable
 
 MAX_CHUNK_SIZE = 256 << 20
 """Maximum uncompressed size of a chunk [bytes]."""
@@ -199,7 +199,7 @@ def _describe(opcode: int, fields: _Fields, layout: Layout, schemas: dict[int, s
 
 def _shown_name(name: str) -> str:
     """Return a name that a terminal can show, whatever the file contains."""
-    return showable(name, _MAX_NAME_LENGTH).replace("\n", " ").replace("\t", " ")
+    return printable(name, _MAX_NAME_LENGTH).replace("\n", " ").replace("\t", " ")
 
 
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")

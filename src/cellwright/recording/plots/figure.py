@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from cellwright.recording.plots import charts
 from cellwright.recording.plots.charts import INK, SETTINGS
 from cellwright.recording.plots.tracks import PlotData
-from cellwright.util.errors import UsageError, showable
-from cellwright.util.files import write_whole
+from cellwright.util.errors import UsageError, printable
+from cellwright.util.files import write_atomic
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +100,7 @@ def write_figure(figure: Figure, path: Path) -> None:
     with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph ")  # a character that the font lacks is drawn as a box
         figure.savefig(buffer, format=kind, facecolor="white", metadata=made[kind], bbox_inches=_page(figure))
-    write_whole(path, buffer.getvalue())
+    write_atomic(path, buffer.getvalue())
 
 
 def _page(figure: Figure) -> Bbox | None:
@@ -115,7 +115,7 @@ def _page(figure: Figure) -> Bbox | None:
 
 def _shown(text: str) -> str:
     """Make a text of an untrusted recording fit to be drawn."""
-    line = showable(text, 10 * _MAX_TEXT)
+    line = printable(text, 10 * _MAX_TEXT)
     half = (_MAX_TEXT - 1) // 2
     return line if len(line) <= _MAX_TEXT else f"{line[:half]}…{line[-half:]}"
 

@@ -31,12 +31,12 @@ from cellwright.middleware.messages.standard import (
 )
 from cellwright.recording.format.format import EXPORT, FRAME, METADATA, RecordedTopic
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording, TimeRange
+from cellwright.recording.format.reader import RecordingFile, TimeRange
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.rendering.scene import SEEN, Scene, SceneFrame, SceneShape, ShapeType
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import CellwrightError, MessageError, UsageError
-from cellwright.util.files import in_its_place
+from cellwright.util.files import replacement_path
 from cellwright.util.pose import Pose
 from cellwright.util.pose import Vector3 as Size
 
@@ -211,12 +211,12 @@ def _places(frame: SceneFrame) -> NDArray[np.float64]:
 
 
 def write_mcap(
-    recording: Recording,
+    recording: RecordingFile,
     path: Path,
     *,
     start: int | None = None,
     until: int | None = None,
-    tell: Callable[[float], None] | None = None,
+    on_progress: Callable[[float], None] | None = None,
 ) -> list[str]:
     """Export a recording. An existing file is replaced once the new one is complete.
 
@@ -228,7 +228,7 @@ def write_mcap(
         start: first time [ns]; a file that begins later than the recording begins with the messages that are latched
             then.
         until: last time [ns].
-        tell: called now and then with the finished share, 0..1.
+        on_progress: called now and then with the finished share, 0..1.
 
     Returns:
         A line for each thing that is left out, with the reason.
@@ -241,11 +241,11 @@ def write_mcap(
     try:
         if path.exists() and path.samefile(recording.path):
             raise UsageError(f"{path}: is the recording itself, which is worth more than what is made of it")
-        with in_its_place(path) as unfinished:
+        with replacement_path(path) as unfinished:
             unfinished.touch()  # an error names the requested file, not the unfinished one
             failures: list[str] = []
             with McapFile(unfinished, report=failures.append) as file:
-                missing = _write(recording, file, span, tell)
+                missing = _write(recording, file, span, on_progress)
             if not file.is_whole:
                 raise UsageError(f"{path}: {failures[0].removeprefix(f'{unfinished}: ')}")
     except OSError as error:
@@ -253,7 +253,9 @@ def write_mcap(
     return missing
 
 
-def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable[[float], None] | None) -> list[str]:
+def _write(
+    recording: RecordingFile, file: McapFile, span: TimeRange, on_progress: Callable[[float], None] | None
+) -> list[str]:
     """Write a part of a recording; return a line for each thing that is left out."""
     file.describe(METADATA, recording.header.metadata(EXPORT))
     missing: list[str] = []
@@ -268,7 +270,7 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
         scene = decode_scene(recording.scene or b"")
     except MessageError as error:
         missing.append(f"what is to be seen is left out: {error}")
-        for message in span.messages(channels, tell):
+        for message in span.messages(channels, on_progress):
             file.add(channels[message.topic], message.time, message.data)
         return missing
     markers = Markers(scene)
@@ -285,7 +287,7 @@ def _write(recording: Recording, file: McapFile, span: TimeRange, tell: Callable
             file.add(channel, time, to_cdr(changed))
 
     write_frame(span.begin)
-    for message in span.messages([*channels, FRAME], tell):
+    for message in span.messages([*channels, FRAME], on_progress):
         if message.topic == FRAME:
             cursor.take(message)
             write_frame(message.time)

@@ -4,7 +4,7 @@ from typing import Any
 
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.recording.format.format import FRAME, PANEL
-from cellwright.recording.format.reader import RecordedMessage, Recording, frame_bytes, json_object
+from cellwright.recording.format.reader import RecordedMessage, RecordingFile, frame_bytes, json_object
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
 
@@ -17,7 +17,7 @@ class FrameCursor:
     Frames are kept as bytes and decoded on request: fast playback shows few of them.
     """
 
-    def __init__(self, source: Recording) -> None:
+    def __init__(self, source: RecordingFile) -> None:
         self._source = source
         self._waiting: list[bytes] = []
         self._frame: SceneFrame | None = None

@@ -4,15 +4,16 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright._package import former_names
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import EVENT
-from cellwright.recording.format.reader import Recording, recorded_frames
+from cellwright.recording.format.reader import RecordingFile, recorded_frames
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import MessageError, RecordingError, UnknownNameError
@@ -26,7 +27,7 @@ class Stamped(NamedTuple):
     message: Any
 
 
-class OpenedRecording:
+class Recording:
     """An open recording. Use it in a `with`, or close it.
 
     Times are simulation times [s]. Readings can be limited: from `start` on, and before `until`.
@@ -42,7 +43,7 @@ class OpenedRecording:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.recording = Recording(path)
+        self.recording = RecordingFile(path)
 
     def __enter__(self) -> Self:
         return self
@@ -198,8 +199,8 @@ class OpenedRecording:
         return ((seconds(time), value) for time, value in self.recording.values(EVENT))
 
 
-def open_recording(path: str | Path) -> OpenedRecording:
-    """Open a recording of a run for analysis: see `OpenedRecording`.
+def open_recording(path: str | Path) -> Recording:
+    """Open a recording of a run for analysis: see `Recording`.
 
     Args:
         path: an `.mcap` file that `--record` wrote.
@@ -207,8 +208,12 @@ def open_recording(path: str | Path) -> OpenedRecording:
     Raises:
         RecordingError: it cannot be read, or is no recording of Cellwright.
     """
-    return OpenedRecording(path)
+    return Recording(path)
 
 
 def _time(value: float | None) -> int | None:
     return None if value is None else nanoseconds(value)
+
+
+if not TYPE_CHECKING:  # so that a type checker reports unknown names
+    __getattr__ = former_names(__name__, OpenedRecording="Recording")

@@ -16,7 +16,7 @@ from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.messages import Message, from_cdr, message_type
 from cellwright.middleware.messages.standard import Clock, Time
 from cellwright.recording.format.format import FRAME, PANEL
-from cellwright.recording.format.reader import RecordedMessage, Recording
+from cellwright.recording.format.reader import RecordedMessage, RecordingFile
 from cellwright.recording.replay.frame_cursor import FrameCursor
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError, RejectedCommandError
 
@@ -43,7 +43,7 @@ _MAX_MESSAGES = 2000  # messages that are examined
 _MIN_OFFSET = NANOSECONDS  # [ns]; a stamp closer to simulation time is simulation time
 
 
-def clock_offset(source: Recording) -> int:
+def clock_offset(source: RecordingFile) -> int:
     """Return by how much message stamps are ahead of simulation time [ns]; 0 if they are simulation time."""
     outputs = [name for name, topic in source.topics.items() if topic.direction == "out" and not topic.is_own]
     for message in islice(source.messages(outputs), _MAX_MESSAGES):
@@ -81,7 +81,7 @@ class Recorded(Device):
     in_competition = True
     """A recording cannot be changed."""
 
-    def __init__(self, source: Recording, *, report: Callable[[str], None] = lambda _line: None) -> None:
+    def __init__(self, source: RecordingFile, *, report: Callable[[str], None] = lambda _line: None) -> None:
         super().__init__(source.header.name)
         self.source = source
         self.cursor = FrameCursor(source)
@@ -170,7 +170,7 @@ class Recorded(Device):
         self.simulation.watch("clock", Fraction(1, _CLOCK_RATE), publish_time)
 
 
-def recorded_timestep(source: Recording) -> Fraction:
+def recorded_timestep(source: RecordingFile) -> Fraction:
     """Return the recorded length of a tick [s]; 1/500 s if the recording does not give it."""
     value = source.header.facts.get("timestep")
     try:
@@ -223,10 +223,10 @@ class Playing:
     def seek(self, time: int) -> int:
         """Go to a time [ns]; return the time reached [ns]."""
         now = self.recorded.seek(time)
-        self.rate.begin_anew()
+        self.rate.restart_pace()
         return now
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Go to the first time."""
         self.seek(self.first)
 
@@ -243,7 +243,7 @@ class Playing:
             if loop.stop.is_requested or self._at_end is AtEnd.STOP:
                 return
             if self._at_end is AtEnd.LOOP and self.last > self.first:
-                self.begin_anew()
+                self.restart()
             else:
                 self._hold(loop)
 

@@ -15,9 +15,9 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile
 from cellwright.engine.snapshot import read_checkpoint
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.recording.format.commands import Command, Extras
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.services import RobotServices
@@ -79,7 +79,7 @@ class Rebuilt:
         close: releases it.
     """
 
-    served: Served
+    served: Node
     stamps: Stamps = field(default_factory=Stamps)
     extras: Extras = field(default_factory=dict)
     close: Callable[[], None] = lambda: None
@@ -101,7 +101,7 @@ T = TypeVar("T")
 
 
 @contextmanager
-def rebuild(recording: Recording) -> Iterator[Rebuilt]:
+def rebuild(recording: RecordingFile) -> Iterator[Rebuilt]:
     """Rebuild the recorded cell or robot; it is released afterwards.
 
     Raises:
@@ -116,7 +116,7 @@ def rebuild(recording: Recording) -> Iterator[Rebuilt]:
             rebuilt.close()
 
 
-def _cell(recording: Recording, folder: Path) -> Rebuilt:
+def _cell(recording: RecordingFile, folder: Path) -> Rebuilt:
     facts = _Facts(recording.header.facts)
     with _packages(folder, facts):
         trial = load_trial(_files(folder, facts)).trial
@@ -137,7 +137,7 @@ def _cell(recording: Recording, folder: Path) -> Rebuilt:
     return Rebuilt(cell, close=cell.simulation.close)
 
 
-def _robot(recording: Recording, folder: Path) -> Rebuilt:
+def _robot(recording: RecordingFile, folder: Path) -> Rebuilt:
     facts = _Facts(recording.header.facts)
     if facts.of("driver", bool):
         raise RecordingError("a driver moved this robot, and no simulation: what it did cannot be run again")

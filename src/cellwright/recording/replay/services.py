@@ -38,9 +38,7 @@ class RecordingServices:
         self.scene = scene
         """The encoded scene."""
         self.control = Control(
-            playing.rate,
-            reset=Reset(playing.begin_anew),
-            acts={"seek": self._seek, "resume": lambda _: playing.resume()},
+            playing.rate, reset=Reset(playing.restart), acts={"seek": self._seek, "resume": lambda _: playing.resume()}
         )
         """Control of its time."""
 

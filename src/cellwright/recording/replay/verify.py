@@ -14,7 +14,7 @@ from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
-from cellwright.recording.format.reader import Recording, frame_bytes
+from cellwright.recording.format.reader import RecordingFile, frame_bytes
 from cellwright.recording.replay.rebuild import Rebuilt
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame
@@ -34,7 +34,7 @@ class HashPoint:
 Step: TypeAlias = Command | HashPoint | SceneFrame
 
 
-def recorded_steps(source: Recording) -> Iterator[Step]:
+def recorded_steps(source: RecordingFile) -> Iterator[Step]:
     """Yield commands, state hashes and frames.
 
     Raises:

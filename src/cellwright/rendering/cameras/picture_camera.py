@@ -20,7 +20,7 @@ from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import Drawn, PendingPicture, RenderService
+from cellwright.rendering.cameras.render_service import Drawn, PendingPicture, RenderService
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -105,7 +105,7 @@ class PictureCamera(Sensor[Picture]):
 
     Args:
         description: its entry in the trial.
-        studio: draws the pictures.
+        service: draws the pictures.
         report: receives a line about dropped pictures, at most one per second of simulation time.
 
     Raises:
@@ -117,7 +117,7 @@ class PictureCamera(Sensor[Picture]):
     def __init__(
         self,
         description: PictureCameraConfig,
-        studio: RenderService,
+        service: RenderService,
         *,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
@@ -131,7 +131,7 @@ class PictureCamera(Sensor[Picture]):
         """Name of the frame with x to the right, y down and z along the line of sight."""
         self.dropped = 0
         """Pictures dropped since the run began."""
-        self._studio = studio
+        self._service = service
         self._report = report
         self._body: int | None = None
         self._requests: Counter[str] = Counter()
@@ -204,7 +204,7 @@ class PictureCamera(Sensor[Picture]):
         """
         pose = self.world_T_camera
         pending = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
-        drawn = None if pending is None else self._studio.fetch(pending)
+        drawn = None if pending is None else self._service.fetch(pending)
         if drawn is None:
             raise UsageError(f"camera {self.name!r} can take no picture")
         return self._developed(_Exposure(self.simulation.now, index, pose, pending), drawn)
@@ -228,7 +228,7 @@ class PictureCamera(Sensor[Picture]):
 
     def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> PendingPicture | None:
         shadows = self.description.shadows
-        return self._studio.ask(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows)
+        return self._service.ask(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows)
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns
@@ -237,7 +237,7 @@ class PictureCamera(Sensor[Picture]):
             if pending is not None and self._drops and not pending.is_drawn:
                 break  # it comes when it is ready
             exposure = self._exposures.popleft()
-            drawn = (None, None) if pending is None else self._studio.fetch(pending)
+            drawn = (None, None) if pending is None else self._service.fetch(pending)
             if drawn is not None:
                 self._deliver(self._developed(exposure, drawn))
 
@@ -281,7 +281,7 @@ class PictureCamera(Sensor[Picture]):
         self.dropped += 1
         self._unreported += 1
         now = self.simulation.now
-        if now - self._reported_at >= _A_SECOND and self._studio.is_ready:
+        if now - self._reported_at >= _A_SECOND and self._service.is_ready:
             noun = "picture" if self._unreported == 1 else "pictures"
             self._report(
                 f"camera {self.name}: {self._unreported} {noun} left out, "
@@ -301,12 +301,12 @@ class PictureCamera(Sensor[Picture]):
         super().reset()
         self.dropped = self._unreported = 0
         self._reported_at = -_A_SECOND
-        self._studio.reopen()
+        self._service.reopen()
 
     def close(self) -> None:
         """Remove all listeners, and release the render process."""
         super().close()
-        self._studio.close()
+        self._service.close()
 
     def _lose_under_way(self) -> None:
         super()._lose_under_way()

@@ -18,7 +18,7 @@ from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.picture import PictureRequest
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.worker import wire
-from cellwright.util.errors import RenderingError, showable
+from cellwright.util.errors import RenderingError, printable
 from cellwright.util.process import ChildProcess
 
 _CLOSE_TIMEOUT = 20.0  # [s], for pending requests
@@ -121,7 +121,7 @@ class RenderWorker(ChildProcess):
     def _over(self) -> None:
         with self._changed:
             if not self._is_closing or self._waiting:
-                words = showable(self.last_words(), 300)
+                words = printable(self.last_output(), 300)
                 self.error = f"the process that draws has ended{f': {words}' if words else ''}"
             left = [*self._waiting.values()]
             self._waiting.clear()

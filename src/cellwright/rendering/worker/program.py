@@ -23,7 +23,7 @@ from cellwright.rendering.engine_renderer import EngineRenderer
 from cellwright.rendering.picture import CastRenderer, PictureRequest, check_size
 from cellwright.rendering.scene import Scene, SceneFrame
 from cellwright.rendering.worker import wire
-from cellwright.util.errors import CellwrightError, in_a_line
+from cellwright.util.errors import CellwrightError, one_line
 
 if TYPE_CHECKING:
     from cellwright.rendering.worker.film import Film
@@ -55,7 +55,7 @@ class Drawing:
             except CellwrightError as fault:
                 error = str(fault)
             except Exception as fault:  # drivers and their wrappers have errors of their own
-                error = in_a_line(fault)
+                error = one_line(fault)
             self._answer(number, value, error)
         try:
             self._do_finish()

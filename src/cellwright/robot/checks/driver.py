@@ -9,7 +9,7 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Limits
 from cellwright.robot.drivers import Driver, DriverError, LiveDriver
-from cellwright.util.errors import in_a_line
+from cellwright.util.errors import one_line
 
 NUDGE = 0.02
 """Motion of each joint, and back [rad; m]; away from a near limit, and at most to the other limit."""
@@ -35,7 +35,7 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
     try:
         driver = make(config)
     except Exception as error:  # user code
-        return [f"it cannot be made: {in_a_line(error)}"]
+        return [f"it cannot be made: {one_line(error)}"]
     problems = _lacking(driver)
     if problems:
         return problems

@@ -266,7 +266,9 @@ def _check_gripper(rig: Rig, number: int) -> Finding:
     max_time = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
     _, positions = rig.run(min(max_time, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
     short = [
-        abs(gripper.way(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
+        abs(gripper.open_and_closed(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way
+        if way > 0
+        else math.inf
         for way, joint in zip(ways, joints, strict=True)
     ]
     worst = max(range(len(short)), key=short.__getitem__)

@@ -201,7 +201,7 @@ def _closing(rig: Rig, closing: Closing, at: Array, expected: Array) -> Finding:
         return Finding(title, math.inf, 100 * GRIPPER, "%", "there is no such gripper", passed=False)
     gripper = rig.config.grippers[closing.gripper]
     chosen = [rig.numbers[name] for name in gripper.joints]
-    ways = np.array([gripper.way(rig.config.robot.joint(name)) for name in gripper.joints])
+    ways = np.array([gripper.open_and_closed(rig.config.robot.joint(name)) for name in gripper.joints])
     begin, way = ways[:, 0], ways[:, 1] - ways[:, 0]
     _command_gripper(rig, closing.gripper, closing.status)
     times, positions = rig.run(float(at[-1]))

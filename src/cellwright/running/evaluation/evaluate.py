@@ -20,7 +20,7 @@ from cellwright.running.evaluation.process import (
 )
 from cellwright.running.evaluation.result import Lost, Result, ResultsFile
 from cellwright.running.run import Outcome
-from cellwright.util.errors import UsageError, showable
+from cellwright.util.errors import UsageError, printable
 
 LOGS, RECORDINGS = "logs", "recordings"
 """Folders beside the results."""
@@ -184,7 +184,7 @@ class Evaluation:
     def _reported(self, job: Job, report: Mapping[str, Any]) -> Result:
         content = dict(report)
         error = content.pop("error").strip()
-        last = showable(error.splitlines()[-1], _MAX_REASON) if error else ""
+        last = printable(error.splitlines()[-1], _MAX_REASON) if error else ""
         result = Result.of(job, self._limits, reason=last, **content)
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
             return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")

@@ -258,7 +258,7 @@ def _table(heads: Sequence[tuple[str, str]], rows: Iterable[str]) -> str:
 
 def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     outcomes = ", ".join(f"{count} {_outcome_words(name)}" for name, count in summary.outcomes.items())
-    numbers = [summary.mean, summary.least, summary.most, summary.reachable]
+    numbers = [summary.mean, summary.min, summary.max, summary.reachable]
     cells = "".join(f'<td class="n">{number:.4g}</td>' for number in numbers)
     return (
         f"<tr><td><b>{escape(summary.trial)}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"

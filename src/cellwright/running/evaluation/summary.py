@@ -98,8 +98,8 @@ class TrialSummary:
     reachable: float
     best: float
     mean: float
-    least: float
-    most: float
+    min: float
+    max: float
     share: float
     outcomes: Mapping[str, int]
     real_time_factor: float
@@ -117,8 +117,8 @@ def summarize(results: Iterable[Result]) -> list[TrialSummary]:
             reachable=group[0].reachable,
             best=group[0].best,
             mean=fmean(result.points for result in group),
-            least=min(result.points for result in group),
-            most=max(result.points for result in group),
+            min=min(result.points for result in group),
+            max=max(result.points for result in group),
             share=fmean(result.share for result in group),
             outcomes=dict(Counter(result.outcome for result in group)),
             real_time_factor=real_time_factor(group),

@@ -19,7 +19,7 @@ from cellwright.clients.client.client import Client
 from cellwright.middleware import wire as link
 from cellwright.running.remote.program import REFUSED, AgentExit, ExitReason
 from cellwright.running.run import Outcome, Program, Session, final_outcome, wait_for_kits
-from cellwright.util.errors import RunEndedError, UsageError, showable
+from cellwright.util.errors import RunEndedError, UsageError, printable
 from cellwright.util.files import open_to_read
 from cellwright.util.process import ChildProcess
 from cellwright.viewer.services import names
@@ -74,9 +74,9 @@ class AgentProcess(ChildProcess):
             read=pass_on,
         )
 
-    def end(self, patience: float = _LEAVE_TIMEOUT) -> None:
-        """Wait `patience` [s] for the process to end; then end it."""
-        if not self._ends_within(patience):
+    def end(self, timeout: float = _LEAVE_TIMEOUT) -> None:
+        """Wait `timeout` [s] for the process to end; then end it."""
+        if not self._ends_within(timeout):
             self._was_ended = True
             self._process.terminate()
             self._ends_within(_LEAVE_TIMEOUT)
@@ -110,8 +110,8 @@ def read_report(path: Path) -> AgentExit | str:
         said = json.loads(file.read(_MAX_REPORT))
         if isinstance(said, dict) and isinstance(error := said.get("error"), str):
             if said.get("parting") == REFUSED:
-                return showable(error) or "the agent could not be made"
-            return AgentExit(ExitReason(str(said.get("parting"))), showable(error))
+                return printable(error) or "the agent could not be made"
+            return AgentExit(ExitReason(str(said.get("parting"))), printable(error))
     return ""
 
 
@@ -163,17 +163,17 @@ class RemoteAgent(Program):
 
         def look_after() -> None:
             nonlocal was_there
-            was_there = was_there or NODE in server.guests
+            was_there = was_there or NODE in server.clients
             if not child.is_running:
                 session.stop.request(_HAS_ENDED)
 
         session.on_poll.append(look_after)
-        session.loop.patience = _EXIT_TIMEOUT
+        session.loop.timeout = _EXIT_TIMEOUT
         try:
             # over a socket no time passes before the agent has connected
             while session.ros is None and child.is_running and not (was_there or session.stop.is_requested):
                 server.wait(_POLL_PERIOD)
-                was_there = NODE in server.guests
+                was_there = NODE in server.clients
             session.loop.pacer.begin()
             outcome, error = session.target.loop(session)
         finally:

@@ -58,7 +58,7 @@ def _run(node: RobotNode, server: Server, parent: int) -> None:
 
     def look() -> None:
         nonlocal has_come
-        is_here = OWNER in server.guests
+        is_here = OWNER in server.clients
         has_come = has_come or is_here
         is_late = not has_come and time.monotonic() - begun > _CONNECT_TIMEOUT
         is_orphan = os.name == "posix" and os.getppid() != parent

@@ -163,7 +163,7 @@ class Pictures:
             if self._quality is Quality.FAST:
                 _save_opengl_picture(file, cell, self._camera)
             else:
-                save_png(file, render(*cell.seen, self._camera, progress=progress))
+                save_png(file, render(*cell.engine_state, self._camera, progress=progress))
         # the disk is full or the folder is gone: the run is worth more than its picture
         except (UsageError, RenderingError) as error:
             self._miss(file, str(error))

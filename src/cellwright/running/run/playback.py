@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from cellwright.engine.loop import SimulationLoop
 from cellwright.middleware.ros1.host.ros1 import Identity
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
 from cellwright.running.run.targets import SessionState, Target
@@ -33,7 +33,7 @@ class PlaybackTarget(Target):
 
     def __init__(
         self,
-        recording: Recording | Path,
+        recording: RecordingFile | Path,
         *,
         first: int | None = None,
         last: int | None = None,
@@ -41,7 +41,7 @@ class PlaybackTarget(Target):
     ) -> None:
         super().__init__(lambda: None)
         self._recording, self._first, self._last, self._at_end = recording, first, last, at_end
-        self._opened: Recording | None = None
+        self._opened: RecordingFile | None = None
 
     def open(self, session: SessionState) -> None:
         """Open the recording at its start.
@@ -55,7 +55,7 @@ class PlaybackTarget(Target):
             raise UsageError("video: a session films no recording; use `cellwright replay FILE --video OUT.mp4`")
         recording = self._recording
         if isinstance(recording, Path):
-            recording = self._opened = Recording(recording)
+            recording = self._opened = RecordingFile(recording)
         self.node = Recorded(recording, report=session.report)
         self.playing = Playing(self.node, session.rate, first=self._first, last=self._last, at_end=self._at_end)
 
@@ -70,7 +70,7 @@ class PlaybackTarget(Target):
 
     def reset(self) -> None:
         """Go to its start."""
-        self.playing.begin_anew()
+        self.playing.restart()
 
     def pass_time(self, loop: SimulationLoop) -> None:
         """Play until it is over, or until a request stops it."""

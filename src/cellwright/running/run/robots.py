@@ -68,7 +68,7 @@ class RobotTarget(Target):
         """Create the node."""
         super().open(session)
         self._panel = RobotPanel(self.node)
-        self.can_stand = not self.node.made_with["driver"]
+        self.can_wait = not self.node.made_with["driver"]
         self.stamp = lambda: self.node.commander.gate.arrived
 
     def named_files(self) -> list[Path]:
@@ -103,7 +103,7 @@ class RobotTarget(Target):
 
     def panel(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a panel as JSON values."""
-        return self._panel.tell(request)
+        return self._panel.state(request)
 
     def ros_parameters(self) -> dict[str, Any]:
         """Parameters for the parameter server of ROS 1."""

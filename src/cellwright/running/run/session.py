@@ -48,7 +48,7 @@ from cellwright.running.run.targets import (
     load_trial,
     warn_of,
 )
-from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UsageError, showable
+from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UsageError, printable
 
 if TYPE_CHECKING:
     from cellwright.middleware.ros1.host import Ros1
@@ -334,7 +334,7 @@ class Session(SessionState):
             rate=self.rate,
             stop=self.stop,
             on_poll=self._poll,
-            can_stand=self.target.can_stand,
+            can_wait=self.target.can_wait,
         )
         self.target.begin(self, run)
         self._has_agent, self._first_tick = has_agent, self.node.simulation.clock.tick
@@ -630,8 +630,8 @@ def agent_traceback(error: BaseException, *files: str) -> str:
     """Return the error with the agent's traceback, without frames of this file and of `files`."""
     if isinstance(error, SystemExit):
         code = error.code if isinstance(error.code, int | str) else type(error.code)
-        return showable(f"the agent exited with {code!r}", _MAX_ERROR) + "\n"
+        return printable(f"the agent exited with {code!r}", _MAX_ERROR) + "\n"
     inner = error.__traceback__
     while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
         inner = inner.tb_next
-    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _MAX_ERROR)
+    return printable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _MAX_ERROR)

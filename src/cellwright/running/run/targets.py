@@ -155,7 +155,7 @@ class Target:
     """Reason for the end of the server if no other is known."""
     has_end = False
     """True if the target has an end of its own."""
-    can_stand = True
+    can_wait = True
     """True if time may wait for slow clients."""
     runs_from_start = False
     """True if a run starts at time 0, and has a result that a page shows before the server closes."""
@@ -345,7 +345,7 @@ class CellTarget(Target):
             run.callback(cell.simulation.watch("progress", Fraction(1, 10), lambda _: on_progress(cell)).cancel)
         if options.ends_when_done:
             self._watch_for_the_end(session, run)
-        self.cell_panel.begin_anew()
+        self.cell_panel.restart()
         if self.control is not None:
             self.control.over = ""
         self._collisions = None

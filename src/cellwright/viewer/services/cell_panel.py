@@ -10,10 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.attainable import AttainableScore, attainable_score
 from cellwright.cell.kitting.evidence import Evidence, evidence, evidence_to_json, kit_evidence, kit_to_json
 from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.kit_score import score_kit
-from cellwright.cell.kitting.reach import TrialReach, reach
 from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import Kit, Order, Trial
 
@@ -63,14 +63,14 @@ class CellPanel:
         """Returns the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None without a watch."""
         self._result: dict[str, Any] | None = None
         # slow to compute, and seldom different
-        self._could: dict[bool, TrialReach] = {}
-        self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, TrialReach], dict[str, Any]]] = {}
+        self._could: dict[bool, AttainableScore] = {}
+        self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, AttainableScore], dict[str, Any]]] = {}
 
     def end(self, result: Mapping[str, Any]) -> None:
         """Show the end of the run from now on, with the keys of `_RESULT`."""
         self._result = {key: result[key] for key in _RESULT}
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Show the next run of the cell."""
         self._result = None
 
@@ -120,7 +120,7 @@ class CellPanel:
             "orders": {order.order_id: order.time_taken / 1e9 for order in score.orders},
         }
 
-    def _score(self, score: GameScore, could: TrialReach) -> dict[str, Any]:
+    def _score(self, score: GameScore, could: AttainableScore) -> dict[str, Any]:
         """Score with its evidence, without times, and without orders that are still secret."""
         fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they reveal the faulty parts
         found = evidence_to_json(evidence(without_faults(self._cell), score, could=could, fates=fates))
@@ -134,11 +134,11 @@ class CellPanel:
             found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would reveal orders to come
         return found
 
-    def _reach(self) -> TrialReach:
+    def _reach(self) -> AttainableScore:
         """Points attainable in the trial, as far as they may be known."""
         key = hides_ground_truth(self._cell)
         if key not in self._could:
-            self._could[key] = reach(without_faults(self._cell))
+            self._could[key] = attainable_score(without_faults(self._cell))
         return self._could[key]
 
     def _orders(self) -> list[dict[str, Any]]:
@@ -172,7 +172,7 @@ class CellPanel:
             return "open"
         return "active" if referee.active_orders[-1] == name else "interrupted"
 
-    def _tray(self, number: int, could: TrialReach) -> dict[str, Any]:
+    def _tray(self, number: int, could: AttainableScore) -> dict[str, Any]:
         """Last report of a tray, and its points as each kit of the active orders if it were sent now."""
         contents = self._cell.competition.tray_objects(self._cell.trays[number])
         if hides_ground_truth(self._cell):  # which parts are faulty is a secret until the kit is judged
@@ -183,7 +183,7 @@ class CellPanel:
             "as_kits": [self._as_kit(number, kit, contents, could) for kit in self._kits_asked_for()],
         }
 
-    def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
+    def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: AttainableScore) -> dict[str, Any]:
         known, found = self._as_kits.get((number, kit.kit_type), (None, {}))
         if known != (kit, contents, could):
             found = kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))

@@ -119,7 +119,7 @@ class Control:
     def _perform_reset(self) -> None:
         self._reset.act()
         self.resets += 1
-        self.tempo.begin_anew()
+        self.tempo.restart_pace()
 
 
 def _ticks(value: Any) -> int:
@@ -138,11 +138,11 @@ def _speed(value: Any) -> float | None:
     return float(value)
 
 
-Tell = Callable[[dict[str, Any]], dict[str, Any]]
+PanelSource = Callable[[dict[str, Any]], dict[str, Any]]
 """Returns a panel as JSON values; takes the request."""
 
 
-def offer_panel(server: Server, panel: Tell, control: Control) -> None:
+def offer_panel(server: Server, panel: PanelSource, control: Control) -> None:
     """Offer a panel and time control on a server."""
     server.offer(PANEL, lambda request: {**panel(request), "control": control.state()})
     server.offer(CONTROL, control.control)

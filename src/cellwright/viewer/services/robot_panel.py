@@ -34,7 +34,7 @@ from cellwright.config.robot.model import Joint, JointType
 from cellwright.robot.grippers import gripper_ranges, hand_joints
 from cellwright.robot.node import RobotNode
 from cellwright.robot.publications import status_of
-from cellwright.robot.servos import FARTHEST, Array
+from cellwright.robot.servos import MAX_POSITION, Array
 from cellwright.util.pose import Pose
 
 _SIDES = ("right", "left")
@@ -88,8 +88,8 @@ def _candidates(config: RobotConfig, joints: tuple[str, ...]) -> Iterator[JointG
         yield JointGroup("head", "head", config.head.joints)
     if config.waist is not None:
         yield JointGroup("waist", "waist", config.waist.joints)
-    if config.dorsal is not None:
-        yield JointGroup("lift", "lift", config.dorsal.joints)
+    if config.lift is not None:
+        yield JointGroup("lift", "lift", config.lift.joints)
     hands = max(len(config.arms), len(config.grippers))
     for place in range(hands):
         hand = hand_joints(config, place) or ()
@@ -117,7 +117,7 @@ class RobotPanel:
             for place, arm in enumerate(config.arms)
         ]
 
-    def tell(self, request: dict[str, Any]) -> dict[str, Any]:
+    def state(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the current panel; `asked["robot"]` is the digest of the constants that the client has."""
         node = self._node
         status = status_of(node.commander, node.bus)
@@ -128,7 +128,7 @@ class RobotPanel:
             "kind": KIND,
             "name": node.name,
             "time": node.simulation.now,
-            "stamp": node.told(),
+            "stamp": node.message_time(),
             "digest": self._digest,
             "positions": _numbers(positions),
             "targets": _numbers(node.commander.applied),
@@ -201,8 +201,8 @@ class RobotPanel:
         limits = joint.limits
         return {
             "name": joint.name,
-            "lower": limits.lower if limits.lower > -FARTHEST else None,
-            "upper": limits.upper if limits.upper < FARTHEST else None,
+            "lower": limits.lower if limits.lower > -MAX_POSITION else None,
+            "upper": limits.upper if limits.upper < MAX_POSITION else None,
             "unit": "m" if joint.type is JointType.PRISMATIC else "rad",
             "follows": joint.name in self._node.commander.mimics.leaders,
         }

@@ -23,11 +23,11 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
-from cellwright.middleware.bus import Served
+from cellwright.middleware.bus import Node
 from cellwright.middleware.server import Server
 from cellwright.rendering.scene.engine import SceneCapture
 from cellwright.rendering.scene.scene import SceneFrame, encode_scene
-from cellwright.viewer.services.control import Control, Tell, offer_panel
+from cellwright.viewer.services.control import Control, PanelSource, offer_panel
 from cellwright.viewer.services.names import FRAME, SCENE, VIEWER_SERVICES
 
 MAX_CONTACTS = 300  # the strongest
@@ -35,7 +35,7 @@ HISTORY_LENGTH = 8  # for `since`: enough for several pages, each with one reque
 _MIN_FORCE = 1e-3  # [N]
 
 
-class ViewedNode(Served, Protocol):
+class ViewedNode(Node, Protocol):
     """Cell or robot node that describes its sensors and tools for viewers."""
 
     def scene_metadata(self, body_index: Callable[[int], int]) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class ViewedNode(Served, Protocol):
         ...
 
 
-def contact_forces(served: Served) -> list[list[float]]:
+def contact_forces(served: Node) -> list[list[float]]:
     """Contacts of the last step, [x, y, z, fx, fy, fz], points [m] and forces [N] in the world; the strongest first."""
     model, data = served.simulation.model, served.simulation.data
     found: list[tuple[float, list[float]]] = []
@@ -164,7 +164,7 @@ class SceneServices:
 ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
 
 
-def offer_viewer_services(server: Server, served: ViewedNode, panel: Tell, control: Control) -> None:
+def offer_viewer_services(server: Server, served: ViewedNode, panel: PanelSource, control: Control) -> None:
     """Offer all viewer services. Nothing is made or kept before the first request.
 
     A competition grants them to the server's own page only, which has its key. Part poses and a time that can be paused

@@ -21,7 +21,7 @@ from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
 T = TypeVar("T")
 
 _REQUEST = "_Request"
-_PATIENCE = 10.0  # [s], timeout of the greeting
+_TIMEOUT = 10.0  # [s], timeout of the greeting
 
 
 class AwayError(CellwrightError):
@@ -64,7 +64,7 @@ class ServerConnection:
                     node=self.node,
                     encoding="cdr",
                     on_frame=lambda _frame: None,
-                    timeout=_PATIENCE,
+                    timeout=_TIMEOUT,
                     key=self._key,
                 )
             except CellwrightError as error:

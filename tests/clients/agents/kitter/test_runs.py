@@ -87,7 +87,7 @@ def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list
 def test_parts_of_a_trial_s_own_are_brought(tmp_path: Path) -> None:
     result, said = run_own(tmp_path, "my_box", "my_can", "my_step")
     assert (result.error, result.outcome) == ("", Outcome.DONE)
-    assert result.score.total == result.evidence.reach.maximum == 9.0
+    assert result.score.total == result.evidence.attainable.maximum == 9.0
     assert said == []
 
 

@@ -65,7 +65,7 @@ class FakeClient:
         self.belt_types = belt_types
         self.intentions: list[str] = []
 
-    def intend(self, text: str) -> None:
+    def set_status(self, text: str) -> None:
         self.intentions.append(text)
 
     @property

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.host.processes import Child, Lines, RestartDelay, how_it_ended
+from cellwright.middleware.ros1.host.processes import Child, Lines, RestartDelay, describe_exit
 from tests.processes import is_running
 from tests.waiting import TIMEOUT, wait_until
 
@@ -147,21 +147,21 @@ os.kill(os.getpid(), 9)
     ("status", "words"), [(0, "ended with status 0"), (75, "ended with status 75"), (-9, "was ended by SIGKILL")]
 )
 def test_an_end_in_words(status: int, words: str) -> None:
-    assert how_it_ended(status) == words
-    assert how_it_ended(-250) == "was ended by signal 250"
+    assert describe_exit(status) == words
+    assert describe_exit(-250) == "was ended by signal 250"
 
 
 def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
-    patience = RestartDelay()
-    assert [patience.after(0.1) for _ in range(8)] == [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0]
-    assert patience.after(20.0) == 0.0
-    assert patience.after(0.1) == 0.25
+    timeout = RestartDelay()
+    assert [timeout.after(0.1) for _ in range(8)] == [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0]
+    assert timeout.after(20.0) == 0.0
+    assert timeout.after(0.1) == 0.25
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=30))
 def test_delay_is_bounded(lives: list[float]) -> None:
-    patience = RestartDelay()
+    timeout = RestartDelay()
     for lasted in lives:
-        wait = patience.after(lasted)
+        wait = timeout.after(lasted)
         assert 0.0 <= wait <= 8.0
         assert wait == 0.0 or lasted < 10.0

@@ -16,7 +16,7 @@ from cellwright.util.errors import UsageError
 from tests.ports import free_port
 from tests.waiting import TIMEOUT
 
-PATIENCE = 0.5
+MASTER_TIMEOUT = 0.5
 is_over = threading.Event()
 """Ends the server that drips."""
 
@@ -132,7 +132,7 @@ def test_publishers_that_live(fake: FakeMaster) -> None:
 
 
 def test_no_master() -> None:
-    master = MasterClient(f"http://127.0.0.1:{free_port()}", PATIENCE)
+    master = MasterClient(f"http://127.0.0.1:{free_port()}", MASTER_TIMEOUT)
     assert not master.answers()
     assert not master.is_port_taken()
     with pytest.raises(MasterError, match="gave no answer"):
@@ -150,7 +150,7 @@ def hang(connection: socket.socket) -> None:
 def drip(connection: socket.socket) -> None:
     """Answer slowly and without end: no single read lasts long, and a line never ends."""
     with suppress(OSError):
-        while not is_over.wait(PATIENCE / 20):
+        while not is_over.wait(MASTER_TIMEOUT / 20):
             connection.sendall(b"H")
 
 
@@ -186,7 +186,7 @@ def xml(value: str) -> Callable[[socket.socket], None]:
 def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.socket], None]) -> None:
     with answering(talk) as uri:
         is_over.clear()
-        master = MasterClient(uri, PATIENCE)
+        master = MasterClient(uri, MASTER_TIMEOUT)
         assert not master.answers()  # the server that drips would block it forever
         is_over.set()
         assert master.is_port_taken()
@@ -195,7 +195,7 @@ def test_other_servers_are_no_master_within_the_timeout(talk: Callable[[socket.s
 def test_an_address_that_cannot_be_looked_up_costs_no_more_than_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
     ready = threading.Event()
     monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_more: ready.wait(TIMEOUT))
-    assert not MasterClient("http://far.away:11311", PATIENCE).answers()
+    assert not MasterClient("http://far.away:11311", MASTER_TIMEOUT).answers()
     assert not ready.is_set()
     assert [thread.name for thread in threading.enumerate() if thread.name == "ros-master"], "it looks it up still"
     ready.set()

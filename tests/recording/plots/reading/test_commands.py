@@ -9,7 +9,7 @@ from cellwright.middleware.bus import InputKind
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
 from cellwright.recording.plots.reading.reader import CommandReader
-from cellwright.util.errors import showable
+from cellwright.util.errors import printable
 from tests.recording.plots.reading.recordings import message
 
 
@@ -18,7 +18,7 @@ def test_each_name_with_its_times(called: list[str]) -> None:
     reader, expected = CommandReader(), dict[str, list[float]]()
     for time, name in enumerate(called):
         reader.take(message(time, String(data=json.dumps({"tick": 3, "name": name, "data": "x" * 9}))))
-        expected.setdefault(showable(name, 200), []).append(float(time))
+        expected.setdefault(printable(name, 200), []).append(float(time))
     assert {track.name: track.times.tolist() for track in reader.tracks()} == expected
 
 

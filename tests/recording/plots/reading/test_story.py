@@ -14,7 +14,7 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import Header, JointState, Time
 from cellwright.middleware.messages.std_srvs import SetBoolRequest
 from cellwright.recording.format.format import RecordingHeader
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.format.recorder import Recorder
 from cellwright.recording.plots.reading.plot_data import load_plot_data
 from cellwright.recording.plots.tracks import PlotData
@@ -50,7 +50,7 @@ def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recordings") / "robot.mcap"
     node = RobotNode(robot())
     panel = RobotPanel(node)
-    recorder = Recorder(node, path, RecordingHeader("robot", node.name, {}), panel=lambda: panel.tell({}))
+    recorder = Recorder(node, path, RecordingHeader("robot", node.name, {}), panel=lambda: panel.state({}))
     joint = node.driver.joints[0]
     header = Header(stamp=Time(sec=0, nanosec=0), frame_id="")
     nothing = np.zeros(0)
@@ -65,7 +65,7 @@ def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def loaded(path: Path) -> PlotData:
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         return load_plot_data(recording)
 
 

@@ -16,7 +16,7 @@ from mcap_ros2.decoder import DecoderFactory
 import cellwright
 from cellwright.recording.format.format import FRAME, METADATA, RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.replay.exported import write_mcap
 from cellwright.util.errors import RecordingError, UsageError
 from tests.recording.format.files import TALK, text
@@ -38,7 +38,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def export(path: Path, out: Path, start: int | None = None, until: int | None = None) -> list[str]:
     """Export a file; return what is missing."""
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         return write_mcap(recording, out, start=start, until=until)
 
 
@@ -64,7 +64,7 @@ def said(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Said:
 @pytest.mark.slow
 def test_what_was_said_is_in_it(path: Path, said: Said) -> None:
     counts = Counter(topic for topic, _, _ in said)
-    with Recording(path) as recording:
+    with RecordingFile(path) as recording:
         expected = {name: count for name, count in recording.counts.items() if name != FRAME}
     assert {name: count for name, count in counts.items() if name not in (MARKERS, TRANSFORMS)} == expected
     assert counts[MARKERS] == 1
@@ -141,7 +141,7 @@ def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Pa
     data = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
     assert export(tmp_path / "cut.mcap", tmp_path / "out.mcap") == []
-    with Recording(tmp_path / "cut.mcap") as recording:
+    with RecordingFile(tmp_path / "cut.mcap") as recording:
         assert not recording.is_complete
         counts = recording.counts
     found = Counter(topic for topic, _, _ in read(tmp_path / "out.mcap"))
@@ -151,7 +151,7 @@ def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Pa
 def test_it_is_no_recording_and_says_so(path: Path, tmp_path: Path) -> None:
     export(path, tmp_path / "out.mcap")
     with pytest.raises(RecordingError, match=r"out\.mcap: it was made for other tools"):
-        Recording(tmp_path / "out.mcap")
+        RecordingFile(tmp_path / "out.mcap")
 
 
 def test_what_cannot_be_is_refused_and_leaves_all_as_it_was(path: Path, tmp_path: Path) -> None:
@@ -193,7 +193,7 @@ def test_an_unknown_type_is_reported(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe(METADATA, RecordingHeader("cell", "small").metadata())
         file.add(file.channel(TALK), 5, text("a word"))
-    with Recording(tmp_path / "a.mcap") as recording:
+    with RecordingFile(tmp_path / "a.mcap") as recording:
         recording.topics["/else"] = RecordedTopic("/else", "other_msgs/Word")
         lines = write_mcap(recording, tmp_path / "out.mcap")
     assert any(line.startswith("/else is left out: ") for line in lines)

@@ -22,7 +22,7 @@ from tests.waiting import TIMEOUT
 
 @cache
 def _panel() -> dict[str, Any]:
-    return RobotPanel(RobotNode(robot())).tell({})
+    return RobotPanel(RobotNode(robot())).state({})
 
 
 @cache
@@ -63,7 +63,7 @@ def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
     server = Server(node, port=port)
     SceneServices(ServedScene(node)).offer(server)
     panel = RobotPanel(node)
-    server.offer(PANEL, panel.tell)
+    server.offer(PANEL, panel.state)
     loop = SimulationLoop(node.simulation, server)
     thread = threading.Thread(target=loop.run)
     thread.start()

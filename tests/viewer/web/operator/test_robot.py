@@ -32,7 +32,7 @@ def test_why_it_takes_no_commands() -> None:
 
 
 def test_a_joint_without_limits_gets_a_turn_each_way() -> None:
-    robot = SeenRobot.read(RobotPanel(RobotNode(two_arms())).tell({}))
+    robot = SeenRobot.read(RobotPanel(RobotNode(two_arms())).state({}))
     wheel = next(joint for joint in robot.joints if joint.name == "wheel")
     assert (wheel.lower, wheel.upper) == (-FULL_TURN, FULL_TURN)
 

@@ -36,7 +36,7 @@ from cellwright.engine.clock import seconds
 from cellwright.engine.rate_control import RateControl
 from cellwright.running.run import CellTarget, RunOptions, ServerOptions
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.util.files import LineFile, write_whole
+from cellwright.util.files import LineFile, write_atomic
 
 
 def log_path(home: Path) -> Path:
@@ -243,7 +243,7 @@ def write_launch_files(files: dict[str, str], folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
-            write_whole(folder / name, content)
+            write_atomic(folder / name, content)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
 

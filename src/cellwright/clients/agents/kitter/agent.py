@@ -176,14 +176,14 @@ class Strategy:
     def _log(self, text: str, *arguments: Any) -> None:
         log.info("%.1f s: " + text, self._client.time, *arguments)
 
-    def _intend(self, text: str, *arguments: Any) -> None:
+    def _set_status(self, text: str, *arguments: Any) -> None:
         """Announce the next action, in the viewer too."""
         self._log(text, *arguments)
-        self._client.intend(text % arguments)
+        self._client.set_status(text % arguments)
 
     def await_order(self) -> State | None:
         """Wait until there is a kit to build; None when the competition is over."""
-        self._client.intend("waiting for an order")
+        self._client.set_status("waiting for an order")
         self._client.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
         return self.choose_kit if self._orders.open_kits() else None
 
@@ -197,7 +197,7 @@ class Strategy:
         kit.station = next(station for number, station in STATIONS.items() if is_ready(number))
         self._view.watch_agvs(False)
         self._last_progress = self._client.time
-        self._intend("building %s on AGV %d", kit.kit_type, kit.station.number)
+        self._set_status("building %s on AGV %d", kit.kit_type, kit.station.number)
         return partial(self.choose_part, kit)
 
     def submit(self, kit: KitTask) -> State | None:
@@ -208,7 +208,7 @@ class Strategy:
         self._client.sleep(1.0)
         self._client.wait_until(lambda: self._view.is_agv_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
-        self._intend("sending AGV %d with %s: %s", number, kit.kit_type, types)
+        self._set_status("sending AGV %d with %s: %s", number, kit.kit_type, types)
         kit.sendings += 1
         kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
         if not kit.is_sent:
@@ -250,7 +250,7 @@ class Strategy:
         """Wait for a part that the belt brings, when nothing else is in reach."""
         types = {task.type for task in kit.open_tasks}
         if any("belt" in self._client.material_locations(each) for each in types):
-            self._intend("waiting by the belt for %s", ", ".join(sorted(types)))
+            self._set_status("waiting by the belt for %s", ", ".join(sorted(types)))
             hover = Pose.from_rpy((1.21, WAITING_Y, 1.0), (0.0, 0.0, 0.0))
             self._arm.travel(hover, WAITING_Y - 0.3)
             until = self._client.time + 15.0
@@ -263,7 +263,7 @@ class Strategy:
     def fetch(self, kit: KitTask, task: Task, part: Sighting) -> State | None:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
-        self._intend("fetching a %s at (%.3f, %.3f)", task.type, x, y)
+        self._set_status("fetching a %s at (%.3f, %.3f)", task.type, x, y)
         rail = bin_rail(y) if is_in_bin(x, y) else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
         held = self._hand.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
@@ -276,7 +276,7 @@ class Strategy:
 
     def fetch_from_belt(self, kit: KitTask, task: Task, part: TrackedBeltPart, y: float) -> State | None:
         """Take a part from the belt at world y [m]."""
-        self._intend("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
+        self._set_status("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
         held = self._hand.from_belt(part, y)
         self._view.belt.forget(part)
         if held is None:
@@ -301,7 +301,7 @@ class Strategy:
             return partial(self.choose_part, kit)
         x, y, _ = place.tray_T_part.position
         where = "as ordered" if place.is_ordered else "as near as there is room"
-        self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
+        self._set_status("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, where)
         if not self._hand.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
             self._log("it was lost on the way")
             self._hand.let_go()
@@ -340,7 +340,7 @@ class Strategy:
 
     def reject(self, kit: KitTask, task: Task, place: TraySpot) -> State | None:
         """Take a faulty part off the tray."""
-        self._intend("the %s is faulty: throwing it away", task.type)
+        self._set_status("the %s is faulty: throwing it away", task.type)
         task.tray_T_part = None
         lying = pose_on_tray(kit.station, self._catalogue.figures(task.type), place.tray_T_part, drop=0.0)
         if not self._throw_away(kit, task.type, lying, ATTEMPTS):
@@ -354,7 +354,7 @@ class Strategy:
         found = strays(self._view, kit)
         if not found or kit.cleanings >= MAX_CLEANINGS:
             return partial(self.submit, kit)
-        self._intend("there is a %s too many on the tray: taking it off", found[0].type)
+        self._set_status("there is a %s too many on the tray: taking it off", found[0].type)
         self._throw_away(kit, found[0].type, found[0].world_T_part, 1, kit.cleanings)
         kit.cleanings += 1
         return partial(self.clean, kit)

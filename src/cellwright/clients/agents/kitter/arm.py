@@ -143,7 +143,7 @@ class KitterArm:
         """Move straight to a tool pose at about `speed` [m/s]; return on arrival, or at once without `wait`."""
         duration = self._follow_path(straight_path(self.tool, goal, speed))
         if wait:
-            self._client.doze(duration)
+            self._client.idle(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
         """Follow something that moves along -y and come down on it, without waiting: see `following_path`."""
@@ -188,7 +188,7 @@ class KitterArm:
         """Move to joint positions, straight in joint space, and wait until there."""
         duration = travel_time(self._commanded, joints)
         self._send([joints], [duration], [[0.0] * 7])
-        self._client.doze(duration)
+        self._client.idle(duration)
 
     def _send(
         self, points: Sequence[Sequence[float]], times: Sequence[float], velocities: Sequence[Sequence[float]]

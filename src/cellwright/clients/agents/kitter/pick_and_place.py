@@ -128,7 +128,7 @@ class Manipulator:
         if client.time > meet - 0.05:
             log.info("%.1f s: too late for it by %.2f s", client.time, client.time - meet)
             return None
-        client.doze(max(0.0, meet - FOLLOW_LEAD - client.time))
+        client.idle(max(0.0, meet - FOLLOW_LEAD - client.time))
         client.control_gripper(True)
         arm.follow(hover, z + PICK_APPROACH_HEIGHT / 2, z - PRESS_DEPTH, BELT_SPEED)
         client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)

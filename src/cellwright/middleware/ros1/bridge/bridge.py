@@ -24,7 +24,7 @@ if __name__ == "__main__":
 import rospy
 
 from cellwright.middleware.ros1.bridge.connection import LinkClient, address_of
-from cellwright.middleware.ros1.bridge.loop import EventLoop, ThrottledLog, report, say_ready
+from cellwright.middleware.ros1.bridge.loop import EventLoop, ThrottledLog, report, report_ready
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
     FRAME_SOURCE,
@@ -76,7 +76,7 @@ class Bridge:
         stop_by(lambda: self._loop.stop(ENDED))
         if self._sent is None:
             self._link.keep_up(lambda: any(publication.is_behind for publication in self._sends))
-        say_ready()
+        report_ready()
         return self._loop.run()
 
     def _begin(self) -> None:

@@ -167,7 +167,7 @@ class BufferedConnection:
             self._loop.watch(self._connection, self._receive, self._flush)
 
 
-PATIENCE = 10.0  # time for the cell to answer HELLO [s]
+CONNECT_TIMEOUT = 10.0  # time for the cell to answer HELLO [s]
 _PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
@@ -194,7 +194,7 @@ class LinkClient:
         self._listeners: dict[int, Callable[[bytes], None]] = {}
         self._has_ended = False
         try:
-            connection = socket.create_connection(address, timeout=PATIENCE)
+            connection = socket.create_connection(address, timeout=CONNECT_TIMEOUT)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self.welcome: dict[str, Any] = self._greet(connection, node)
         except OSError as error:

@@ -24,7 +24,7 @@ def report(line: str) -> None:
     _write_line(sys.stderr, line)
 
 
-def say_ready(more: str = "") -> None:
+def report_ready(more: str = "") -> None:
     """Report readiness: print the one line on stdout."""
     _write_line(sys.stdout, f"ready {more}".rstrip())
 
@@ -104,8 +104,8 @@ class EventLoop:
     def run(self) -> int:
         """Wait and call until stopped; return the status. Then it may run again."""
         while self._status is None:
-            patience = max(0.0, self._timers[0][0] - time.monotonic()) if self._timers else None
-            for key, events in self._selector.select(patience):
+            timeout = max(0.0, self._timers[0][0] - time.monotonic()) if self._timers else None
+            for key, events in self._selector.select(timeout):
                 on_read, on_write = key.data
                 if events & selectors.EVENT_WRITE and on_write is not None:
                     self._do(on_write)

@@ -245,9 +245,9 @@ class Master:
             raise MasterGoneError(f"no ROS master answers at {self.uri}: {error}") from None
         return value if code == 1 else None
 
-    def wait(self, patience: float) -> None:
-        """Wait until it answers, for `patience` [s] at most."""
-        end = time.monotonic() + patience
+    def wait(self, timeout: float) -> None:
+        """Wait until it answers, for `timeout` [s] at most."""
+        end = time.monotonic() + timeout
         while True:
             try:
                 self.ask("getPid")

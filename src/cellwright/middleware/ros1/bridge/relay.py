@@ -29,7 +29,7 @@ if __name__ == "__main__":
 import rospy
 
 from cellwright.middleware.ros1.bridge.connection import BufferedConnection
-from cellwright.middleware.ros1.bridge.loop import EventLoop, MissingError, ThrottledLog, report, say_ready
+from cellwright.middleware.ros1.bridge.loop import EventLoop, MissingError, ThrottledLog, report, report_ready
 from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
 from cellwright.middleware.ros1.bridge.node import (
     Master,
@@ -63,7 +63,7 @@ from cellwright.middleware.wire.frames import (
 DECLARE = "relay:type"
 """Service of the relay itself: the client declares a type that it will publish, as JSON: type, md5, definition."""
 
-PATIENCE = 5.0  # time for connections to be established, and for messages to arrive [s]
+PUBLISHER_TIMEOUT = 5.0  # time for connections to be established, and for messages to arrive [s]
 _NAP = 0.002
 _SIMULATOR_NAP = 0.05
 _LOOK_AFTER = 0.5
@@ -157,7 +157,7 @@ class Relay:
             self.end(str(error))
             return
         except ServiceGoneError as error:
-            self._answer_later(frame.number, str(error), time.monotonic() + PATIENCE)
+            self._answer_later(frame.number, str(error), time.monotonic() + PUBLISHER_TIMEOUT)
             return
         except MasterGoneError as error:
             answer = _refusal(frame.number, "ServiceFailedError", str(error))
@@ -247,7 +247,7 @@ class Relay:
         if self._lockstep and self._barrier != self._count():
             self._step(0)  # the call must not overtake earlier messages
         # in lockstep no time passes during this wait: a service that needs some would never answer
-        succeeded, payload = service.call(frame.payload, PATIENCE if self._lockstep else None)
+        succeeded, payload = service.call(frame.payload, PUBLISHER_TIMEOUT if self._lockstep else None)
         if succeeded:
             return Frame(FrameKind.ANSWER, frame.number, payload=payload)
         if not payload:
@@ -277,8 +277,8 @@ class Relay:
         self._now = now
         for name, count in sent:
             topic = self._heard.get(name)
-            if topic is not None and not topic.wait_for(count, PATIENCE):
-                raise TimeStandsError(f"not all messages on {name} have come in {PATIENCE:g} s")
+            if topic is not None and not topic.wait_for(count, PUBLISHER_TIMEOUT):
+                raise TimeStandsError(f"not all messages on {name} have come in {PUBLISHER_TIMEOUT:g} s")
         return self._deliver([name for name, _ in sent])
 
     def _deliver(self, order: list[str]) -> bool:
@@ -310,8 +310,8 @@ def _refusal(number: int, error: str, reason: str) -> Frame:
 
 
 def _wait(condition: Callable[[], bool]) -> bool:
-    """Wait for a connection, for `PATIENCE` at most; return whether there is one."""
-    end = time.monotonic() + PATIENCE
+    """Wait for a connection, for `PUBLISHER_TIMEOUT` at most; return whether there is one."""
+    end = time.monotonic() + PUBLISHER_TIMEOUT
     while not condition():
         if time.monotonic() > end:
             return False
@@ -319,14 +319,14 @@ def _wait(condition: Callable[[], bool]) -> bool:
     return True
 
 
-def serve(node: str, patience: float, sign: str) -> int:
-    """Wait for a simulator, for `patience` [s] at most, then for a client, and serve it; return the exit status."""
+def serve(node: str, timeout: float, sign: str) -> int:
+    """Wait for a simulator, for `timeout` [s] at most, then for a client, and serve it; return the exit status."""
     listen_on_loopback()
     loop = EventLoop()
     loop.watch(sys.stdin, lambda: loop.stop(0) if not os.read(0, 4096) else None)
-    end = time.monotonic() + patience
+    end = time.monotonic() + timeout
     master = Master(node)
-    master.wait(patience)
+    master.wait(timeout)
     welcome = _wait_for_simulator(master, node, end, sign)
     tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
     limit_messages(tally.count, MAX_FRAME_BYTES // 2)
@@ -337,7 +337,7 @@ def serve(node: str, patience: float, sign: str) -> int:
     loop.watch(listener, lambda: _accept(loop, listener, master, node, welcome, sign))
     loop.wake_by_signals()
     stop_by(lambda: loop.stop(0))
-    say_ready(str(listener.getsockname()[1]))
+    report_ready(str(listener.getsockname()[1]))
     return loop.run()
 
 

@@ -43,14 +43,14 @@ class ServiceClient:
         connection.close()
         return header.get("type", ""), header.get("md5sum", "")
 
-    def call(self, request: bytes, patience: float | None = None) -> tuple[bool, bytes]:
+    def call(self, request: bytes, timeout: float | None = None) -> tuple[bool, bytes]:
         """Call the service; return True and the response, or False and the error.
 
         A broken connection is opened again, but a request is not sent twice.
 
         Args:
             request: bytes of the request.
-            patience: timeout [s]; None for none, since a step of time may take long.
+            timeout: timeout [s]; None for none, since a step of time may take long.
 
         Raises:
             ServiceGoneError: the service cannot be reached, or ended before it answered.
@@ -60,7 +60,7 @@ class ServiceClient:
         if self._connection is None:
             self._connection, _ = self._connect({"persistent": "1"})
         connection = self._connection
-        connection.settimeout(patience)
+        connection.settimeout(timeout)
         try:
             connection.sendall(_LENGTH.pack(len(request)) + request)
             succeeded = bool(_read(connection, 1)[0])
@@ -68,7 +68,7 @@ class ServiceClient:
         except socket.timeout:
             self.close()
             raise ServiceGoneError(
-                f"{self._name} has not answered in {patience:g} s; over ROS 1 in lockstep no time passes while a call "
+                f"{self._name} has not answered in {timeout:g} s; over ROS 1 in lockstep no time passes while a call "
                 "waits, and its answer may need some"
             ) from None
         except OSError as error:
@@ -220,10 +220,10 @@ class SubscribedTopic:
             self._numbers = tuple(each for each in self._numbers if each != number)
         return was_there
 
-    def wait_for(self, count: int, patience: float) -> bool:
-        """Wait until `count` messages have come since the connection to the publisher; False after `patience` [s]."""
+    def wait_for(self, count: int, timeout: float) -> bool:
+        """Wait until `count` messages have come since the connection to the publisher; False after `timeout` [s]."""
         with self._changed:
-            return self._changed.wait_for(lambda: self._received >= count, patience)
+            return self._changed.wait_for(lambda: self._received >= count, timeout)
 
     def close(self) -> None:
         """Unsubscribe."""

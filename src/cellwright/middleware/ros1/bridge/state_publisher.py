@@ -64,10 +64,10 @@ class StatePublisher:
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
 
-    def stop(self, patience: float) -> None:
-        """Wait for its end, and kill it after `patience` [s]."""
+    def stop(self, timeout: float) -> None:
+        """Wait for its end, and kill it after `timeout` [s]."""
         try:
-            self._process.wait(patience)
+            self._process.wait(timeout)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()

@@ -22,7 +22,7 @@ HOW_TO_GET_IT = (
 """End of a sentence that begins with the missing part."""
 
 _LOOK = "import importlib.util, sys; sys.exit(importlib.util.find_spec('rospy') is None)"
-_PATIENCE = 20.0  # [s]
+_TIMEOUT = 20.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.Compl
             env=dict(environment),
             stdin=subprocess.DEVNULL,
             capture_output=True,
-            timeout=_PATIENCE,
+            timeout=_TIMEOUT,
             check=False,
             start_new_session=True,  # else a Ctrl-C on the terminal would make it fail
         )

@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from cellwright.middleware.ros1.host.installation import HOW_TO_GET_IT, Installation
-from cellwright.middleware.ros1.host.processes import Child, RestartDelay, how_it_ended
+from cellwright.middleware.ros1.host.processes import Child, RestartDelay, describe_exit
 from cellwright.util.errors import CellwrightError, UsageError
 
 URI_VARIABLE = "ROS_MASTER_URI"
@@ -32,13 +32,13 @@ class MasterError(CellwrightError):
 class _TimeoutTransport(xmlrpc.client.Transport):
     """XML-RPC transport with a timeout of each read and write."""
 
-    def __init__(self, patience: float) -> None:
+    def __init__(self, timeout: float) -> None:
         super().__init__()
-        self._patience = patience
+        self._timeout = timeout
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
-        connection.timeout = self._patience
+        connection.timeout = self._timeout
         return connection
 
 
@@ -51,9 +51,9 @@ class MasterClient:
         UsageError: the address is not of the form of ROS_MASTER_URI.
     """
 
-    def __init__(self, uri: str, patience: float = CALL_TIMEOUT) -> None:
+    def __init__(self, uri: str, timeout: float = CALL_TIMEOUT) -> None:
         self.uri = uri.rstrip("/")
-        self._patience = patience
+        self._timeout = timeout
         try:
             parts = urlsplit(self.uri)
             self.host, self.port = parts.hostname or "", parts.port or 0
@@ -81,7 +81,7 @@ class MasterClient:
     def is_port_taken(self) -> bool:
         """Return whether something listens at the address, a master or not."""
         try:
-            socket.create_connection((self.host, self.port), timeout=self._patience).close()
+            socket.create_connection((self.host, self.port), timeout=self._timeout).close()
         except OSError:
             return False
         return True
@@ -137,7 +137,7 @@ class MasterClient:
 
         def ask() -> None:
             try:
-                with xmlrpc.client.ServerProxy(uri, _TimeoutTransport(self._patience)) as proxy:
+                with xmlrpc.client.ServerProxy(uri, _TimeoutTransport(self._timeout)) as proxy:
                     code, text, value = getattr(proxy, method)(_CALLER, *arguments)
                     found.append((int(code), str(text), value))
             except Exception as error:  # the library raises all kinds of errors for invalid answers
@@ -145,9 +145,9 @@ class MasterClient:
 
         thread = threading.Thread(target=ask, name="ros-master", daemon=True)
         thread.start()
-        thread.join(self._patience)
+        thread.join(self._timeout)
         if not found:
-            raise MasterError(f"{uri} gave no answer in {self._patience:g} s")
+            raise MasterError(f"{uri} gave no answer in {self._timeout:g} s")
         if isinstance(found[0], MasterError):
             raise found[0]
         answer: tuple[int, str, Any] = found[0]
@@ -175,7 +175,7 @@ class OwnMaster:
         self._master = master
         self._report = report
         self._program = program
-        self._patience = RestartDelay()
+        self._timeout = RestartDelay()
         self._again = 0.0
         self._is_left_to_others = False
         self._last_line = ""
@@ -196,7 +196,7 @@ class OwnMaster:
                 return
             status = None if self._child is None else self._child.poll()
             if status is not None or time.monotonic() > end:
-                how = "does not answer" if status is None else how_it_ended(status)
+                how = "does not answer" if status is None else describe_exit(status)
                 raise UsageError(f"the ROS master that was started at {self._master.uri} {how}: {self._last_line}")
             time.sleep(_NAP)
         self._start_rosout()
@@ -212,8 +212,8 @@ class OwnMaster:
             if status is None:
                 self._look_after_rosout()
             else:
-                wait = self._patience.after(time.monotonic() - self._child.started)
-                self._report(f"the ROS master at {self._master.uri} {how_it_ended(status)}; it is started again")
+                wait = self._timeout.after(time.monotonic() - self._child.started)
+                self._report(f"the ROS master at {self._master.uri} {describe_exit(status)}; it is started again")
                 self._stop_children()
                 self._again = time.monotonic() + wait
         elif time.monotonic() >= self._again and not self._is_left_to_others:
@@ -221,7 +221,7 @@ class OwnMaster:
                 self._is_left_to_others = True
                 self._report(f"somebody else listens at {self._master.uri} now; it is left to run the master")
             else:
-                self._again = time.monotonic() + self._patience.after(0.0)
+                self._again = time.monotonic() + self._timeout.after(0.0)
                 self._child = self._start()
                 self._start_rosout()
 
@@ -241,7 +241,7 @@ class OwnMaster:
         """Restart rosout if it alone has ended; without it only the logs of programs are lost."""
         if self._rosout is not None and (status := self._rosout.poll()) is not None:
             self._rosout_again = time.monotonic() + self._rosout_patience.after(time.monotonic() - self._rosout.started)
-            self._report(f"the node /rosout {how_it_ended(status)}; it is started again")
+            self._report(f"the node /rosout {describe_exit(status)}; it is started again")
             self._rosout = None
         elif self._rosout is None and self._rosout_again is not None and time.monotonic() >= self._rosout_again:
             self._rosout_again = None

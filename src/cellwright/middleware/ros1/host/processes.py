@@ -101,11 +101,11 @@ class Child:
 
     def stop(self, stopping: Sequence[tuple[signal.Signals, float]] = STOPPING) -> None:
         """End it by each signal of `stopping` in turn, with the time for it, and forward its output until then."""
-        for number, patience in stopping:
+        for number, timeout in stopping:
             if self.poll() is not None:
                 break
             self._process.send_signal(number)
-            end = time.monotonic() + patience
+            end = time.monotonic() + timeout
             while self.poll() is None and time.monotonic() < end:
                 time.sleep(_NAP)
         for stream in (self._process.stdout, self._process.stderr):
@@ -114,7 +114,7 @@ class Child:
         self._pipes.clear()
 
 
-def how_it_ended(status: int) -> str:
+def describe_exit(status: int) -> str:
     """Return an exit status in words."""
     if status >= 0:
         return f"ended with status {status}"

@@ -21,7 +21,7 @@ from cellwright._package import FOLDER
 from cellwright.middleware.ros1.host import installation as installations
 from cellwright.middleware.ros1.host.installation import Installation
 from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, MasterClient, MasterError, OwnMaster
-from cellwright.middleware.ros1.host.processes import Child, RestartDelay, how_it_ended
+from cellwright.middleware.ros1.host.processes import Child, RestartDelay, describe_exit
 from cellwright.util.errors import UsageError
 
 _NODE_NAME = re.compile(r"/?[A-Za-z]\w*(/[A-Za-z]\w*)*", re.ASCII)
@@ -147,7 +147,7 @@ class Ros1:
         self._installation = replace(self._installation, environment={**here, **own})
         self._own_master: OwnMaster | None = None
         self._bridge: BridgeProcess | None = None
-        self._patience = RestartDelay()
+        self._timeout = RestartDelay()
         self._again = 0.0
         self._preparation: threading.Thread | None = None
         self._closed = threading.Event()
@@ -219,7 +219,7 @@ class Ros1:
             serve(_NAP)
             status = bridge.poll()
             if status is not None or time.monotonic() > end:
-                how = f"is not ready after {READY_LIMIT:g} s" if status is None else how_it_ended(status)
+                how = f"is not ready after {READY_LIMIT:g} s" if status is None else describe_exit(status)
                 raise UsageError(f"the ROS 1 bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
         self._was_ready = bridge.is_ready
         return bridge.is_ready
@@ -234,7 +234,7 @@ class Ros1:
         try:
             self._look_after()
         except OSError as error:  # no memory, process or file descriptor left on this machine
-            self._again = time.monotonic() + self._patience.after(0.0)
+            self._again = time.monotonic() + self._timeout.after(0.0)
             self.report(f"a program of ROS 1 could not be started: {error}; it is tried again")
 
     def _look_after(self) -> None:
@@ -262,8 +262,8 @@ class Ros1:
         bridge.stop()
         self._again = time.monotonic()
         if status != MASTER_IS_BACK:
-            self._again += self._patience.after(time.monotonic() - bridge.started)
-            self.report(f"the ROS 1 bridge {how_it_ended(status)}; it is started again")
+            self._again += self._timeout.after(time.monotonic() - bridge.started)
+            self.report(f"the ROS 1 bridge {describe_exit(status)}; it is started again")
 
     def _prepare_again(self) -> None:
         """Prepare the start of a bridge: a master with the parameters, and no other node as the simulator."""

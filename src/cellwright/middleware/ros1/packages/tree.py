@@ -117,7 +117,7 @@ def shell_lines(values: Mapping[str, str], shell: str) -> str:
     return "\n".join(lines)
 
 
-_PATIENCE = 120.0  # timeout of one generator [s]
+_TIMEOUT = 120.0  # timeout of one generator [s]
 
 
 def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modules: Path) -> None:
@@ -134,7 +134,7 @@ def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modul
         for name in names
         for command in _generator_commands(ros, packages / name, modules / name, search)
     ]
-    said = [(command, process, *process.communicate(timeout=_PATIENCE)) for command, process in running]
+    said = [(command, process, *process.communicate(timeout=_TIMEOUT)) for command, process in running]
     for command, process, out, error in said:
         if process.returncode != 0:
             last = ((error or out).strip().splitlines() or ["without a word"])[-1]

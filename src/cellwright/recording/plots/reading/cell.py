@@ -12,7 +12,7 @@ from cellwright.recording.format.reader import RecordedMessage, frame_bytes, jso
 from cellwright.recording.plots.reading.reader import SECOND, Spans
 from cellwright.recording.plots.tracks import JointTrack, Mark, ScoreTrack, Span, ToolTrack, TrackedTrayPart
 from cellwright.rendering.scene.scene import SceneFrame, decode_frame, decode_scene
-from cellwright.util.errors import MessageError, showable
+from cellwright.util.errors import MessageError, printable
 
 _SLIDES = "linear"  # part of the names of prismatic joints
 
@@ -212,6 +212,6 @@ def _parts_on_tray(tray: dict[str, Any]) -> dict[str, bool]:
 
 def _part_name(name: str) -> str:
     """Return the readable name of a part: `bin7|piston_rod_part_9` is "piston rod 9 (bin7)"."""
-    place, _, rest = showable(name, _MAX_NAME_LENGTH).rpartition("|")
+    place, _, rest = printable(name, _MAX_NAME_LENGTH).rpartition("|")
     words = rest.replace("_part", "").replace("_clone", "").replace("_", " ")
     return f"{words} ({'belt' if 'conveyor' in place else place})" if place else words

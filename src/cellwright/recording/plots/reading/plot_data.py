@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import RecordingFile
 from cellwright.recording.plots.reading.cell import ArmStateReader, BodyPath, CompetitionReader, Trays
 from cellwright.recording.plots.reading.reader import SECOND, CommandReader, GripperReader, TopicReader
 from cellwright.recording.plots.reading.robot import About, JointStateReader, Status, Tips
@@ -12,12 +12,12 @@ from cellwright.recording.plots.tracks import JointTrack, PlotData
 from cellwright.util.errors import MessageError, RecordingError
 
 
-def load_plot_data(recording: Recording) -> PlotData:
+def load_plot_data(recording: RecordingFile) -> PlotData:
     """Load the plot data of a recording; damaged messages are skipped."""
     return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
 
 
-def _cell(recording: Recording) -> PlotData:
+def _cell(recording: RecordingFile) -> PlotData:
     arm, gripper, path, trays = (
         ArmStateReader(),
         GripperReader(),
@@ -46,7 +46,7 @@ def _cell(recording: Recording) -> PlotData:
     )
 
 
-def _robot(recording: Recording) -> PlotData:
+def _robot(recording: RecordingFile) -> PlotData:
     measured, applied = JointStateReader("/io_teleop/joint_states"), JointStateReader("/io_teleop/applied_joint_cmd")
     grippers, tips, status = JointStateReader("/io_teleop/gripper_states"), Tips(), Status()
     about, commands = About(), CommandReader()
@@ -79,7 +79,7 @@ def _robot(recording: Recording) -> PlotData:
     )
 
 
-def _read(recording: Recording, readers: Sequence[TopicReader]) -> str:
+def _read(recording: RecordingFile, readers: Sequence[TopicReader]) -> str:
     """Pass each message to the readers of its topic; return what is wrong with the recording, if anything."""
     by_topic: dict[str, list[TopicReader]] = {}
     for reader in readers:
@@ -95,7 +95,7 @@ def _read(recording: Recording, readers: Sequence[TopicReader]) -> str:
     return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
 
 
-def _note(recording: Recording, facts: Any, competition: CompetitionReader | None = None) -> str:
+def _note(recording: RecordingFile, facts: Any, competition: CompetitionReader | None = None) -> str:
     """Return the line below the title: agent, seed, score and duration."""
     words = [str(facts["agent"])] if facts.get("agent") else []
     if facts.get("seed") is not None:

@@ -13,7 +13,7 @@ from cellwright.middleware.messages.osrf_gear import VacuumGripperState
 from cellwright.recording.format.format import COMMAND
 from cellwright.recording.format.reader import RecordedMessage
 from cellwright.recording.plots.tracks import CommandTrack, Span
-from cellwright.util.errors import showable
+from cellwright.util.errors import printable
 
 SECOND = 1e9
 """[ns]."""
@@ -99,4 +99,4 @@ def _shown_name(name: bytes) -> str:
     text = name.decode(errors="replace")
     with suppress(ValueError):
         text = str(json.loads(f'"{text}"'))
-    return showable(text, _MAX_NAME_LENGTH)
+    return printable(text, _MAX_NAME_LENGTH)

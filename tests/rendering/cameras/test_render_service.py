@@ -13,14 +13,14 @@ import pytest
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Pinhole
-from cellwright.rendering.cameras.studio import PendingPicture, RenderService
+from cellwright.rendering.cameras.render_service import PendingPicture, RenderService
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 from tests.cell.devices.workers import FakeWorker
 
 
-def ask(studio: RenderService) -> PendingPicture | None:
-    return studio.ask(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
+def ask(service: RenderService) -> PendingPicture | None:
+    return service.ask(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
 
 
 def room() -> Simulation:
@@ -30,8 +30,8 @@ def room() -> Simulation:
     return make_simulation(spec)
 
 
-def process_of(studio: RenderService) -> Any:
-    return studio._worker._process  # type: ignore[union-attr]
+def process_of(service: RenderService) -> Any:
+    return service._worker._process  # type: ignore[union-attr]
 
 
 @pytest.mark.slow
@@ -39,45 +39,48 @@ def process_of(studio: RenderService) -> Any:
 def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(BACKEND, way)
     simulation = room()
-    studio = RenderService(simulation)
+    service = RenderService(simulation)
     requests = []
     for x in (0.0, 0.5):
         move(simulation, "part", Pose((x, 0.0, 0.0)))
         simulation.step()
-        requests.append(ask(studio))
+        requests.append(ask(service))
     for pending, distance in zip(requests, (0.8, 1.3), strict=True):  # the drawn part is four times as large
         assert pending is not None
-        drawn = studio.fetch(pending)
+        drawn = service.fetch(pending)
         assert drawn is not None
         assert drawn[1] is not None
         assert drawn[1][6, 8] == pytest.approx(distance, abs=1e-4)
-    process = process_of(studio)
-    studio.close()
+    process = process_of(service)
+    service.close()
     assert process.poll() is not None
 
 
 @pytest.mark.slow
 def test_a_killed_process_is_reported_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
-    studio = RenderService(room(), report=lines.append)
-    pending = ask(studio)
+    service = RenderService(room(), report=lines.append)
+    pending = ask(service)
     assert pending is not None
-    assert studio.fetch(pending) is not None
-    late = ask(studio)
+    assert service.fetch(pending) is not None
+    late = ask(service)
     assert late is not None
-    os.kill(process_of(studio).pid, signal.SIGKILL)
-    found = [studio.fetch(late), *(None if pending is None else studio.fetch(pending) for pending in [ask(studio)] * 2)]
+    os.kill(process_of(service).pid, signal.SIGKILL)
+    found = [
+        service.fetch(late),
+        *(None if pending is None else service.fetch(pending) for pending in [ask(service)] * 2),
+    ]
     assert found[1:] == [None, None]
     assert len(lines) == 1
     assert lines[0].startswith("cameras take no more pictures in this run: the process that draws has ended")
-    assert ask(studio) is None
-    studio.reopen()
-    again = ask(studio)
+    assert ask(service) is None
+    service.reopen()
+    again = ask(service)
     assert again is not None
-    drawn = studio.fetch(again)
+    drawn = service.fetch(again)
     assert drawn is not None
     assert np.isfinite(drawn[1]).any()  # type: ignore[arg-type]
-    studio.close()
+    service.close()
 
 
 @pytest.mark.slow
@@ -88,20 +91,20 @@ def test_a_studio_that_is_forgotten_lets_its_process_go() -> None:
         workers.append(FakeWorker(scene))
         return workers[-1]
 
-    studio = RenderService(room(), start)
-    ask(studio)
-    del studio
+    service = RenderService(room(), start)
+    ask(service)
+    del service
     gc.collect()
     assert workers[0].is_closed
 
 
 def test_cameras_of_one_tick_share_its_frame() -> None:
-    studio = RenderService(simulation := room(), FakeWorker)
+    service = RenderService(simulation := room(), FakeWorker)
     for _ in range(2):
-        ask(studio)
+        ask(service)
     simulation.step()
-    ask(studio)
-    worker: Any = studio._worker
+    ask(service)
+    worker: Any = service._worker
     first, second, third = (frame for frame, _, _ in worker.asked)
     assert first is second
     assert (first.time, third.time) == (0, 2_000_000)

@@ -23,7 +23,7 @@ from cellwright.util.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)
-class PartReach:
+class AttainablePart:
     """Attainable points of one ordered part.
 
     Attributes:
@@ -68,11 +68,11 @@ class PartReach:
 
 
 @dataclass(frozen=True, slots=True)
-class KitReach:
+class AttainableKit:
     """Attainable points of a kit; an obstacle is the reason why all its points are unattainable."""
 
     kit_type: str
-    parts: tuple[PartReach, ...]
+    parts: tuple[AttainablePart, ...]
     obstacle: str = ""
 
     @property
@@ -128,11 +128,11 @@ class KitReach:
 
 
 @dataclass(frozen=True, slots=True)
-class OrderReach:
+class AttainableOrder:
     """Attainable points of an order."""
 
     order_id: str
-    kits: tuple[KitReach, ...]
+    kits: tuple[AttainableKit, ...]
 
     @property
     def total(self) -> float:
@@ -141,10 +141,10 @@ class OrderReach:
 
 
 @dataclass(frozen=True, slots=True)
-class TrialReach:
+class AttainableScore:
     """Attainable points of a trial; the orders are in the order of the file."""
 
-    orders: tuple[OrderReach, ...]
+    orders: tuple[AttainableOrder, ...]
 
     @property
     def total(self) -> float:
@@ -156,7 +156,7 @@ class TrialReach:
         """Points of the same orders if everything were attainable."""
         return sum(kit.maximum for order in self.orders for kit in order.kits)
 
-    def kit(self, kit_type: str) -> KitReach:
+    def kit(self, kit_type: str) -> AttainableKit:
         """Return the attainable points of a kit of the trial.
 
         Raises:
@@ -173,13 +173,13 @@ class TrialReach:
         return f"{self.total:g} of {self.maximum:g} points is the most one can get: {why}"
 
 
-def reach(trial: Trial) -> TrialReach:
+def attainable_score(trial: Trial) -> AttainableScore:
     """Compute the attainable points of a trial."""
     supply = good_parts(trial)
     obstacles = _obstacles(trial)
-    return TrialReach(
+    return AttainableScore(
         tuple(
-            OrderReach(
+            AttainableOrder(
                 order.order_id, tuple(_kit_reach(kit, supply, obstacles.get(order.order_id, "")) for kit in order.kits)
             )
             for order in trial.orders
@@ -212,14 +212,16 @@ def nearest(part_type: str, tray_T_goal: Pose) -> float:
     return max(off_plate(tray_T_goal) - PART_RADII.get(part_type, math.inf), 0.0)
 
 
-def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> KitReach:
+def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> AttainableKit:
     ordered: Counter[str] = Counter()
     parts = []
     for each in kit.objects:
         ordered[each.type] += 1
         is_supplied = ordered[each.type] <= supply.get(each.type, 0)
-        parts.append(PartReach(each.type, each.pose, off_plate(each.pose), nearest(each.type, each.pose), is_supplied))
-    return KitReach(kit.kit_type, tuple(parts), obstacle)
+        parts.append(
+            AttainablePart(each.type, each.pose, off_plate(each.pose), nearest(each.type, each.pose), is_supplied)
+        )
+    return AttainableKit(kit.kit_type, tuple(parts), obstacle)
 
 
 def _obstacles(trial: Trial) -> dict[str, str]:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.cell.kitting.attainable import attainable_score, good_parts, nearest, off_plate
 from cellwright.cell.kitting.kit_score import MAX_DISTANCE
-from cellwright.cell.kitting.reach import good_parts, nearest, off_plate, reach
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.layout import PART_RADII, TRAY_PLATE
 from cellwright.config.layout import PART_TYPES as LAID_OUT
@@ -28,7 +28,7 @@ def trial(*orders: Order, **more: object) -> Trial:
 
 
 def test_of_the_lesson_two_thirds_can_be_had() -> None:
-    could = reach(load_trial([find_trial("lesson")]).trial)
+    could = attainable_score(load_trial([find_trial("lesson")]).trial)
     assert (could.total, could.maximum) == (8.0, 12.0)
     (found,) = could.orders[0].kits
     assert (found.part_presence, found.all_parts_bonus, found.part_pose) == (4.0, 4.0, 0.0)
@@ -43,7 +43,7 @@ def test_of_the_lesson_two_thirds_can_be_had() -> None:
 
 
 def test_what_lies_on_the_tray_and_is_there_can_be_had_whole() -> None:
-    could = reach(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
+    could = attainable_score(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
     assert (could.total, could.maximum, could.sentence()) == (6.0, 6.0, "")
     assert list(could.kit("order_0_kit_0").reasons()) == []
 
@@ -56,7 +56,7 @@ def test_a_place_is_out_of_reach_only_when_no_part_can_touch_the_plate_there() -
 
 
 def test_a_type_that_the_cell_is_short_of_costs_its_points_and_the_bonus() -> None:
-    could = reach(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
+    could = attainable_score(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
     assert (could.total, could.orders[0].total) == (4.0, 4.0)
     assert could.sentence().endswith("order_0_kit_0: 1 gear_part more than the cell has good ones")
     assert list(could.kit("order_0_kit_0").reasons()) == [
@@ -76,24 +76,24 @@ def test_faulty_parts_are_no_supply() -> None:
 
 def test_orders_that_never_come_up_earn_nothing() -> None:
     first, late, behind = order(0, start_time=0.0), order(1, start_time=50.0), order(2, wanted_parts=1)
-    could = reach(trial(first, late, behind, time_limit=40.0))
+    could = attainable_score(trial(first, late, behind, time_limit=40.0))
     assert [each.total for each in could.orders] == [3.0, 0.0, 0.0]
     reasons = list(could.kit("order_2_kit_0").reasons())
     assert reasons == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
-    assert reach(trial(first, late, behind, time_limit=-1.0)).total == 9.0
-    assert "nothing ever brings order_3 up" in reach(trial(order(3))).sentence()
-    assert reach(trial(order(3, unwanted_parts=1))).total == 3.0
+    assert attainable_score(trial(first, late, behind, time_limit=-1.0)).total == 9.0
+    assert "nothing ever brings order_3 up" in attainable_score(trial(order(3))).sentence()
+    assert attainable_score(trial(order(3, unwanted_parts=1))).total == 3.0
 
 
 def test_without_agvs_there_is_no_tray() -> None:
-    could = reach(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
+    could = attainable_score(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
     assert (could.total, could.maximum) == (0.0, 3.0)
     assert "no AGV" in could.sentence()
 
 
 def test_there_is_no_such_kit() -> None:
     with pytest.raises(KeyError):
-        reach(trial()).kit("order_9_kit_9")
+        attainable_score(trial()).kit("order_9_kit_9")
 
 
 @pytest.mark.parametrize("name", PART_TYPES)
@@ -116,6 +116,6 @@ def test_the_distance_to_the_plate_is_that_of_its_nearest_point(x: float, y: flo
 @given(st.lists(st.tuples(st.sampled_from(["gear_part", "disk_part"]), st.floats(-1, 1)), max_size=5))
 def test_reach_is_never_more_than_everything(parts: list[tuple[str, float]]) -> None:
     ordered_kit = kit(*(ordered(type_, x) for type_, x in parts))
-    could = reach(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
+    could = attainable_score(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
     assert 0.0 <= could.total <= could.maximum == 3.0 * len(parts)
     assert bool(could.sentence()) is (could.total < could.maximum)

@@ -81,7 +81,7 @@ def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> N
         assert (last.kind, last.number) == (FrameKind.REFUSED, 0)
         assert reason in last.text()
         assert is_answered(other)
-        assert hall.server.guests == ("/other",)
+        assert hall.server.clients == ("/other",)
 
 
 class PeriodicCallback:
@@ -240,7 +240,7 @@ def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: p
 
 def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
-    monkeypatch.setattr(clients_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(clients_module, "TIMEOUT", 0.05)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
@@ -251,7 +251,7 @@ def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
             cell.step()
             hall.server.wait(0.0)
 
-        wait_until(lambda: hall.server.guests == ("/other",), "end of the deaf client", between=step)
+        wait_until(lambda: hall.server.clients == ("/other",), "end of the deaf client", between=step)
         assert any(line.startswith("cut off /deaf: it has read nothing for") for line in hall.lines)
         assert is_answered(other)
 
@@ -281,7 +281,7 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
 
 def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
-    monkeypatch.setattr(clients_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(clients_module, "TIMEOUT", 0.05)
     with served(Cell(KITTING)) as hall:
         client = hall.guest(node="")
         client.wait_until(lambda: client.is_over)
@@ -298,7 +298,7 @@ def test_call_of_a_client_that_dies_has_its_effect() -> None:
         client.connection.sendall(call.encode()[:-3])  # and half of another one
         client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.connection.close()
-        other.wait_until(lambda: hall.server.guests == ("/other",))
+        other.wait_until(lambda: hall.server.clients == ("/other",))
         for _ in range(5):
             cell.step()
             hall.server.wait(0.0)
@@ -309,11 +309,15 @@ def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         client = hall.guest()
         client.say(Frame(FrameKind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
-        asked = wait_until(lambda: hall.server.asked, "question for time", between=lambda: hall.server.wait(0.01))
+        asked = wait_until(
+            lambda: hall.server.advance_request, "question for time", between=lambda: hall.server.wait(0.01)
+        )
         assert asked is not None
         assert asked.until == 10**12
         client.connection.close()
-        wait_until(lambda: hall.server.asked is None, "end of the question", between=lambda: hall.server.wait(0.01))
+        wait_until(
+            lambda: hall.server.advance_request is None, "end of the question", between=lambda: hall.server.wait(0.01)
+        )
 
 
 def test_clients_and_subscriptions_are_limited() -> None:
@@ -362,15 +366,15 @@ def test_advance_requests_are_limited_and_end_with_their_client() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         client, other = hall.guest(), hall.guest("/other")
         other.say(advance(1, 10**9, each_tick=False))
-        other.wait_until(lambda: hall.server.asked is not None)
+        other.wait_until(lambda: hall.server.advance_request is not None)
         requests = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
         client.say(*requests)
         client.wait_until(lambda: len(client.heard) == 1000 - MAX_PENDING_ADVANCES)
         assert {frame.name for frame in client.heard} == {"UsageError"}
         assert f"{MAX_PENDING_ADVANCES} wishes" in client.heard[0].text()
-        assert len(hall.server._requests.asked) == MAX_PENDING_ADVANCES + 1
+        assert len(hall.server._requests.pending) == MAX_PENDING_ADVANCES + 1
         client.connection.close()
-        other.wait_until(lambda: len(hall.server._requests.asked) == 1)  # though it was not its turn yet
+        other.wait_until(lambda: len(hall.server._requests.pending) == 1)  # though it was not its turn yet
 
 
 def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -388,8 +392,8 @@ def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) 
                 hall.server.wait(0.0)
                 client.listen()
         other.wait_until(lambda: sum(client.incomplete_bytes for client in hall.server._clients) <= 2 << 20)
-        other.wait_until(lambda: len(hall.server.guests) < 4)
-        assert "/other" in hall.server.guests
+        other.wait_until(lambda: len(hall.server.clients) < 4)
+        assert "/other" in hall.server.clients
         assert is_answered(other)
 
 
@@ -400,7 +404,7 @@ def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> Non
         assert [client.full for client in hall.server._clients] == [FULL // 2] * 4
         for client in clients[1:]:
             client.connection.close()
-        clients[0].wait_until(lambda: len(hall.server.guests) == 1)
+        clients[0].wait_until(lambda: len(hall.server.clients) == 1)
         assert [client.full for client in hall.server._clients] == [FULL]
 
 
