@@ -8,7 +8,7 @@ from itertools import takewhile
 from typing import Any
 
 from cellwright.config.parsing.tree import Items, Problems, Table, YamlNode
-from cellwright.config.robot.config import UNUSED, ArmConfig, RangeEnd, RobotConfig
+from cellwright.config.robot.config import UNUSED, ArmConfig, Posture, RangeEnd, RobotConfig
 from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
 from cellwright.config.robot.model import ROOT, Joint, JointType, Limits, RobotModel, link_poses
 from cellwright.util.pose import Pose
