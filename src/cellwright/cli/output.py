@@ -78,7 +78,7 @@ def report_ready(session: Session) -> None:
     if session.ros is not None:
         line += f", ROS 1 at {session.ros.master.uri}"
         line += "" if session.target.identity is None else f" as {session.target.identity.node}"
-    session.say(line + session.target.ready_note())
+    session.on_message(line + session.target.ready_note())
 
 
 def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
