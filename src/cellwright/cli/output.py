@@ -83,7 +83,7 @@ def report_ready(session: Session) -> None:
 
 def session_outputs(console: Console, notice: Callable[[str], None]) -> dict[str, Any]:
     """Return the outputs of a session on the command line, as arguments of `Session`."""
-    return {"report": warn, "notice": notice, "print_line": partial(print_line, console)}
+    return {"report": warn, "notice": notice, "on_message": partial(print_line, console)}
 
 
 def ready_line(name: str, server: Server, speed: float | None) -> str:

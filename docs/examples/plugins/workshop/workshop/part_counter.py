@@ -8,7 +8,7 @@ import numpy as np
 
 from cellwright.cell.devices.logical_camera import ModelSnapshot
 from cellwright.cell.interface.plugins import SensorPlugin
-from cellwright.config.trial.trial import Sensor as SensorDescription
+from cellwright.config.trial.trial import SensorConfig
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.middleware.interface.table import Availability, publishes
 from cellwright.middleware.messages import Message
@@ -29,7 +29,7 @@ class PartCounter(Sensor[Count]):
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
 
-    def __init__(self, description: SensorDescription, scene: ModelSnapshot) -> None:
+    def __init__(self, description: SensorConfig, scene: ModelSnapshot) -> None:
         super().__init__(description.name, description.pose)
         self.scene = scene
 
