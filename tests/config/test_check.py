@@ -41,7 +41,7 @@ def test_errors(tmp_path: Path) -> None:
     assert not report.ok
     assert report.lines() == [
         f"error: {path}:1: option: unknown top-level entry; did you mean options",
-        f"error: {path}:3: time_limit: must be a number, not the text 'x'",
+        f"error: {path}:3: time_limit: must be a number (got the text 'x')",
         f"warning: {path}:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs",
         "2 errors",
     ]

@@ -43,10 +43,10 @@ def test_values_arrive_by_name() -> None:
     ("text", "message"),
     [
         ("{}", "the required entry 'power' is missing"),
-        ("{power: 200}", "power: must be from 0 to 100 W, not 200"),
+        ("{power: 200}", "power: must be from 0 to 100 W (got 200)"),
         ("{power: 1, color: rad}", "color: unknown colour 'rad'; did you mean red"),
-        ("{power: 1, color: [red]}", "color: must be a name, not a list"),
-        ("{power: 1, is_on: 1}", "is_on: must be true or false, not the number 1"),
+        ("{power: 1, color: [red]}", "color: must be a name (got a list)"),
+        ("{power: 1, is_on: 1}", "is_on: must be true or false (got the number 1)"),
         ("{power: 1, colour: red}", "colour: unknown property; did you mean color"),
         ("{power: 1, x: red}", "x: unknown property (known: power, color, is_on, note)"),
     ],
@@ -78,9 +78,9 @@ def test_lists_words_and_whole_numbers() -> None:
     found = [read(reader, root.entries[name].value) for name, read in reads.items()]
     assert found == [(1.0, 2.0), None, "up", 3, None, None]
     assert [problem.message for problem in reader.problems.errors] == [
-        "must be a list of 2 numbers, x, y, not one of 1",
-        "must be from 1 to 9 bits, not 300",
-        "must be a number, not the text 'x'",
+        "must be a list of 2 numbers, x, y (got a list of 1)",
+        "must be from 1 to 9 bits (got 300)",
+        "must be a number (got the text 'x')",
     ]
     assert way(reader, root.entries["d"].value) is None
-    assert reader.problems.errors[-1].message == "must be up or down, not the number 3"
+    assert reader.problems.errors[-1].message == "must be up or down (got the number 3)"

@@ -60,7 +60,7 @@ list: [*base, [], {}]
 def test_same_as_pyyaml() -> None:
     assert plain(parsed(ODD)[0]) == yaml.safe_load(ODD)
     assert [str(w) for w in parsed(ODD)[1].warnings] == [
-        "a.yaml:17: 2.0: given again (first on a.yaml:16); this one counts"
+        "a.yaml:17: 2.0: duplicate key (first at a.yaml:16); this one is used"
     ]
 
 
@@ -103,7 +103,9 @@ def test_lines_are_right_in_joined_files(sizes: list[int], data: st.DataObject) 
 def test_last_of_two_files_wins_with_a_warning() -> None:
     root, problems = parsed("orders: 1\n", "# second\norders: 2\n")
     assert plain(root) == {"orders": 2}
-    assert [str(w) for w in problems.warnings] == ["b.yaml:2: orders: given again (first on a.yaml:1); this one counts"]
+    assert [str(w) for w in problems.warnings] == [
+        "b.yaml:2: orders: duplicate key (first at a.yaml:1); this one is used"
+    ]
 
 
 def test_a_merged_key_may_be_overridden_in_silence() -> None:
@@ -112,8 +114,8 @@ def test_a_merged_key_may_be_overridden_in_silence() -> None:
 
 def test_glued_lines_are_explained() -> None:
     message = refusal("time_limit: -1", "arm: {type: ur10}\n")
-    assert message.startswith("b.yaml:1: no valid YAML")
-    assert "a.yaml does not end its last line" in message
+    assert message.startswith("b.yaml:1: invalid YAML")
+    assert "the last line of a.yaml has no line end" in message
 
 
 def test_keys_lead_to_values() -> None:
@@ -141,29 +143,29 @@ LADDER = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1
         (LADDER, "nested deeper than 50 levels"),
         ("[" * 10_000, "nested deeper than 50 levels"),
         ("- " * 10_000, "nested deeper than 50 levels"),
-        ("a: &a [*a]", "an anchor that contains itself"),
-        ("a: &a {b: *a}", "an anchor that contains itself"),
-        ("a: &a {<<: *a}", "an anchor that contains itself"),
+        ("a: &a [*a]", "an anchor contains itself"),
+        ("a: &a {b: *a}", "an anchor contains itself"),
+        ("a: &a {<<: *a}", "an anchor contains itself"),
         ("a: *b", "undefined alias"),
         ("a: !!python/object/apply:os.system [x]", "the tag"),
         ("a: !thing {}", "the tag"),
         ("a: !thing []", "the tag"),
         ("a: !thing x", "the tag"),
-        ("a: !!int ''", "is not what its form or tag says"),
-        ("a: !!bool maybe", "is not what its form or tag says"),
-        ("a: !!timestamp noon", "is not what its form or tag says"),
-        ("a: 2017-13-45", "is not what its form or tag says"),
-        ("a: 1" + "0" * 5000, "is not what its form or tag says"),
+        ("a: !!int ''", "is not valid for its YAML type"),
+        ("a: !!bool maybe", "is not valid for its YAML type"),
+        ("a: !!timestamp noon", "is not valid for its YAML type"),
+        ("a: 2017-13-45", "is not valid for its YAML type"),
+        ("a: 1" + "0" * 5000, "is not valid for its YAML type"),
         ("a: 0x" + "f" * 5000, "too large"),
         ("a: " + "x" * 20_000, "at most 10000"),
-        ("a:\n\tb: 1", "a tab where YAML takes only spaces"),
+        ("a:\n\tb: 1", "tabs are not allowed here; use spaces"),
         ("a: 1\n---\nb: 2", "a second document starts here"),
-        ("a: \0", "a character that no text has"),
-        ("<<: 3", "<< takes a mapping"),
+        ("a: \0", "invalid character"),
+        ("<<: 3", "<< must be a mapping"),
         ("{[1]: 2}", "cannot be a key"),
-        ("a: 1\n b: 2", "no valid YAML"),
-        ("a: 'x", "no valid YAML"),
-        ("%YAML 9", "no valid YAML"),
+        ("a: 1\n b: 2", "invalid YAML"),
+        ("a: 'x", "invalid YAML"),
+        ("%YAML 9", "invalid YAML"),
     ],
 )
 def test_refused_with_a_place(text: str, message: str) -> None:
@@ -197,7 +199,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         f"{tmp_path}/none.yaml: cannot be read: No such file or directory",
         f"{tmp_path}: cannot be read: Is a directory",
         f"{latin}:2: not UTF-8 text; save the file as UTF-8",
-        f"{large}: more than 512 KiB of configuration",
+        f"{large}: the configuration exceeds 512 KiB in total",
     ]
 
 

@@ -40,15 +40,15 @@ def test_default_is_the_origin(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[0, 0, 0]", ": must be a mapping, not a list"),
+        ("[0, 0, 0]", ": must be a mapping (got a list)"),
         ("{positon: [0, 0, 0]}", ".positon: unknown entry, ignored; did you mean position"),
-        ("{position: [0, 0, 20000]}", ".position: lies more than 10000 m away"),
+        ("{position: [0, 0, 20000]}", ".position: coordinates must be within ±10000 m"),
         ("{position: [0, 0, .nan]}", ".position[2]: must be a finite number"),
-        ("{position: [0, 0, yes]}", ".position[2]: must be a number, not the truth value true"),
-        ("{orientation: [0, 0, 0, 0]}", ".orientation: must be a quaternion x, y, z, w, and this one turns nowhere"),
-        ("{orientation: [1e200, 0, 0, 0]}", ".orientation: must be a quaternion x, y, z, w"),
-        ("{orientation: [0, 0, 1.57]}", ".orientation: must be a list of 4 numbers, x, y, z, w, not one of 3"),
-        ("{orientation: [0, 0, 1, 1]}", ".orientation: a quaternion has the length 1, and this one 1.41; it is scaled"),
+        ("{position: [0, 0, yes]}", ".position[2]: must be a number (got the boolean true)"),
+        ("{orientation: [0, 0, 0, 0]}", ".orientation: must be a unit quaternion x, y, z, w (got length 0)"),
+        ("{orientation: [1e200, 0, 0, 0]}", ".orientation: must be a unit quaternion x, y, z, w (got length 1e+200)"),
+        ("{orientation: [0, 0, 1.57]}", ".orientation: must be a list of 4 numbers, x, y, z, w (got a list of 3)"),
+        ("{orientation: [0, 0, 1, 1]}", ".orientation: must be a unit quaternion (got length 1.41); it is scaled"),
     ],
 )
 def test_mistakes(text: str, message: str, tmp_path: Path) -> None:

@@ -122,10 +122,10 @@ def test_errors_of_the_urdf_are_listed_as_well(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("- 1\n", "vr_configs.yml:1: a robot configuration is a mapping of entries, not a list"),
+        ("- 1\n", "vr_configs.yml:1: a robot configuration must be a mapping of entries (got a list)"),
         ("", "vr_configs.yml: the required entry 'urdf_path' is missing"),
-        ("a: [\n", "vr_configs.yml:1: no valid YAML: "),
-        ("a: 1\n---\nb: 2\n", "vr_configs.yml:2: no valid YAML: a second document starts here"),
+        ("a: [\n", "vr_configs.yml:1: invalid YAML: "),
+        ("a: 1\n---\nb: 2\n", "vr_configs.yml:2: invalid YAML: a second document starts here"),
         ("urdf_path: !!python/name:os.system ''\n", "vr_configs.yml:1: the tag "),
     ],
 )
@@ -163,8 +163,9 @@ def test_any_entries_may_be_left_out(
         rest.pop("controller_indices", None)
     config, warnings = read(write(tmp_path_factory.getbasetemp(), yaml.safe_dump(rest)))
     assert warnings == []
-    for name in ("arms", "grippers", "head", "dorsal", "waist"):
-        assert getattr(config, name) == (getattr(small, name) if name not in left else type(getattr(config, name))())
+    for name in ("arms", "grippers", "head", "lift", "waist"):
+        is_left = {"lift": "dorsal"}.get(name, name) in left
+        assert getattr(config, name) == (type(getattr(config, name))() if is_left else getattr(small, name))
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ def example(tmp_path: Path) -> RobotConfig:
 
 def test_the_example_is_the_bundled_robot(example: RobotConfig) -> None:
     tandem = load_robot("tandem", refuse)
-    for name in ("arms", "head", "dorsal", "base_pose", "command_links", "reference_links", "start"):
+    for name in ("arms", "head", "lift", "base_pose", "command_links", "reference_links", "start"):
         assert getattr(example, name) == getattr(tandem, name)
     assert [gripper.joints[0] for gripper in example.grippers] == ["right_gripper", "left_gripper"]
 

@@ -71,9 +71,9 @@ def test_packages_of_ros_are_looked_through(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("a.dae", b"<COLLADA/>", "meshes are read from .stl and .obj files"),
-        ("a.stl", b"solid nothing", "no triangles in it"),
-        ("a.obj", b"v 1 2", "no valid OBJ file"),
+        ("a.dae", b"<COLLADA/>", "must be an .stl or .obj file; convert the mesh"),
+        ("a.stl", b"solid nothing", "the mesh has no triangles"),
+        ("a.obj", b"v 1 2", "invalid OBJ file"),
         ("b.stl", b"", "not found"),
     ],
 )
@@ -101,6 +101,6 @@ def test_one_warning_tells_of_all_missing_meshes(tmp_path: Path) -> None:
     path.write_text(robot(f'<link name="a">{visuals}</link>'))
     warnings: list[str] = []
     found = read_urdf(path, warn=warnings.append)
-    expected = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes stand in"
+    expected = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes are used"
     assert warnings == [f"{path}:1: {expected}"]
     assert [shape.kind for shape in found.links["a"].shapes] == ["sphere"]

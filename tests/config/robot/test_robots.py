@@ -53,11 +53,9 @@ def test_which_urdf_of_a_folder(tmp_path: Path) -> None:
     empty.mkdir()
     for name in ("a.urdf", "b.urdf"):
         (tmp_path / name).write_text(urdf())
-    with pytest.raises(
-        DescriptionError, match=r"without vr_configs\.yml and more than one URDF: give one of a.urdf, b"
-    ):
+    with pytest.raises(DescriptionError, match=r"no vr_configs\.yml, and more than one URDF; name one of a.urdf, b"):
         find_robot(tmp_path)
-    with pytest.raises(DescriptionError, match=r"a folder without vr_configs\.yml and no URDF"):
+    with pytest.raises(DescriptionError, match=r"no vr_configs\.yml, and no URDF in this folder"):
         find_robot(empty)
 
 

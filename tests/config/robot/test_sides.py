@@ -45,7 +45,7 @@ def test_a_group_of_both_sides_is_found_by_names(tmp_path: Path) -> None:
 def test_a_group_of_two_limbs_is_found_without_names(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, urdf(("one", "two"))), warn=lambda _line: None)
     assert mixed(robot, "one_gripper_joint1", "two_gripper_joint2") == (
-        "its joints hang on two limbs, behind one_arm_joint1 and behind two_arm_joint1"
+        "its joints belong to two limbs, behind one_arm_joint1 and behind two_arm_joint1"
     )
     assert mixed(robot, "one_gripper_joint1", "one_gripper_joint2") == ""
 

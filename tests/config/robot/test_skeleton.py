@@ -95,7 +95,7 @@ def test_a_tool_is_the_tip(tmp_path: Path) -> None:
 def test_a_draft_without_limbs_says_so(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("wheel", "base", 1, "continuous"))
     text = skeleton(model, tmp_path / "robot.urdf", tmp_path)
-    assert "# None was found" in text
+    assert "# No arm was found" in text
     assert list(yaml.safe_load(text)) == ["urdf_path", "robot_name", "base_pose"]
     config, warnings = read_back(tmp_path, model)
     assert (config.arms, config.grippers, config.head, warnings) == ((), (), None, [])
@@ -158,7 +158,7 @@ def test_any_tree_can_be_begun(
         (torso_robot.INWARDS, "    open: upper   # guessed", [0.04, 0.04]),
         ((("0 1 0", 0.0, 0.04), ("0 1 0", -0.04, 0.0)), "    open: [upper, lower]   # guessed", [0.04, -0.04]),
         ((("0 1 0", -0.04, 0.0), ("0 -1 0", -0.04, 0.0)), "    open: ", [-0.04, -0.04]),
-        ((("0 1 0", 0.0, 0.04),) * 3, "    # Not known which end is open", [0.0] * 3),
+        ((("0 1 0", 0.0, 0.04),) * 3, "    # The open end is unknown", [0.0] * 3),
     ],
 )
 def test_the_open_end_of_a_gripper_is_written_if_known(

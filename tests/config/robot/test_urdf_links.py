@@ -31,7 +31,7 @@ def test_an_inertia_that_no_body_has_becomes_that_of_a_ball(tmp_path: Path, figu
     link, warnings = read_link(tmp_path, inertial("1", figures))
     assert link.inertial is not None
     assert link.inertial.inertia == pytest.approx((1.539e-3,) * 3 + (0.0,) * 3, rel=1e-3)
-    assert warnings == ["1: a link has an inertia that no body has, or none (a); a ball of water's is taken"]
+    assert warnings == ["1: a link has no valid inertia (a); that of a water sphere of the same mass is used"]
 
 
 def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
@@ -42,10 +42,10 @@ def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("inside", "message"),
     [
-        (inertial("-1", ""), "3: link[a].inertial.mass: a mass of -1 kg; 0 to 1e+06 kg make sense"),
-        (inertial("heavy", ""), "3: link[a].inertial.mass: value takes a finite number, not 'heavy'"),
-        ("<inertial/>", '3: link[a].inertial: <inertial> needs <mass value="…"/> [kg]'),
-        (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx takes a finite number, not '1 2'"),
+        (inertial("-1", ""), "3: link[a].inertial.mass: mass must be from 0 to 1e+06 kg (got -1)"),
+        (inertial("heavy", ""), "3: link[a].inertial.mass: value must be a finite number (got 'heavy')"),
+        ("<inertial/>", '3: link[a].inertial: <inertial> requires <mass value="…"/> [kg]'),
+        (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx must be a finite number (got '1 2')"),
     ],
 )
 def test_an_invalid_mass_is_refused(tmp_path: Path, inside: str, message: str) -> None:
@@ -80,12 +80,21 @@ def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("form", "message"),
     [
-        ("<torus/>", "geometry: a shape <torus> is left out (known: box, cylinder, capsule, sphere, mesh)"),
-        ("<boxx/>", "geometry: a shape <boxx> is left out; did you mean box"),
-        ("", "geometry: <visual> without a shape is left out (known: box, cylinder, capsule, sphere, mesh)"),
-        ('<box size="0 1 1"/>', "geometry.box: a box of 0 1 1 m is left out; lengths are above 0"),
-        ('<sphere radius="-1"/>', "geometry.sphere: a sphere of -1 m is left out; lengths are above 0"),
-        ('<sphere radius="1e9"/>', "geometry.sphere: a sphere of 1e+09 m is left out; lengths are above 0"),
+        ("<torus/>", "geometry: unknown shape <torus>, ignored (known: box, cylinder, capsule, sphere, mesh)"),
+        ("<boxx/>", "geometry: unknown shape <boxx>, ignored; did you mean box"),
+        ("", "geometry: <visual> has no shape, ignored (known: box, cylinder, capsule, sphere, mesh)"),
+        (
+            '<box size="0 1 1"/>',
+            "geometry.box: lengths must be above 0 and at most 10000 m (got 0 1 1); the box is ignored",
+        ),
+        (
+            '<sphere radius="-1"/>',
+            "geometry.sphere: lengths must be above 0 and at most 10000 m (got -1); the sphere is ignored",
+        ),
+        (
+            '<sphere radius="1e9"/>',
+            "geometry.sphere: lengths must be above 0 and at most 10000 m (got 1e+09); the sphere is ignored",
+        ),
     ],
 )
 def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) -> None:
@@ -99,11 +108,11 @@ def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) ->
 @pytest.mark.parametrize(
     ("form", "message"),
     [
-        ("<box/>", "box: <box> needs size [m]"),
-        ('<cylinder radius="1"/>', "cylinder: <cylinder> needs length [m]"),
-        ('<box size="1 x 3"/>', "box: size takes 3 finite numbers with blanks between them, not '1 x 3'"),
-        ("<mesh/>", 'mesh: <mesh> needs filename="…"'),
-        ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: a scale of 0 or beyond all sense"),
+        ("<box/>", "box: <box> requires size [m]"),
+        ('<cylinder radius="1"/>', "cylinder: <cylinder> requires length [m]"),
+        ('<box size="1 x 3"/>', "box: size must be 3 finite numbers with blanks between them (got '1 x 3')"),
+        ("<mesh/>", 'mesh: <mesh> requires filename="…"'),
+        ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: scale must be above 1e-09 and below 1e+09 in magnitude"),
     ],
 )
 def test_shapes_with_mistakes_are_refused(tmp_path: Path, form: str, message: str) -> None:

@@ -45,7 +45,7 @@ def test_anywhere_by_its_whole_path(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_similar_name_is_suggested(folder: Path) -> None:
-    missing = f":1: urdf_path: there is no file {{}} in {folder}, nor in the folder above; did you mean urdf/robot.urdf"
+    missing = f":1: urdf_path: there is no file {{}} in {folder} or in the folder above; did you mean urdf/robot.urdf"
     for written in ("urdf/robt.urdf", "something_else.urdf"):
         assert find(folder, f"urdf_path: {written}") == (None, [missing.format(written)])
     (folder / "other.xacro").touch()
@@ -56,7 +56,7 @@ def test_a_similar_name_is_suggested(folder: Path) -> None:
 def test_invalid_paths(written: str, folder: Path) -> None:
     found, (line,) = find(folder, f"urdf_path: {written}")
     assert found is None
-    assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file, not ")
+    assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file (got ")
 
 
 def test_a_folder_or_a_name_without_end_is_no_file(folder: Path) -> None:
@@ -68,5 +68,7 @@ def test_a_folder_or_a_name_without_end_is_no_file(folder: Path) -> None:
 def test_nothing_is_named(folder: Path) -> None:
     path = folder / "vr_configs.yml"
     path.write_text("urdf_pth: a")
-    with pytest.raises(DescriptionError, match="1: the required entry 'urdf_path' is missing; is it spelt urdf_pth"):
+    with pytest.raises(
+        DescriptionError, match="1: the required entry 'urdf_path' is missing; is urdf_pth a misspelling of it"
+    ):
         read_robot_config(path, print)

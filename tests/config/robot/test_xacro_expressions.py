@@ -99,7 +99,7 @@ def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_a_dead_process_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(urdf_file, "_PROGRAM", "import os; os._exit(7)")
-    with pytest.raises(DescriptionError, match=r"its process ended before it was expanded \(status 7\)"):
+    with pytest.raises(DescriptionError, match=r"the process ended without a result \(status 7\)"):
         expanded(tmp_path, "a")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -32,9 +33,15 @@ def refused(text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (f"sensors: {{{many(501, '{type: break_beam, pose: {}}')}}}", "sensors: 501 sensors; at most 500 are read"),
-        (f"orders: {{{many(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in all"),
-        (f"cellwright: {{parts: {{{many(201, '{}')}}}}}", "cellwright.parts: 201 part types; at most 200 are read"),
+        (
+            f"sensors: {{{many(501, '{type: break_beam, pose: {}}')}}}",
+            "sensors: too many sensors (got 501, at most 500)",
+        ),
+        (f"orders: {{{many(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in total"),
+        (
+            f"cellwright: {{parts: {{{many(201, '{}')}}}}}",
+            "cellwright.parts: too many part types (got 201, at most 200)",
+        ),
     ],
 )
 def test_counts(text: str, message: str) -> None:
@@ -44,7 +51,7 @@ def test_counts(text: str, message: str) -> None:
 def test_a_thousand_errors_are_listed_and_the_others_counted() -> None:
     errors = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
     assert len(errors) == tree.MAX_PROBLEMS + 1
-    assert errors[-1] == "<text>:1001: 500 more errors besides these"
+    assert errors[-1] == "<text>:1001: 500 more errors are not listed"
     warned = load_trial(text=f"options: {{{many(1500, '1')}}}").warnings
     assert len(warned) == tree.MAX_PROBLEMS + 1
     assert warned[-1].severity == "warning"
@@ -62,7 +69,7 @@ def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path.write_text(text.format("a"))
     assert load_trial([path]).trial.part_models  # the same file counts once
     path.write_text(text.format("b"))
-    with pytest.raises(DescriptionError, match="the meshes of a trial have at most"):
+    with pytest.raises(DescriptionError, match="the meshes of the trial exceed"):
         load_trial([path])
 
 
@@ -73,9 +80,9 @@ def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyP
         ("<robot>" + "<a/>" * 20_001 + "</robot>", "more than 20000 elements"),
         (
             "<robot>" + "".join(f'<link name="{k}"/>' for k in range(301)) + "</robot>",
-            "301 links; at most 300 are read",
+            "too many links (got 301, at most 300)",
         ),
-        ("<robot><link>" + "<visual/>" * 201 + "</link></robot>", "201 shapes; at most 200 are read"),
+        ("<robot><link>" + "<visual/>" * 201 + "</link></robot>", "too many shapes (got 201, at most 200)"),
         ("<sdf>" + " " * (1 << 20) + "</sdf>", "larger than 1 MiB"),
     ],
 )
@@ -83,7 +90,7 @@ def test_models(tmp_path: Path, content: str, message: str) -> None:
     (tmp_path / "model.xml").write_text(content)
     path = tmp_path / "trial.yaml"
     path.write_text("cellwright: {furniture: [{name: a, file: model.xml}]}")
-    with pytest.raises(DescriptionError, match=message):
+    with pytest.raises(DescriptionError, match=re.escape(message)):
         load_trial([path])
 
 
@@ -92,7 +99,7 @@ def test_files_that_never_end(tmp_path: Path, entry: str) -> None:
     (tmp_path / "endless.stl").symlink_to("/dev/zero")
     path = tmp_path / "trial.yaml"
     path.write_text(f"cellwright: {{furniture: [{{name: a, {entry}}}]}}")
-    with pytest.raises(DescriptionError, match="no plain file"):
+    with pytest.raises(DescriptionError, match="not a regular file"):
         load_trial([path])
 
 
@@ -103,7 +110,7 @@ def test_a_picture_without_measure(tmp_path: Path) -> None:
     )
     path = tmp_path / "trial.yaml"
     path.write_text("cellwright: {furniture: [{name: a, file: model.xml}]}")
-    with pytest.raises(DescriptionError, match="a picture of 99999 x 99999; at most 4096"):
+    with pytest.raises(DescriptionError, match=r"at most 4096 pixels \(got 99999 x 99999\)"):
         load_trial([path])
 
 

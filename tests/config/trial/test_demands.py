@@ -23,7 +23,7 @@ def trial(name: str) -> Trial:
             "final04",
             [
                 ("several_kits", "2 equal kits"),
-                ("belt_only", "gear_part only by the belt"),
+                ("belt_only", "gear_part only on the belt"),
                 ("faulty", "1 of 9 piston_rod_part faulty"),
                 ("faulty", "1 of 9 disk_part faulty"),
                 ("no_spare", "no pulley_part to spare"),
@@ -34,14 +34,14 @@ def trial(name: str) -> Trial:
             [
                 ("several_kits", "2 equal kits"),
                 ("no_spare", "no pulley_part to spare"),
-                ("dropped_on_tray", "pulley_part lost over AGV 1, onto the tray"),
-                ("dropped_in_reach", "disk_part lost over bin 7, onto bin 7"),
-                ("dropped_out_of_reach", "gear_part lost over AGV 2, out of reach"),
+                ("dropped_on_tray", "pulley_part dropped over AGV 1, onto the tray"),
+                ("dropped_in_reach", "disk_part dropped over bin 7, onto bin 7"),
+                ("dropped_out_of_reach", "gear_part dropped over AGV 2, out of reach"),
             ],
         ),
-        ("qual1b", [("dropped_out_of_reach", "piston_rod_part lost over AGV 1 and AGV 2, out of reach")]),
-        ("final13", [("interrupt", "order_1 comes in when 2 parts are on a tray that it wants")]),
-        ("final11", [("interrupt", "order_1 comes in when 2 parts are on a tray that it does not want")]),
+        ("qual1b", [("dropped_out_of_reach", "piston_rod_part dropped over AGV 1 and AGV 2, out of reach")]),
+        ("final13", [("interrupt", "order_1 is announced when 2 parts that it wants are on a tray")]),
+        ("final11", [("interrupt", "order_1 is announced when 2 parts that it does not want are on a tray")]),
         ("lesson", [("off_tray", "4 of 4 ordered places lie off the tray")]),
     ],
 )
@@ -71,7 +71,7 @@ def test_too_few_parts() -> None:
 def test_orders_that_come_late_or_never() -> None:
     first, second = trial("final13").orders
     late = replace(second, wanted_parts=None, start_time=30.0)
-    assert "order_1 comes in after 30 s" in [
+    assert "order_1 is announced after 30 s" in [
         each.text for each in difficulties(replace(trial("final13"), orders=(first, late)))
     ]
     never = replace(second, wanted_parts=None)

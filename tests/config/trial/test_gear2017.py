@@ -110,7 +110,7 @@ def test_trial_and_team_file_together(tmp_path: Path) -> None:
     assert loaded.trial.name == "final"
     assert loaded.trial.has_arm
     assert loaded.trial.sensors[0].pose.position == (1.0, 2.0, 3.0)
-    assert [str(w) for w in loaded.warnings] == [f"{team}:1: arm: given again (first on {final}:2); this one counts"]
+    assert [str(w) for w in loaded.warnings] == [f"{team}:1: arm: duplicate key (first at {final}:2); this one is used"]
 
 
 def test_numbers_run_per_key_as_written() -> None:
@@ -140,7 +140,7 @@ options: {{insert_models_over_bins: true, model_type_aliases: {{cog: gear_part}}
 models_over_bins: {{bin5: {{models: {{gear_part: {GRID}, cog: {GRID}}}}}}}
 """
     assert len(trial(text).bin_parts) == 4
-    assert "exists twice and only the later one is kept" in warning(text)
+    assert "exists twice, since aliases and types are numbered apart; only the later one is kept" in warning(text)
 
 
 def test_grid_steps_between_whole_numbers_are_whole() -> None:
@@ -238,13 +238,13 @@ def test_a_users_aliases_replace_the_default_ones() -> None:
     ("text", "expected"),
     [
         ("options: {insert_agv: true}", "1: options.insert_agv: unknown option, ignored; did you mean insert_agvs"),
-        ("options: {visualize_sensor_views: true}", "it came with the 2018 format"),
-        ("options: {insert_agvs: 'false'}", "the text 'false' counts as true"),
-        ("options: {insert_agvs: 0}", "the number 0 counts as false"),
-        ("options: {insert_agvs: }", "empty counts as false"),
-        ("options: {belt_population_cycles: true}", "the truth value true counts as 1"),
+        ("options: {visualize_sensor_views: true}", "new in the 2018 format"),
+        ("options: {insert_agvs: 'false'}", "(got the text 'false'); counts as true"),
+        ("options: {insert_agvs: 0}", "(got the number 0); counts as false"),
+        ("options: {insert_agvs: }", "(got an empty value); counts as false"),
+        ("options: {belt_population_cycles: true}", "the boolean true counts as 1"),
         ("arm: {type: ur10, tool: x}", "arm.tool: unknown entry, ignored"),
-        ("arm: {type: ur10, initial_joint_states: {elbow_joint: pi/2}}", "it has an effect under cellwright: arm:"),
+        ("arm: {type: ur10, initial_joint_states: {elbow_joint: pi/2}}", "move it to cellwright: arm:"),
         ("sensors: {a: {type: brake_beam, pose: {}}}", "the sensor is left out; did you mean break_beam"),
         ("sensors: {a: {type: depth_camera, pose: {}}}", "'depth_camera' of the 2018 format, the sensor is left out"),
         ("sensors: {a: {type: break_beam, pose: {}, sort: 1}}", "sensors.a.sort: unknown entry, ignored"),
@@ -256,7 +256,7 @@ def test_a_users_aliases_replace_the_default_ones() -> None:
         ("sensors: {logical_camera_x: {type: break_beam, pose: {}}}", "it has no frame"),
         ("sensors: {1st: {type: break_beam, pose: {}}}", "begins with a digit"),
         ("belt_parts: {u_joint_part: {1: {pose: {}}}}", "unknown part type 'u_joint_part', left out of the cell"),
-        ("belt_parts: {gear_part: {-1: {pose: {}}}}", "a time before the start"),
+        ("belt_parts: {gear_part: {-1: {pose: {}}}}", "must not be negative (got -1)"),
         ("belt_parts: {gear_part: {1: {pose: {}, speed: 2}}}", "speed: unknown entry, ignored"),
         (f"orders: {{o: {{{ORDER}, kit_count: 0, parts: {{a: {PART}}}}}}}", "asks for no kits"),
         (f"orders: {{o: {{{ORDER}, parts: {{}}}}}}", "asks for no parts"),
@@ -265,15 +265,15 @@ def test_a_users_aliases_replace_the_default_ones() -> None:
             "o.kitcount: unknown entry, ignored; did you mean kit_count",
         ),
         (conditional("Time", "x"), "the order is never announced; did you mean time"),
-        (conditional("wanted_parts", -1), "below 1 is no condition"),
-        (conditional("wanted_parts", 2.7), "2 is taken"),
+        (conditional("wanted_parts", -1), "wanted_parts must be at least 1 (got -1)"),
+        (conditional("wanted_parts", 2.7), "(got 2.7); 2 is used"),
         ("faulty_parts: [gear_part_1]", "1: faulty_parts[0]: no part is called 'gear_part_1'"),
-        ("faulty_parts: ab", "should be a list of names (- ab); each letter is taken for one"),
-        ("faulty_parts: [~]", "an empty entry, ignored"),
+        ("faulty_parts: ab", "should be a list of names, [ab] (got a text); each letter counts as one"),
+        ("faulty_parts: [~]", "empty entry, ignored"),
         ("drops: {drop_regions: {}, x: 1}", "drops.x: unknown entry, ignored"),
-        ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, 3/2]}}}", "'3/2' is 1, for the original divided"),
-        ("options: {fill_demo_tray: true}", "fill_demo_tray has no effect, for there is no order"),
-        ("options: {}\noptions: {}", "2: options: given again"),
+        ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, 3/2]}}}", "'3/2' is 1, the integer division of Python 2"),
+        ("options: {fill_demo_tray: true}", "fill_demo_tray has no effect without an order"),
+        ("options: {}\noptions: {}", "2: options: duplicate key"),
     ],
 )
 def test_warned_of(text: str, expected: str) -> None:
@@ -320,50 +320,59 @@ def test_faulty_parts_that_exist_are_not_warned_of() -> None:
     [
         ("sensor: {}", "1: sensor: unknown top-level entry; did you mean sensors"),
         ("3: {}", "1: 3: unknown top-level entry (known: arm"),
-        ("belt_models: {}", "unknown top-level entry belongs to the 2018 format or a later one"),
+        ("belt_models: {}", "unknown top-level entry; it belongs to the 2018 format or a later one"),
         ("agv_infos: {}", "belongs to the 2021 format or a later one"),
-        ("[1, 2]", "a configuration is a mapping of sections, not a list"),
-        ("hello", "a configuration is a mapping of sections, not the text 'hello'"),
-        *((f"{name}:", f"1: {name}: must be a mapping, not empty") for name in ("arm", "sensors", "options", "orders")),
+        ("[1, 2]", "a configuration must be a mapping of sections (got a list)"),
+        ("hello", "a configuration must be a mapping of sections (got the text 'hello')"),
         *(
-            (f"{name}:", f"{name}: must be a mapping, not empty")
+            (f"{name}:", f"1: {name}: must be a mapping (got an empty value)")
+            for name in ("arm", "sensors", "options", "orders")
+        ),
+        *(
+            (f"{name}:", f"{name}: must be a mapping (got an empty value)")
             for name in ("models_over_bins", "belt_parts", "drops")
         ),
-        ("faulty_parts:", "must be a list of names, not empty"),
-        ("time_limit:", "must be a number, not empty"),
+        ("faulty_parts:", "must be a list of names (got an empty value)"),
+        ("time_limit:", "must be a number (got an empty value)"),
         ("time_limit: .inf", "must be a finite number"),
         ("time_limit: .nan", "must be a finite number"),
-        ("time_limit: 2*60", "must be a number, not the text '2*60'"),
-        ("time_limit: no", "must be a number, not the truth value false"),
+        ("time_limit: 2*60", "must be a number (got the text '2*60')"),
+        ("time_limit: no", "must be a number (got the boolean false)"),
         ("arm: {}", "the required entry 'type' is missing"),
         ("arm: {type: ur5}", "unknown arm 'ur5'"),
         ("arm: {type: UR10}", "did you mean ur10"),
-        ("options: {belt_population_cycles: -1}", "must be at least 0, not -1"),
+        ("options: {belt_population_cycles: -1}", "must be at least 0 (got -1)"),
         ("options: {belt_population_cycles: 1.5}", "must be a whole number"),
-        ("options: {model_type_aliases: }", "must be a mapping, not empty"),
-        ("options: {model_type_aliases: {a: [b]}}", "must be a name, not a list"),
-        ("sensors: {on: {type: break_beam, pose: {}}}", "must be a name, not the truth value true; put it in quotes"),
-        ("sensors: {a-b: {type: break_beam, pose: {}}}", "only letters, digits, _ and /"),
-        ("sensors: {orders: {type: break_beam, pose: {}}}", "the cell itself has a topic 'orders'"),
+        ("options: {model_type_aliases: }", "must be a mapping (got an empty value)"),
+        ("options: {model_type_aliases: {a: [b]}}", "must be a name (got a list)"),
+        ("sensors: {on: {type: break_beam, pose: {}}}", "must be a name (got the boolean true); put it in quotes"),
+        ("sensors: {a-b: {type: break_beam, pose: {}}}", "use only letters, digits and _, and /"),
+        ("sensors: {orders: {type: break_beam, pose: {}}}", "the cell has a topic 'orders'; choose another name"),
         (
             "sensors: {b: {type: break_beam, pose: {}}, b_change: {type: break_beam, pose: {}}}",
             "the break beam 'b' has a topic of this name",
         ),
         ("sensors: {a: {type: break_beam}}", "1: sensors.a: the required entry 'pose' is missing"),
-        ("sensors: {a: {typ: break_beam, pose: {}}}", "the required entry 'type' is missing; is it spelt typ"),
-        ("sensors: {a: {type: break_beam, pose: }}", "must be a mapping, not empty"),
-        ("sensors: {a: {type: break_beam, pose: {xyz: [0, 0]}}}", "must be a list of three numbers, not of 2"),
-        ("sensors: {a: {type: break_beam, pose: {xyz: 0 0 0}}}", "must be a list of numbers, not the text '0 0 0'"),
+        (
+            "sensors: {a: {typ: break_beam, pose: {}}}",
+            "the required entry 'type' is missing; is typ a misspelling of it",
+        ),
+        ("sensors: {a: {type: break_beam, pose: }}", "must be a mapping (got an empty value)"),
+        ("sensors: {a: {type: break_beam, pose: {xyz: [0, 0]}}}", "must be a list of three numbers (got a list of 2)"),
+        ("sensors: {a: {type: break_beam, pose: {xyz: 0 0 0}}}", "must be a list of numbers (got the text '0 0 0')"),
         ("sensors: {a: {type: break_beam, pose: {xyz: [0, 0, .nan]}}}", "xyz[2]: nan is not a finite number"),
-        ("sensors: {a: {type: break_beam, pose: {xyz: [0, 0, 1e9]}}}", "lies more than 10000 m away"),
+        ("sensors: {a: {type: break_beam, pose: {xyz: [0, 0, 1e9]}}}", "coordinates must be within ±10000 m"),
         ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, 9**9**9]}}}", "is too large"),
-        ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, pie]}}}", "rpy[2]: 'pie' has 'pie', no name of"),
-        ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, ~]}}}", "must be a number or an expression, not empty"),
+        ("sensors: {a: {type: break_beam, pose: {rpy: [0, 0, pie]}}}", "rpy[2]: 'pie' uses 'pie', which is not in"),
+        (
+            "sensors: {a: {type: break_beam, pose: {rpy: [0, 0, ~]}}}",
+            "must be a number or an expression (got an empty value)",
+        ),
         ("arm: {type: ur10, x: {y: {xyz: [exit()]}}}", "arm.x.y.xyz[0]: 'exit()'"),
-        ("belt_parts: {gear_part: }", "must be a mapping, not empty"),
+        ("belt_parts: {gear_part: }", "must be a mapping (got an empty value)"),
         ("belt_parts: {gear_part: {1: }}", "files without one are of the 2016 format"),
-        ("belt_parts: {gear_part: {pose: {}}}", "a time [s] is expected here"),
-        ("belt_parts: {gear_part: {soon: {pose: {}}}}", "must be a number, not the text 'soon'"),
+        ("belt_parts: {gear_part: {pose: {}}}", "must be a time [s] with the pose below it"),
+        ("belt_parts: {gear_part: {soon: {pose: {}}}}", "must be a number (got the text 'soon')"),
         ("options: {belt_population_cycles: 3000}\nbelt_parts: {gear_part: {1: {pose: {}}}}", "more than 2000 parts"),
         (
             "options: {belt_population_cycles: 1000000000000}\nbelt_parts: {gear_part: {1: {pose: {}}}}",
@@ -373,20 +382,20 @@ def test_faulty_parts_that_exist_are_not_warned_of() -> None:
         ("orders: {o: {announcement_condition: time, parts: {}}}", "'announcement_condition_value' is missing"),
         (
             f"orders: {{o: {{{ORDER}, kit_count: '2', parts: {{a: {PART}}}}}}}",
-            "must be a whole number, not the text '2'; did you mean 2",
+            "must be a whole number (got the text '2'); did you mean 2",
         ),
-        (f"orders: {{o: {{{ORDER}, kit_count: -2, parts: {{a: {PART}}}}}}}", "must be at least 0, not -2"),
+        (f"orders: {{o: {{{ORDER}, kit_count: -2, parts: {{a: {PART}}}}}}}", "must be at least 0 (got -2)"),
         (f"orders: {{o: {{{ORDER}, kit_count: 1000000000, parts: {{a: {PART}}}}}}}", "asks for more than 2000 parts"),
-        (f"orders: {{o: {{{ORDER}, parts: [1]}}}}", "must be a mapping, not a list"),
-        ("faulty_parts: [[a]]", "must be a name, not a list"),
+        (f"orders: {{o: {{{ORDER}, parts: [1]}}}}", "must be a mapping (got a list)"),
+        ("faulty_parts: [[a]]", "must be a name (got a list)"),
         ("drops: {}", "the required entry 'drop_regions' is missing"),
-        (
-            "models_over_bins: {bin9: {models: {}}}",
-            "it is needed for a place that is none of the bins; did you mean bin",
-        ),
+        ("models_over_bins: {bin9: {models: {}}}", "only bins have a default; did you mean bin"),
         ("models_over_bins: {bin1: {}}", "the required entry 'models' is missing"),
-        ("models_over_bins: {1: {models: {}}}", "must be a name, not the number 1"),
-        ("options: {spawn_extra_models: true}\nmodels_to_spawn: {world: {models: }}", "must be a mapping, not empty"),
+        ("models_over_bins: {1: {models: {}}}", "must be a name (got the number 1)"),
+        (
+            "options: {spawn_extra_models: true}\nmodels_to_spawn: {world: {models: }}",
+            "must be a mapping (got an empty value)",
+        ),
     ],
 )
 def test_refused(text: str, expected: str) -> None:
@@ -396,15 +405,15 @@ def test_refused(text: str, expected: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("num_models_x: 2", "num_models_x: -2", "must be at least 0, not -2"),
+        ("num_models_x: 2", "num_models_x: -2", "must be at least 0 (got -2)"),
         ("num_models_x: 2", "num_models_x: 1000000000", "more than 2000 parts"),
-        ("num_models_x: 2", "num_models_x: 2.0", "must be a whole number, not the number 2.0; did you mean 2"),
-        ("num_models_x: 2, ", "", "the required entry 'num_models_x' is missing; is it spelt num_models_y"),
-        ("[0.1, 0.1, 0.0]", "[0.1, pi/2, 0]", "xyz_start[1]: must be a plain number, not the text 'pi/2'"),
-        ("[0.1, 0.1, 0.0]", "[0.1, 0.1]", "must be a list of three numbers, not of 2"),
+        ("num_models_x: 2", "num_models_x: 2.0", "must be a whole number (got the number 2.0); did you mean 2"),
+        ("num_models_x: 2, ", "", "the required entry 'num_models_x' is missing; is num_models_y a misspelling of it"),
+        ("[0.1, 0.1, 0.0]", "[0.1, pi/2, 0]", "xyz_start[1]: must be a plain number (got the text 'pi/2')"),
+        ("[0.1, 0.1, 0.0]", "[0.1, 0.1]", "must be a list of three numbers (got a list of 2)"),
         ("[0.5, 0.5, 0.0]", "[0.5, .inf, 0.0]", "must be a finite number"),
-        ("[0.5, 0.5, 0.0]", "half", "must be a list of three numbers, not the text 'half'"),
-        ("pi/4", "[1]", "must be a number or an expression, not a list"),
+        ("[0.5, 0.5, 0.0]", "half", "must be a list of three numbers (got the text 'half')"),
+        ("pi/4", "[1]", "must be a number or an expression (got a list)"),
     ],
 )
 def test_bad_grids(old: str, new: str, expected: str) -> None:
@@ -425,11 +434,11 @@ def test_errors_name_the_year_of_other_formats() -> None:
     assert "write announcement_condition: time and announcement_condition_value: 30 instead" in first
     assert second.endswith("announcement_condition_value: 60 instead")
     assert "belt parts are listed by type and then by time [s]" in error("belt_parts: {1.0: {type: part1, pose: {}}}")
-    assert "must be a number, not the text 'xyz'" in error("belt_parts: {part1: {xyz: [0, 0, 0]}}")
+    assert "must be a number (got the text 'xyz')" in error("belt_parts: {part1: {xyz: [0, 0, 0]}}")
     later = (
         "orders: {o: {announcement_condition: time, announcement_condition_value: 0, products: {}, destinations: []}}"
     )
-    assert "'products' belongs to the 2019 format; this reads the 2017 format; did you mean parts" in error(later)
+    assert "'products' belongs to the 2019 format; Cellwright reads the 2017 format; did you mean parts" in error(later)
 
 
 def test_all_errors_at_once_in_the_order_of_lines() -> None:

@@ -167,7 +167,7 @@ class JoinedText:
         before = self._texts[place.file - 1]
         if not before.content or before.content.endswith(("\n", "\r")):
             return ""
-        return f"; {before.path} does not end its last line, so this line goes on there"
+        return f"; the last line of {before.path} has no line end, so this line continues it"
 
 
 def read_texts(paths: Sequence[Path]) -> JoinedText:
@@ -187,7 +187,7 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
             problems.append(Problem(Place(file, str(path), 0), "", f"cannot be read: {reason(error)}"))
             continue
         if len(data) > left:
-            message = f"more than {MAX_BYTES // 1024} KiB of configuration"
+            message = f"the configuration exceeds {MAX_BYTES // 1024} KiB in total"
             problems.append(Problem(Place(file, str(path), 0), "", message))
             break
         left -= len(data)

@@ -26,7 +26,7 @@ GRIPPERS = Keys({"joint_index": None}, dict.fromkeys(("open", "max_acceleration"
 GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
 """Lists of the joints of each finger in old revisions; only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
-_NO_HOME = "; write the positions that the joints go home to [rad; m]"
+_NO_HOME = "; write the home positions of the joints [rad; m]"
 
 
 class GroupReader:
@@ -45,19 +45,20 @@ class GroupReader:
 
     def joint(self, node: YamlNode, *, may_follow: bool = False) -> Joint | None:
         """Return a joint that a program can move, by index or name; with `may_follow` also one that mimics another."""
-        index = self._find(node, "joint", " (-1 is for what the robot lacks, in the head's list only)")
+        index = self._find(node, "joint", "; -1 marks a missing joint, in the head's list only")
         if index is None:
             return None
         joint = self._joints[index]
         if joint.mimic is not None and not may_follow:
-            self._problems.error(node, f"joint {index} ({joint.name}) mimics {joint.mimic.joint}; name that one")
+            self._problems.error(
+                node, f"joint {index} ({joint.name}) mimics {joint.mimic.joint}; name {joint.mimic.joint} instead"
+            )
             return None
         if joint.is_driven:
             return joint
         movable = listed(each.name for each in self.robot.driven)
         self._problems.error(
-            node,
-            f"joint {index} ({joint.name}) is {joint.type}: no position can be commanded; those that move: {movable}",
+            node, f"joint {index} ({joint.name}) is {joint.type} and takes no position (movable: {movable})"
         )
         return None
 
@@ -65,15 +66,13 @@ class GroupReader:
         """Return a list of distinct joints that a program can move; as `joint` otherwise."""
         if not isinstance(node, Items) or not node.items:
             actual = "an empty list" if isinstance(node, Items) else described(node)
-            self._problems.error(node, f"must be a list of joints, by index or name, not {actual}")
+            self._problems.error(node, f"must be a list of joints, by index or name (got {actual})")
             return None
         found: list[Joint] = []
         for item in node.items:
             joint = self.joint(item, may_follow=may_follow)
             if joint is not None and joint in found:
-                self._problems.error(
-                    item, f"joint {self._joints.index(joint)} ({joint.name}) stands in this list twice"
-                )
+                self._problems.error(item, f"joint {self._joints.index(joint)} ({joint.name}) is in this list twice")
             elif joint is not None:
                 found.append(joint)
         return tuple(found) if len(found) == len(node.items) else None
@@ -84,9 +83,9 @@ class GroupReader:
         if isinstance(node, Leaf) and (node.value == root or (may_be_root and _is_absent(node))):
             if may_be_root:
                 return root
-            self._problems.error(node, f"{root} is the root link, which nothing moves")
+            self._problems.error(node, f"{root} is the root link, which no joint moves")
             return None
-        index = self._find(node, "link", f" (-1 is the root link {root}, which nothing moves)")
+        index = self._find(node, "link", f"; -1 is the root link {root}, which no joint moves")
         return None if index is None else self._joints[index].child
 
     def _find(self, node: YamlNode, kind: str, of_root: str) -> int | None:
@@ -108,7 +107,7 @@ class GroupReader:
                     return names.index(name)
                 self._unknown(node, kind, name)
                 return None
-        self._problems.error(node, f"must be a {kind}, by index or name, not {described(node)}{hint}")
+        self._problems.error(node, f"must be a {kind}, by index or name (got {described(node)}){hint}")
         return None
 
     def _unknown(self, node: Leaf, kind: str, name: str) -> None:
@@ -117,9 +116,9 @@ class GroupReader:
         if kind == "joint":
             names, known = tuple(robot.joint_indices), listed(each.name for each in robot.driven)
             if above := robot.joint_above(name):
-                hint = f"; it is a link, and the joint that moves it is {above.name}"
+                hint = f"; this is a link, moved by joint {above.name}"
         elif name in robot.joint_indices:
-            hint = f"; it is a joint, and the link that it moves is {robot.joint(name).child}"
+            hint = f"; this is a joint, which moves link {robot.joint(name).child}"
         hint = hint or _in_quotes(name) or did_you_mean(name, names)
         self._problems.error(node, f"unknown {kind} {shortened(repr(name))}{hint} (known: {known})")
 
@@ -135,7 +134,7 @@ class GroupReader:
         ]
         self._problems.error(
             node,
-            f"there is no {kind} {shortened(str(index))}{remark}; indices go from 0 to {len(self._joints) - 1} "
+            f"{kind} index must be from 0 to {len(self._joints) - 1} (got {shortened(str(index))}{remark}) "
             f"(known: {listed(valid)})",
         )
 
@@ -160,14 +159,14 @@ class GroupReader:
         if table is None or joints is None:
             return None
         if all(joint.mimic is not None for joint in joints):
-            self._problems.error(table, "all its joints mimic others; name those that they follow as well")
+            self._problems.error(table, "all its joints mimic others; add the joints that they follow")
             return None
         endless = [joint.name for joint in joints if not _has_range(joint)]
         if endless:
             self._problems.error(
                 table.get("joint_index") or table,
-                f"{', '.join(endless)}: a gripper opens and closes between the limits of its joints, and the URDF "
-                "gives none",
+                f"joints of a gripper must have limits in the URDF, since it opens and closes between them "
+                f"(none for {', '.join(endless)})",
             )
             return None
         self._bound(table, joints)
@@ -183,7 +182,7 @@ class GroupReader:
         if len(items) != count or len(ends) != count:
             choice = " or ".join(RangeEnd)
             actual = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
-            self._problems.error(node, f"must be {choice}, or a list of {count} of them, not {actual}")
+            self._problems.error(node, f"must be {choice}, or a list of {count} of them (got {actual})")
             return ()
         return tuple(ends) if RangeEnd.UPPER in ends else ()
 
@@ -247,14 +246,14 @@ class GroupReader:
         if node is None:
             return None
         if not isinstance(node, Items):
-            self._problems.error(node, f"must be a list of positions [rad; m], not {described(node)}")
+            self._problems.error(node, f"must be a list of positions [rad; m] (got {described(node)})")
             return None
         positions = [self.reader.number(item) for item in node.items]
         if joints is None:
             return None
         if len(positions) != len(joints):
-            counts = f"{len(joints)} joint{'' if len(joints) == 1 else 's'} and {len(positions)} positions"
-            self._problems.error(node, f"must be one position for each joint: here are {counts}")
+            counts = f"{len(positions)} for {len(joints)} joint{'' if len(joints) == 1 else 's'}"
+            self._problems.error(node, f"must be one position for each joint (got {counts})")
             return None
         found = zip(node.items, joints, positions, strict=True)
         home = [self._reachable(item, joint, position) for item, joint, position in found if position is not None]
@@ -270,9 +269,8 @@ class GroupReader:
         if any(value is not None and value <= 0.0 for value in values):
             self._problems.error(node, "must be above 0 [rad/s^2; m/s^2]; leave the entry out for no bound")
         if isinstance(node, Items) and len(values) != len(joints):
-            self._problems.error(
-                node, f"must be a number, or a list with one for each joint: here are {len(values)} for {len(joints)}"
-            )
+            counts = f"{len(values)} for {len(joints)} joint{'' if len(joints) == 1 else 's'}"
+            self._problems.error(node, f"must be a number, or a list with one for each joint (got {counts})")
             return
         for joint, value in zip(joints, values if isinstance(node, Items) else values * len(joints), strict=True):
             if joint is not None and joint.mimic is None and value is not None:
@@ -285,16 +283,16 @@ class GroupReader:
         if nearest != position:
             self._problems.warn(
                 where,
-                f"{position:g} lies outside of the limits of {joint.name}, {lower:g} to {upper:g}: "
-                f"it goes home to {nearest:g}",
+                f"must be within the limits of {joint.name}, {lower:g} to {upper:g} (got {position:g}); "
+                f"home is {nearest:g}",
             )
         return float(nearest)
 
     def _three(self, node: YamlNode) -> tuple[YamlNode, ...] | None:
         if isinstance(node, Items) and len(node.items) == len(AXES_OF_HEAD):
             return node.items
-        actual = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {actual}")
+        actual = f"a list of {len(node.items)}" if isinstance(node, Items) else described(node)
+        self._problems.error(node, f"must be a list of three, for roll, pitch and yaw (got {actual})")
         return None
 
 
@@ -326,4 +324,4 @@ def listed(names: Iterable[str]) -> str:
 
 def _in_quotes(name: str) -> str:
     """Return a hint about a number in quotes where an index should be."""
-    return f"; an index stands without quotes: {name}" if name.isascii() and name.isdigit() and len(name) < 6 else ""
+    return f"; write an index without quotes: {name}" if name.isascii() and name.isdigit() and len(name) < 6 else ""

@@ -51,7 +51,7 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     if "right" in by_side and "left" in by_side and max(between.values(), default=0) >= MIN_NAMED_JOINTS:
         return f"{by_side['right']} is on the right, {by_side['left']} on the left"
     branches = [name for name, count in between.items() if count >= MIN_JOINTS]
-    return f"its joints hang on two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
+    return f"its joints belong to two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
 
 
 def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...]]]:
@@ -82,10 +82,10 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
             elif homes[name] != position:
                 problems.error(
                     _node(root, key),
-                    f"{name} is in {first[name]} as well, and goes home to {homes[name]:g} there, to {position:g} here",
+                    f"{name} must have one home position (got {homes[name]:g} in {first[name]}, {position:g} here)",
                 )
             else:
-                problems.warn(_node(root, key), f"{name} is in {first[name]} as well: what comes last is done")
+                problems.warn(_node(root, key), f"{name} is in {first[name]} as well; its last command counts")
 
 
 def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
@@ -110,10 +110,10 @@ def check_arms(
         idle = [name for name in arm.joints if name not in between]
         if idle:
             hint = _other_order(robot, arm, joints, config.fixed_link)
-            problems.warn(node, f"{listed(idle)}: does not move the tip {arm.tip}{hint}")
+            problems.warn(node, f"the tip {arm.tip} is not moved by {listed(idle)}{hint}")
         commanded = config.command_links[number]
         if commanded != arm.tip and not set(arm.joints) & movers(robot, commanded, config.fixed_link):
-            problems.warn(node, f"controller_indices.cmd_ee has {commanded} for this arm, which does not move it")
+            problems.warn(node, f"controller_indices.cmd_ee names {commanded}, which this arm does not move")
 
 
 def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
@@ -132,7 +132,7 @@ def _other_order(robot: RobotModel, arm: ArmConfig, joints: Sequence[Joint], fix
         return ""
     tip = again[place[above.name]].child
     if {again[place[name]].name for name in arm.joints} <= movers(robot, tip, fixed_link):
-        return f"; with `joint_index_order: {other}` the same indices are an arm that moves its tip, {tip}"
+        return f"; with `joint_index_order: {other}` the same indices move the tip {tip}"
     return ""
 
 

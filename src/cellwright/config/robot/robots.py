@@ -53,7 +53,7 @@ _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffi
 def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
     """Return the URDF; its path is relative to the configuration's folder or, in old revisions, to the one above."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
-        reader.problems.error(node, f"must be the path of a URDF or xacro file, not {described(node)}")
+        reader.problems.error(node, f"must be the path of a URDF or xacro file (got {described(node)})")
         return None
     folder = Path(node.place.path).parent
     for found in (folder / node.value, folder.parent / node.value):
@@ -63,8 +63,7 @@ def find_urdf(node: YamlNode, reader: Reader) -> Path | None:
         except OSError:  # a name too long for the file system, or a folder without read permission
             break
     reader.problems.error(
-        node,
-        f"there is no file {node.value} in {folder.absolute()}, nor in the folder above{_close(node.value, folder)}",
+        node, f"there is no file {node.value} in {folder.absolute()} or in the folder above{_close(node.value, folder)}"
     )
     return None
 
@@ -95,12 +94,10 @@ def read_base_pose(node: YamlNode | None, reader: Reader) -> Pose:
     length = math.hypot(x, y, z, w)
     where = table.get("orientation") or table
     if not 1e-6 < length < 1e6:
-        reader.problems.error(
-            where, f"must be a quaternion x, y, z, w, and this one turns nowhere: its length is {length:g}"
-        )
+        reader.problems.error(where, f"must be a unit quaternion x, y, z, w (got length {length:g})")
         return Pose()
     if abs(length - 1.0) > _NORM_TOLERANCE:
-        reader.problems.warn(where, f"a quaternion has the length 1, and this one {length:.3g}; it is scaled")
+        reader.problems.warn(where, f"must be a unit quaternion (got length {length:.3g}); it is scaled")
     return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
 
 
@@ -140,7 +137,7 @@ def read_tree(path: Path, problems: Problems) -> Table:
     Raises:
         DescriptionError: it is no YAML file with a mapping.
     """
-    return parse_mapping(read_texts([path]), problems, "a robot configuration is a mapping of entries")
+    return parse_mapping(read_texts([path]), problems, "a robot configuration must be a mapping of entries")
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,8 +193,8 @@ class _FileEntries:
         if isinstance(node, Items):
             yield from node.items
         elif node is not None:
-            hint = "; begin each with a dash" if isinstance(node, Table) else "; write [] for none"
-            self.reader.problems.error(node, f"must be a list of {kind}, not {described(node)}{hint}")
+            hint = "; start each with a dash" if isinstance(node, Table) else "; write [] for none"
+            self.reader.problems.error(node, f"must be a list of {kind} (got {described(node)}){hint}")
 
     def _waist(self, groups: GroupReader) -> Posture | None:
         """Return the waist, which includes the joints of a folding waist."""
@@ -232,7 +229,7 @@ class _FileEntries:
         links = [groups.link(item, may_be_root=is_base) for item in items]
         if len(links) != count and not self.reader.problems.errors:
             self.reader.problems.error(
-                node, f"must be one link for each arm: here are {len(links)} for {count} arm{'' if count == 1 else 's'}"
+                node, f"must be one link for each arm (got {len(links)} for {count} arm{'' if count == 1 else 's'})"
             )
         return tuple(link for link in links if link is not None)
 
@@ -273,7 +270,7 @@ def find_robot(name_or_path: str | Path) -> Path:
         if path.is_dir():
             return _in_folder(path)
     except (OSError, ValueError):
-        raise refusal(path, 0, "cannot be looked for") from None
+        raise refusal(path, 0, "not a valid path") from None
     if path.suffix or path.name != name:  # a path, not a robot's name
         raise refusal(path, 0, "there is no such file")
     raise UnknownNameError("robot", name, bundled())
@@ -330,5 +327,5 @@ def _in_folder(folder: Path) -> Path:
     if len(found) == 1:
         return found[0]
     names = ", ".join(str(path.relative_to(folder)) for path in found[:5])
-    which = f"and more than one URDF: give one of {names}" if found else "and no URDF"
-    raise refusal(folder, 0, f"a folder without {CONFIG} {which}")
+    which = f"more than one URDF; name one of {names}" if found else "no URDF in this folder"
+    raise refusal(folder, 0, f"no {CONFIG}, and {which}")

@@ -315,18 +315,18 @@ def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:
 
 
 def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
-    yield f"# How the robot {robot.name} is used. All groups are guessed from names and joints: go through them."
-    yield "# Joints and links are given by name or by index; `cellwright robot` lists both. Units: m, rad."
+    yield f"# Configuration of the robot {robot.name}. All groups are guesses from names and joints: check them."
+    yield "# Write joints and links by name or by index; `cellwright robot` lists both. Units: m, rad."
     yield ""
     yield f"urdf_path: {_text(Path(urdf_path).as_posix())}"
     yield f"robot_name: {_text(robot.name)}"
     yield ""
-    yield "# Where the root link stands, and how it is turned (x, y, z, w); raised so that no link's frame is below 0."
+    yield "# Pose of the root link, with orientation x, y, z, w; raised so that no link's frame is below 0."
     yield f"base_pose: {{position: [0, 0, {_height(robot):g}], orientation: [0, 0, 0, 1]}}"
     yield ""
-    yield "# Arms, the right one first. ee_index: the link at the tip. rest_j_pos: where the arm goes home."
+    yield "# Arms, the right one first. ee_index: the link at the tip. rest_j_pos: home position of each joint."
     if not limbs.arms:
-        yield "# None was found: no run of four or more joints. Take the marks away and name what there is."
+        yield "# No arm was found, since no chain has four or more joints. Uncomment these lines and adapt them."
         yield "# arms:"
         yield "#   - {joint_index: [joint_1, joint_2], ee_index: tool, rest_j_pos: [0, 0]}"
     else:
@@ -336,25 +336,25 @@ def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
         yield f"    ee_index: {_text(arm.tip)}"
         yield f"    rest_j_pos: {_numbers(arm.home)}"
     yield ""
-    yield "# Grippers, the right one first: open at the lower limits of these joints, closed at the upper ones;"
-    yield "# with `open: upper` the other way round."
+    yield "# Grippers, the right one first: open at the lower limits of these joints, closed at the upper ones."
+    yield "# `open: upper` reverses this."
     yield "grippers:" if limbs.grippers else "# grippers:\n#   - joint_index: [finger_1, finger_2]"
     for gripper, is_end_known in zip(limbs.grippers, limbs.is_end_known, strict=True):
         yield f"  - joint_index: {_listed(gripper.joints)}"
         yield from _opening(gripper, is_known=is_end_known)
     yield ""
-    yield "# The head's roll, pitch and yaw; -1 for what it lacks."
+    yield "# Joints for the head's roll, pitch and yaw; -1 for a missing one."
     head = ", ".join("-1" if name is None else _text(name) for name in limbs.head)
     mark = "" if any(limbs.head) else "# "
     yield f"{mark}head: {{joint_index: [{head}], rest_j_pos: [0, 0, 0]}}"
     for name, group in (("waist", limbs.waist), ("dorsal", limbs.lift)):
         if group is not None:
             yield ""
-            yield "# What turns the torso." if name == "waist" else "# What lifts the torso."
+            yield "# Joints that turn the torso." if name == "waist" else "# Joint that lifts the torso."
             yield f"{name}: {{joint_index: {_listed(group.joints)}, rest_j_pos: {_numbers(group.home)}}}"
     if limbs.arms:
         yield ""
-        yield "# Poses as targets: the link of each arm that they move, and the frame they are given in (-1: the root)."
+        yield "# Pose targets: the link of each arm that they move, and the link of their frame (-1: the root)."
         tips = _listed(arm.tip for arm in limbs.arms)
         yield f"controller_indices: {{cmd_ee: {tips}, base: {_numbers([-1] * len(limbs.arms))}}}"
 
@@ -363,7 +363,7 @@ def _opening(gripper: GripperConfig, *, is_known: bool) -> Iterator[str]:
     """Yield the entry `open` of a gripper, or a comment on its absence."""
     ends = set(gripper.open_ends)
     if not is_known:
-        yield "    # Not known which end is open: move it, and write `open: upper` here if status 0 closes it."
+        yield "    # The open end is unknown: move the gripper, and write `open: upper` here if status 0 closes it."
     elif ends == {RangeEnd.UPPER}:
         yield "    open: upper   # guessed: at the upper limits its fingers are farther apart"
     elif RangeEnd.UPPER in ends:

@@ -136,11 +136,11 @@ class LinkReader:
         pose = self._numbers.pose(element)
         written = element.find("mass")
         if written is None or written.get("value") is None:
-            self._problems.error(written or element, '<inertial> needs <mass value="…"/> [kg]')
+            self._problems.error(written or element, '<inertial> requires <mass value="…"/> [kg]')
             return None
         mass = self._numbers.number(written, "value", 0.0)
         if not 0.0 <= mass <= MAX_MASS:
-            self._problems.error(written, f"a mass of {mass:g} kg; 0 to {MAX_MASS:g} kg make sense")
+            self._problems.error(written, f"mass must be from 0 to {MAX_MASS:g} kg (got {mass:g})")
             return None
         moments = element.find("inertia")
         xx, yy, zz, xy, xz, yz = (self._numbers.number(moments, name, 0.0) if moments else 0.0 for name in _INERTIA)
@@ -158,14 +158,14 @@ class LinkReader:
         form = next((child for child in geometry.children if child.tag in _FORMS), None) if geometry else None
         if form is None:
             other = geometry.children[0].tag if geometry and geometry.children else None
-            content = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
-            self._problems.warn(geometry or element, f"{content} is left out{suggestion(other or '', _FORMS)}")
+            content = f"unknown shape <{shortened(other)}>" if other else f"<{element.tag}> has no shape"
+            self._problems.warn(geometry or element, f"{content}, ignored{suggestion(other or '', _FORMS)}")
             return None
         colour, is_touched, path = self._colour(element), element.tag == "collision", None
         if form.tag != "mesh":
             size = self._size(form)
         elif (reference := form.get("filename")) is None:
-            self._problems.error(form, '<mesh> needs filename="…"')
+            self._problems.error(form, '<mesh> requires filename="…"')
             return None
         else:
             path, size = self._meshes.find(reference), self._scale(form)
@@ -180,7 +180,7 @@ class LinkReader:
         names = {"box": ("size",), "sphere": ("radius",)}.get(form.tag, ("radius", "length"))
         missing = [name for name in names if form.get(name) is None]
         if missing:
-            self._problems.error(form, f"<{form.tag}> needs {' and '.join(missing)} [m]")
+            self._problems.error(form, f"<{form.tag}> requires {' and '.join(missing)} [m]")
             return None
         if form.tag == "box":
             size = self._numbers.vector(form, "size")
@@ -190,7 +190,9 @@ class LinkReader:
             size = (needed[0], needed[1] if len(needed) > 1 else 0.0, 0.0)
         if not all(0.0 < value <= MAX_LENGTH for value in needed):
             given = " ".join(f"{value:g}" for value in needed)
-            self._problems.warn(form, f"a {form.tag} of {given} m is left out; lengths are above 0")
+            self._problems.warn(
+                form, f"lengths must be above 0 and at most {MAX_LENGTH:g} m (got {given}); the {form.tag} is ignored"
+            )
             return None
         return size
 
@@ -202,7 +204,7 @@ class LinkReader:
         else:
             scale = self._numbers.vector(form, "scale", (1.0, 1.0, 1.0))
         if not all(1e-9 < abs(value) < 1e9 for value in scale):
-            self._problems.error(form, "a scale of 0 or beyond all sense")
+            self._problems.error(form, "scale must be above 1e-09 and below 1e+09 in magnitude")
         return scale
 
     def _colour(self, element: Element) -> Colour | None:

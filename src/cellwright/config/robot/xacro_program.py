@@ -130,9 +130,9 @@ def _expanded(path: Path, text: str) -> str:
             xacro.process_doc(document)
             expanded = str(document.toxml())
     except ExpatError as error:
-        raise _ExpansionError(_current(path), error.lineno, f"no valid XML (column {error.offset + 1})") from None
+        raise _ExpansionError(_current(path), error.lineno, f"invalid XML (column {error.offset + 1})") from None
     except RecursionError:
-        raise _ExpansionError(_current(path), 0, "xacro: macros that call each other without end") from None
+        raise _ExpansionError(_current(path), 0, "xacro: macros call each other without end") from None
     except Exception as error:  # expressions are Python and may raise anything
         raise _failure(_current(path), error) from None
     if len(expanded) > MAX_TEXT:
@@ -147,7 +147,7 @@ def _find_packages_beside(path: Path) -> None:
         found = next((folder for folder in package_folders(name, path) if folder.is_dir()), None)
         if found is None:
             raise xacro.substitution_args.SubstitutionException(
-                f"there is no package {name!r} above this file, nor in ROS_PACKAGE_PATH"
+                f"there is no package {name!r} above this file or in ROS_PACKAGE_PATH"
             )
         return str(found)
 

@@ -130,10 +130,10 @@ def _of_orders(trial: Trial) -> Iterator[Difficulty]:
     for order in trial.orders:
         for count, wants in ((order.wanted_parts, "wants"), (order.unwanted_parts, "does not want")):
             if count is not None:
-                parts = "a part is" if count == 1 else f"{count} parts are"
-                yield Difficulty("interrupt", f"{order.order_id} comes in when {parts} on a tray that it {wants}")
+                parts = f"a part that it {wants} is" if count == 1 else f"{count} parts that it {wants} are"
+                yield Difficulty("interrupt", f"{order.order_id} is announced when {parts} on a tray")
         if order.start_time is not None and order.start_time > 0:
-            yield Difficulty("interrupt", f"{order.order_id} comes in after {order.start_time:g} s")
+            yield Difficulty("interrupt", f"{order.order_id} is announced after {order.start_time:g} s")
         elif order.start_time is order.wanted_parts is order.unwanted_parts is None:
             yield Difficulty("never_announced", f"{order.order_id} is never announced")
 
@@ -143,7 +143,7 @@ def _of_supply(trial: Trial) -> Iterator[Difficulty]:
     found = {part_type: supply(trial, part_type) for part_type in counts}
     only = [part_type for part_type, each in found.items() if each.belt and not each.lying]
     if only:
-        yield Difficulty("belt_only", f"{_listed(only)} only by the belt")
+        yield Difficulty("belt_only", f"{_listed(only)} only on the belt")
     for part_type, each in found.items():
         if each.faulty:
             yield Difficulty("faulty", f"{each.faulty} of {each.lying + each.belt} {part_type} faulty")
@@ -177,7 +177,7 @@ def _of_drops(trial: Trial) -> Iterator[Difficulty]:
         x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
         places.append(place_of((x, y, z)))
     for (kind, part_type, where), places in grouped.items():
-        yield Difficulty(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
+        yield Difficulty(kind, f"{part_type} dropped over {_listed(sorted(set(places)))}, {where}")
 
 
 def _fall(region: DropRegion) -> tuple[DifficultyKind, str]:

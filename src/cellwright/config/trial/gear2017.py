@@ -161,10 +161,10 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
         UsageError: neither files nor a text, or both.
     """
     if bool(paths) == (text is not None):
-        raise UsageError("a trial is loaded from files or from a text")
+        raise UsageError("load_trial requires either paths or text")
     joined = read_texts(paths) if text is None else JoinedText([Text("<text>", text)])
     problems = Problems()
-    root = parse_mapping(joined, problems, "a configuration is a mapping of sections")
+    root = parse_mapping(joined, problems, "a configuration must be a mapping of sections")
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems))
     return Loaded(trial, problems.warnings, time_limit, faulty)
 
@@ -237,8 +237,8 @@ def _warn_unused(root: Table, trial: Trial, reader: Reader) -> None:
         entry = root.entries.get(name)
         is_empty = entry is None or (isinstance(entry.value, Table) and not entry.value.entries)
         if entry and not is_empty and not is_used:
-            reader.problems.warn(entry, f"nothing of it comes into the cell unless options.{condition}")
+            reader.problems.warn(entry, f"no effect on the cell unless options.{condition}")
     node = root.get("options")
     if node and switches.fill_demo_tray and not (trial.orders and switches.insert_agvs):
-        missing = "no tray" if trial.orders else "no order"
-        reader.problems.warn(node, f"fill_demo_tray has no effect, for there is {missing}")
+        missing = "a tray" if trial.orders else "an order"
+        reader.problems.warn(node, f"fill_demo_tray has no effect without {missing}")

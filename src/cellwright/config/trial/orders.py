@@ -35,14 +35,14 @@ def read_orders(node: YamlNode, book: PartBook, other_year: OtherYear) -> tuple[
             requested += sum(1 + len(kit.objects) for kit in order.kits)
             orders[entry.name] = order
         if requested > MAX_KITS:
-            reader.problems.error(node, f"asks for more than {MAX_KITS} kits and parts in all")
+            reader.problems.error(node, f"asks for more than {MAX_KITS} kits and parts in total")
             return ()
     # The original copied the orders into a second dictionary and iterated over that.
     walked = [orders[name] for name in dictionary_order(orders)]
     ids = [f"order_{index}" for index in range(len(walked))]
     for own, order in zip(ids, walked, strict=True):
         if isinstance(node, Table) and order.yaml_name != own and order.yaml_name in ids:
-            message = f"its id is {own}: ids follow the walk of the original's unordered dictionary"
+            message = f"its id is {own}; ids follow the original's order of dictionaries"
             reader.problems.warn(node.entries[order.yaml_name], message)
     return tuple(replace(order, order_id=own) for own, order in zip(ids, walked, strict=True))
 
@@ -107,7 +107,7 @@ def _condition(node: YamlNode, book: PartBook) -> str:
     if isinstance(word, str) and word in CONDITIONS:
         return word
     hint = suggestion(str(word).lower(), CONDITIONS)
-    message = f"{described(node)} is no condition, the order is never announced{hint}"
+    message = f"{described(node)} is not a condition; the order is never announced{hint}"
     book.reader.problems.warn(node, message)
     return shortened(str(word))
 
@@ -122,7 +122,7 @@ def _value(condition: str, node: YamlNode, book: PartBook) -> float | None:
     if value is None or condition == "time":
         return value
     if value != int(value):
-        reader.problems.warn(node, f"a number of parts has no fraction; {int(value)} is taken")
+        reader.problems.warn(node, f"must be a whole number of parts (got {value:g}); {int(value)} is used")
     if int(value) <= 0:
-        reader.problems.warn(node, f"{condition} below 1 is no condition, the order is never announced")
+        reader.problems.warn(node, f"{condition} must be at least 1 (got {value:g}); the order is never announced")
     return value

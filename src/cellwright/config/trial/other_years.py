@@ -71,7 +71,8 @@ class OtherYear:
         counterpart = _NAMES_NOW.get(name)
         meant = f"; did you mean {counterpart}" if counterpart else did_you_mean(str(name), valid)
         known = "" if meant else f" (known: {', '.join(valid)})"
-        return f"unknown top-level entry{self.belongs(_TOP_LEVEL.get(name))}{meant}{known}"
+        year = _TOP_LEVEL.get(name)
+        return f"unknown top-level entry{'; it' if year else ''}{self.belongs(year)}{meant}{known}"
 
     def order(self, table: Table) -> str:
         """Return a hint for an incomplete order that has another year's entries instead."""
@@ -95,8 +96,7 @@ class OtherYear:
         if year is None:
             return ""
         if year == EARLY:
-            return " belongs to the 2016 format (used until April 2017); this reads the 2017 format"
+            return " belongs to the 2016 format (used until April 2017); Cellwright reads the 2017 format"
         latest = max(year, self.year or year)
-        return (
-            f" belongs to the {latest} format{'' if latest > year else ' or a later one'}; this reads the 2017 format"
-        )
+        later = "" if latest > year else " or a later one"
+        return f" belongs to the {latest} format{later}; Cellwright reads the 2017 format"

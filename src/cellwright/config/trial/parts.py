@@ -24,7 +24,7 @@ def _switch(reader: Reader, node: YamlNode) -> bool:
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
     truth = bool(node.value if isinstance(node, Leaf) else children(node))
-    reader.problems.warn(node, f"should be true or false; {described(node)} counts as {str(truth).lower()}")
+    reader.problems.warn(node, f"should be true or false (got {described(node)}); counts as {str(truth).lower()}")
     return truth
 
 
@@ -53,7 +53,7 @@ def read_options(node: YamlNode, reader: Reader) -> tuple[Options, Mapping[str, 
     for entry in table.entries.values():
         if entry.name not in OPTIONS.names:
             year = LATER_OPTIONS.get(entry.name)
-            origin = f" (it came with the {year} format)" if year else ""
+            origin = f" (new in the {year} format)" if year else ""
             hint = did_you_mean(str(entry.name), OPTIONS.names)
             reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
     values = OPTIONS.values(table, reader)
@@ -136,7 +136,9 @@ def read_bins(node: YamlNode, book: PartBook) -> tuple[Part, ...]:
             lost = [part.name for part in parts if part.name in found]
             if lost:  # as in the original, a part replaces an earlier one of the same name
                 first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
-                message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
+                message = (
+                    f"{first} exists twice, since aliases and types are numbered apart; only the later one is kept"
+                )
                 reader.problems.warn(model, message)
             found.update((part.name, part) for part in parts)
     return tuple(found.values())
@@ -178,7 +180,7 @@ def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
     if name in BIN_CENTRES:
         x, y = BIN_CENTRES[name]
         return (x - BIN_WIDTH / 2, y - BIN_WIDTH / 2, BIN_PART_HEIGHT)
-    hint = f"; it is needed for a place that is none of the bins{did_you_mean(name, BIN_CENTRES)}"
+    hint = f"; only bins have a default{did_you_mean(name, BIN_CENTRES)}"
     reader.required(table, "xyz", hint)
     return None
 
@@ -234,7 +236,7 @@ def read_belt(node: YamlNode, book: PartBook, other_year: OtherYear) -> tuple[Be
             if part is None:
                 continue
             if (part_type, time.name) in found:
-                reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
+                reader.problems.warn(time, f"duplicate time for {part_type}; only this part is kept")
             found[part_type, time.name] = part
             book.locations[part_type].add("belt")
     if not book.admit(node, len(found) * book.options.belt_population_cycles):
@@ -244,7 +246,7 @@ def read_belt(node: YamlNode, book: PartBook, other_year: OtherYear) -> tuple[Be
 
 def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if entry.name == "pose":
-        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{_NO_POSE}")
+        reader.problems.error(entry, f"must be a time [s] with the pose below it{_NO_POSE}")
         return None
     time = reader.number(Leaf(entry.name, entry.place, entry.key))
     if time is None:
@@ -261,7 +263,7 @@ def _belt_part(part_type: str, entry: Entry, reader: Reader) -> BeltPart | None:
     if placement is None:
         return None
     if time < 0:
-        reader.problems.warn(entry, "a time before the start; the part appears at once")
+        reader.problems.warn(entry, f"must not be negative (got {time:g}); the part appears at once")
     return BeltPart(float(time), part_type, placement.pose, placement)
 
 
@@ -316,22 +318,24 @@ def read_faulty(node: YamlNode, reader: Reader) -> dict[str, YamlNode]:
         case Items():
             for item in node.items:
                 if isinstance(item, Leaf) and item.value is None:
-                    reader.problems.warn(item, "an empty entry, ignored")
+                    reader.problems.warn(item, "empty entry, ignored")
                     continue
                 name = reader.name(item)
                 if name is not None:
                     names[name] = item
         case Table():
-            reader.problems.warn(node, "should be a list of names; the mapping's keys are taken for them")
+            reader.problems.warn(node, "should be a list of names (got a mapping); its keys are used")
             for entry in node.entries.values():
                 name = reader.key(entry)
                 if name is not None:
                     names[name] = Leaf(name, entry.place, entry.key)
         case Leaf(value=str(text)):
-            reader.problems.warn(node, f"should be a list of names (- {text}); each letter is taken for one")
+            reader.problems.warn(
+                node, f"should be a list of names, [{shortened(text)}] (got a text); each letter counts as one"
+            )
             names = dict.fromkeys(text, node)
         case _:
-            reader.problems.error(node, f"must be a list of names, not {described(node)}")
+            reader.problems.error(node, f"must be a list of names (got {described(node)})")
     return {name: names[name] for name in dictionary_order(dictionary_order(names))}
 
 

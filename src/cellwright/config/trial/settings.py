@@ -29,10 +29,10 @@ def _timestep(reader: Reader, node: YamlNode) -> tuple[int, int] | None:
     except ZeroDivisionError:
         step = None
     if step is None:
-        reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500, not {described(node)}")
+        reader.problems.error(node, f"must be seconds as a decimal or a fraction such as 1/500 (got {described(node)})")
         return None
     if not MIN_TIMESTEP <= step <= MAX_TIMESTEP:
-        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s, not {shortened(text)}")
+        reader.problems.error(node, f"must be from {MIN_TIMESTEP} to {MAX_TIMESTEP} s (got {shortened(text)})")
         return None
     return step.numerator, step.denominator
 
@@ -65,7 +65,7 @@ def _initial(reader: Reader, node: YamlNode) -> dict[str, float]:
         except ExpressionError:
             continue
         if abs(position) > limit:
-            reader.problems.error(entry, f"{position:g} is beyond the joint's limit of {limit:g}")
+            reader.problems.error(entry, f"must be within the joint's limits of ±{limit:g} (got {position:g})")
         states[str(entry.name)] = position
     return states
 
