@@ -33,7 +33,7 @@ def check(folder: Path, inside: str) -> None:
         ("<worldbody><body>" + '<geom size=".1"/>' * (MAX_GEOMS + 1) + "</body></worldbody>", "(got 201, at most 200)"),
     ],
 )
-def test_excessive_memory_or_time_is_refused(tmp_path: Path, inside: str, why: str) -> None:
+def test_mjcf_of_excessive_cost_is_refused(tmp_path: Path, inside: str, why: str) -> None:
     with pytest.raises(ModelFileError, match=r"model\.xml: ") as refused:
         check(tmp_path, inside)
     assert why in str(refused.value)
@@ -48,5 +48,5 @@ def test_excessive_memory_or_time_is_refused(tmp_path: Path, inside: str, why: s
         "<worldbody><body>" + '<geom size=".1"/>' * MAX_GEOMS + "</body></worldbody>",
     ],
 )
-def test_what_files_have_in_them_is_not(tmp_path: Path, inside: str) -> None:
+def test_usual_mjcf_is_accepted(tmp_path: Path, inside: str) -> None:
     check(tmp_path, inside)

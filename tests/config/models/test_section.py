@@ -29,7 +29,7 @@ def parts(entry: str) -> str:
     return f"cellwright:\n  parts:\n    my_part: {entry}\n"
 
 
-def test_the_example() -> None:
+def test_own_models_example_is_read() -> None:
     trial = load_trial([EXAMPLE / "own_models.yaml"]).trial
     models = trial.part_models
     assert list(models) == ["bracket_part", "wedge_part", "valve_part", "flange_part", "knob_part"]
@@ -94,19 +94,19 @@ BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
         ("{file: trial.yaml}", "trial.yaml:1: invalid XML (column 1)"),
     ],
 )
-def test_refused(entry: str, message: str, tmp_path: Path) -> None:
+def test_invalid_part_is_refused(entry: str, message: str, tmp_path: Path) -> None:
     found = refused(tmp_path, parts(entry))
     assert all(each.startswith("trial.yaml:3: cellwright.parts.my_part") for each in found)
     assert message in found[0]
 
 
 @pytest.mark.parametrize("name", ["gear_part", "agv1", "my_part_3", "a_clone_x", "my|part", "9part"])
-def test_names_that_cannot_be(name: str, tmp_path: Path) -> None:
+def test_invalid_part_name_is_refused(name: str, tmp_path: Path) -> None:
     (found,) = refused(tmp_path, f"cellwright:\n  parts:\n    '{name}': {BOX}\n")
     assert "a part type must be" in found or "is in use" in found
 
 
-def test_types_that_are_not_there_are_named(tmp_path: Path) -> None:
+def test_unknown_part_type_in_order_gives_suggestion(tmp_path: Path) -> None:
     path = tmp_path / "trial.yaml"
     path.write_text(
         parts(BOX) + "orders: {order_0: {announcement_condition: time, announcement_condition_value: 0, "
@@ -131,7 +131,7 @@ def test_types_that_are_not_there_are_named(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_furniture_refused(entry: str, message: str, tmp_path: Path) -> None:
+def test_invalid_furniture_is_refused(entry: str, message: str, tmp_path: Path) -> None:
     found = refused(tmp_path, f"cellwright:\n  furniture: {entry}\n")
     assert message in found[0] or message.startswith("unknown entry")
     assert found[0].startswith("trial.yaml:2: cellwright.furniture")
@@ -172,26 +172,26 @@ MASS = "<inertial><mass>1</mass></inertial>"
         ("<mujoco><asset><mesh file='../x.stl'/></asset></mujoco>", "../x.stl is outside the model folder"),
     ],
 )
-def test_files_refused(content: str, message: str, tmp_path: Path) -> None:
+def test_invalid_model_file_is_refused(content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.sdf").write_text(content)
     (found,) = refused(tmp_path, parts("{file: a.sdf}"))
     assert found.startswith("trial.yaml:3: cellwright.parts.my_part")
     assert message in found
 
 
-def test_a_file_that_is_too_large(tmp_path: Path) -> None:
+def test_oversized_model_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.sdf").write_text(f"<!-- {'x' * (1 << 20)} --><sdf/>")
     assert "larger than 1 MiB" in refused(tmp_path, parts("{file: a.sdf}"))[0]
 
 
-def test_a_folder_needs_its_config(tmp_path: Path) -> None:
+def test_model_folder_without_valid_config_is_refused(tmp_path: Path) -> None:
     (tmp_path / "model").mkdir()
     assert "no model.config in this folder" in refused(tmp_path, parts("{file: model}"))[0]
     (tmp_path / "model" / "model.config").write_text("<model><sdf>../../x.sdf</sdf></model>")
     assert "is outside the model folder" in refused(tmp_path, parts("{file: model}"))[0]
 
 
-def test_links_of_a_chain_are_taken_together(tmp_path: Path) -> None:
+def test_fixed_links_are_merged_in_place(tmp_path: Path) -> None:
     (tmp_path / "a.urdf").write_text(
         """<robot name='r'>
         <link name='c'><collision><geometry><sphere radius='0.01'/></geometry></collision></link>
@@ -208,7 +208,7 @@ def test_links_of_a_chain_are_taken_together(tmp_path: Path) -> None:
     assert shape.is_seen
 
 
-def test_joints_in_a_ring(tmp_path: Path) -> None:
+def test_joint_loop_in_model_is_refused(tmp_path: Path) -> None:
     joint = "<joint name='{0}{1}' type='fixed'><parent link='{0}'/><child link='{1}'/></joint>"
     links = "<link name='a'/><link name='b'/>"
     (tmp_path / "a.urdf").write_text(f"<robot>{links}{joint.format('a', 'b')}{joint.format('b', 'a')}</robot>")
@@ -218,12 +218,12 @@ def test_joints_in_a_ring(tmp_path: Path) -> None:
 TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2/1 3/1 4/1\nf -4 -1 -2\n"
 
 
-def test_obj(tmp_path: Path) -> None:
+def test_obj_mesh_is_read(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(TETRAHEDRON)
     assert load(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj, scale: [1, 1, 0.5]}]}")).part_models
 
 
-def test_text_stl(tmp_path: Path) -> None:
+def test_text_stl_mesh_is_read(tmp_path: Path) -> None:
     corners = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
     facets = "".join(
         "facet normal 0 0 0\nouter loop\n"
@@ -250,20 +250,20 @@ def test_text_stl(tmp_path: Path) -> None:
         ("a.stl", "solid\nvertex 1 2\n", "invalid STL file"),
     ],
 )
-def test_meshes_refused(name: str, content: str, message: str, tmp_path: Path) -> None:
+def test_invalid_mesh_is_refused(name: str, content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(content)
     (found,) = refused(tmp_path, parts(f"{{mass: 1, shapes: [{{mesh: {name}}}]}}"))
     assert message in found
 
 
-def test_a_mesh_that_is_too_large(tmp_path: Path) -> None:
+def test_mesh_with_too_many_triangles_is_refused(tmp_path: Path) -> None:
     count = 200_001
     (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", count) + bytes(50 * count))
     (found,) = refused(tmp_path, parts("{mass: 1, shapes: [{mesh: a.stl}]}"))
     assert "too many triangles (got 200001, at most 200000)" in found
 
 
-def test_a_mesh_in_millimetres_is_too_large(tmp_path: Path) -> None:
+def test_mesh_in_millimetres_is_refused_as_too_large(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(TETRAHEDRON.replace("0.1", "100"))
     (found,) = refused(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj}]}"))
     assert "lengths of a mesh must be from 0.0001 to 20 m (got 100 x 100 x 100)" in found

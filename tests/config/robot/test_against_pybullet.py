@@ -72,7 +72,7 @@ def is_chosen(path: Path) -> bool:
 
 
 @pytest.mark.slow
-def test_every_file_of_pybullet(oracle: Oracle) -> None:
+def test_urdf_files_of_pybullet_read_as_pybullet_reads_them(oracle: Oracle) -> None:
     chance = random.Random(7)
     found = {}
     paths = [path for path in sorted(DATA.rglob("*.urdf")) if is_chosen(path)]
@@ -147,7 +147,9 @@ def urdfs(draw: st.DrawFn) -> str:
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(urdf=urdfs(), posture=st.lists(st.floats(-3.0, 3.0), min_size=29, max_size=29))
-def test_trees_made_up_at_random(oracle: Oracle, tmp_path: Path, urdf: str, posture: list[float]) -> None:
+def test_random_urdfs_read_as_pybullet_reads_them(
+    oracle: Oracle, tmp_path: Path, urdf: str, posture: list[float]
+) -> None:
     path = tmp_path / f"robot_{hashlib.sha256(urdf.encode()).hexdigest()}.urdf"
     path.write_text(urdf)
     robot = read(path)

@@ -19,14 +19,14 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
     return load_robot(write(tmp_path_factory.mktemp("small")), lambda _line: None)
 
 
-def test_groups_have_their_keys_in_the_file(small: RobotConfig) -> None:
+def test_groups_have_keys_of_file(small: RobotConfig) -> None:
     found = {key: (joints, home) for key, joints, home in groups(small)}
     assert list(found) == ["arms[0]", "arms[1]", "grippers[0]", "grippers[1]", "head", "waist", "dorsal"]
     assert found["arms[1]"] == (("l1", "l2"), (-0.1, 0.2))
     assert found["grippers[0]"] == (("r_finger", "r_thumb"), (0.0, -0.04))
 
 
-def test_the_fixed_link_does_not_move(small: RobotConfig) -> None:
+def test_movers_exclude_joints_above_fixed_link(small: RobotConfig) -> None:
     assert movers(small.robot, "r_hand", None) == {"lift", "r1", "r2", "r_wrist"}
     assert movers(small.robot, "r_hand", "torso") == {"r1", "r2", "r_wrist"}
     assert movers(small.robot, "base", "torso") == {"lift"}
@@ -38,7 +38,7 @@ JOINTS = st.sampled_from([name for name in INDICES if not name.endswith(("wrist"
 
 
 @given(LINKS, LINKS, JOINTS)
-def test_movers_are_those_that_forward_kinematics_knows(
+def test_movers_equal_joints_that_move_link_in_kinematics(
     small: RobotConfig, link: str, fixed_link: str, joint: str
 ) -> None:
     held, turned = (seen_from(small.robot, fixed_link, link, {joint: position}) for position in (0.0, 0.3))

@@ -34,23 +34,23 @@ def camera(name: str = "first_person", **values: Any) -> CameraConfig:
         ("anything", "head"),
     ],
 )
-def test_link_of_a_camera(name: str, link: str) -> None:
+def test_camera_link_follows_from_camera_name(name: str, link: str) -> None:
     tips = [replace(arm, tip=f"tip_{side}") for arm, side in zip(ROBOT.arms, ("right", "left"), strict=True)]
     assert picture_camera(replace(ROBOT, arms=tuple(tips)), camera(name)).frame == link
 
 
-def test_without_a_head_and_arms_it_is_the_root() -> None:
+def test_camera_of_robot_without_head_and_arms_is_on_root() -> None:
     bare = replace(ROBOT, arms=(), head=None)
     assert {picture_camera(bare, camera(name)).frame for name in ("first_person", "hand_eye")} == {"base"}
 
 
-def test_default_figures() -> None:
+def test_camera_without_entries_has_defaults() -> None:
     found = picture_camera(ROBOT, camera())
     assert (found.width, found.height, found.near, found.far, found.pose) == (640, 480, 0.1, 10.0, Pose())
     assert 2 * math.atan(math.tan(found.fov / 2) * 480 / 640) == pytest.approx(math.radians(100))
 
 
-def test_all_figures() -> None:
+def test_camera_with_all_entries_has_their_values() -> None:
     found = picture_camera(
         ROBOT,
         camera(
@@ -72,7 +72,7 @@ def test_all_figures() -> None:
 
 
 @pytest.mark.parametrize(("written", "up"), [("Z", 2), (0, 0), ([0, 2, 0], 1)])
-def test_up_axis(written: object, up: int) -> None:
+def test_up_axis_in_each_notation_points_up_in_picture(written: object, up: int) -> None:
     target = [0.0, 1.0, 0.0] if up != 1 else [1.0, 0.0, 0.0]
     found = picture_camera(ROBOT, camera(up_axis=written, target_offset=target))
     assert found.pose.rotate((0.0, 0.0, 1.0))[up] == pytest.approx(1.0)
@@ -96,7 +96,7 @@ def test_up_axis(written: object, up: int) -> None:
         ({"target_offset": [0, 0, 0]}, "the target must differ from the position"),
     ],
 )
-def test_invalid_cameras_are_refused(values: dict[str, Any], reason: str) -> None:
+def test_invalid_camera_entries_are_refused(values: dict[str, Any], reason: str) -> None:
     name = values.pop("name", "first_person")
     with pytest.raises(UsageError) as error:
         picture_camera(ROBOT, camera(name, **values))
@@ -104,7 +104,7 @@ def test_invalid_cameras_are_refused(values: dict[str, Any], reason: str) -> Non
 
 
 @given(forward=VECTORS, up=VECTORS)
-def test_it_looks_forward_with_up_as_far_up_as_it_can_be(
+def test_look_rotation_points_forward_with_up_closest_to_z(
     forward: tuple[float, float, float], up: tuple[float, float, float]
 ) -> None:
     length, height = math.hypot(*forward), math.hypot(*up)

@@ -16,13 +16,15 @@ def silent(_line: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
-def test_bundled_robots_give_no_warnings(name: str) -> None:
+def test_bundled_robots_load_without_warnings(name: str) -> None:
     report = check([find_robot(name)])
     assert report.lines() == ["ok"]
     assert load_robot(name, silent).arms
 
 
-def test_qinglong_is_bundled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bundled_name_wins_over_folder_and_misspelling_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert "qinglong" in bundled()
     monkeypatch.chdir(tmp_path)
     (tmp_path / "qinglong").mkdir()
@@ -31,13 +33,13 @@ def test_qinglong_is_bundled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         find_robot("qinlong")
 
 
-def test_a_file_or_its_folder(tmp_path: Path) -> None:
+def test_robot_is_found_by_file_or_folder(tmp_path: Path) -> None:
     path = write(tmp_path)
     assert find_robot(path) == find_robot(str(tmp_path)) == path
     assert load_robot(tmp_path, silent) == load_robot(path, silent)
 
 
-def test_a_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
+def test_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
     path = tmp_path / "some.robot"
     path.write_text(urdf())
     config = load_robot(path, silent)
@@ -48,7 +50,7 @@ def test_a_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
     assert find_robot(tmp_path) == tmp_path / "robot.urdf"
 
 
-def test_which_urdf_of_a_folder(tmp_path: Path) -> None:
+def test_folder_without_single_robot_file_is_refused(tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
     for name in ("a.urdf", "b.urdf"):
@@ -60,7 +62,7 @@ def test_which_urdf_of_a_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["no.yml", "./qinglong", "folder/robot", "a" * 5000, "a\0b", ""])
-def test_missing_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_robot_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CellwrightError):
         find_robot(name)
@@ -84,7 +86,9 @@ def test_missing_files_are_refused(name: str, tmp_path: Path, monkeypatch: pytes
         ("a.yml", "<robot>", False, False),
     ],
 )
-def test_files_are_recognised_by_content(name: str, text: str, robot: bool, plain: bool, tmp_path: Path) -> None:
+def test_robot_files_are_recognised_by_suffix_and_content(
+    name: str, text: str, robot: bool, plain: bool, tmp_path: Path
+) -> None:
     path = tmp_path / name
     path.write_text(text)
     assert (is_robot_file(path), is_urdf(path)) == (robot, plain)

@@ -38,7 +38,7 @@ def refused(folder: Path, text: str) -> list[str]:
     return [str(problem).replace(f"{folder}/", "") for problem in raised.value.problems]
 
 
-def test_joints_are_counted_down_the_tree_and_children_in_the_order_of_the_file(tmp_path: Path) -> None:
+def test_joints_are_counted_parents_first_and_siblings_in_file_order(tmp_path: Path) -> None:
     text = robot(
         joint("c_d", "c", "d"), joint("a_b", "a", "b"), joint("a_c", "a", "c"), joint("b_e", "b", "e"), links="edcba"
     )
@@ -50,7 +50,7 @@ def test_joints_are_counted_down_the_tree_and_children_in_the_order_of_the_file(
     assert warnings == []
 
 
-def test_a_robot_without_visuals_is_drawn_by_its_collision_shapes(tmp_path: Path) -> None:
+def test_robot_without_visuals_is_drawn_by_collision_shapes(tmp_path: Path) -> None:
     box = '<geometry><box size="1 1 1"/></geometry>'
     links = f'<link name="a"><collision>{box}</collision></link><link name="b"/>'
     found, warnings = read(tmp_path, robot(links, joint("j", "a", "b")))
@@ -61,7 +61,7 @@ def test_a_robot_without_visuals_is_drawn_by_its_collision_shapes(tmp_path: Path
     assert [(shape.is_touched, shape.is_seen) for shape in found.links["a"].shapes] == [(True, False)]
 
 
-def test_a_robot_may_be_one_link_and_have_no_name(tmp_path: Path) -> None:
+def test_robot_of_one_link_without_name_is_read(tmp_path: Path) -> None:
     found, _ = read(tmp_path, '<robot><link name="box"/></robot>')
     assert (found.name, found.root, found.joints) == ("robot", "box", ())
 
@@ -73,7 +73,7 @@ def test_foreign_elements_are_ignored_and_misspelt_ones_reported(tmp_path: Path)
     assert warnings == ["robot.urdf:4: jont[x]: unknown element <jont>, ignored; did you mean joint"]
 
 
-def test_warnings_do_not_flood(tmp_path: Path) -> None:
+def test_warnings_beyond_maximum_are_counted(tmp_path: Path) -> None:
     boxes = '<visual><geometry><box size="0 0 0"/></geometry></visual>\n' * 100
     _, warnings = read(tmp_path, robot("<jont/>\n" * 100, f'<link name="a">{boxes}</link>'))
     assert warnings[0] == "robot.urdf:2: jont: unknown element <jont>, ignored; did you mean joint"
@@ -112,11 +112,11 @@ def test_warnings_do_not_flood(tmp_path: Path) -> None:
         ("<html/>", "robot.urdf:1: the root element of a URDF must be <robot> (got <html>)"),
     ],
 )  # fmt: skip
-def test_links_without_a_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
+def test_links_that_form_no_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
     assert problem in refused(tmp_path, text)
 
 
-def test_all_errors_are_listed_at_once(tmp_path: Path) -> None:
+def test_all_urdf_errors_are_listed_at_once(tmp_path: Path) -> None:
     problems = refused(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
     assert len(problems) == 3
     assert [problem.split(": ")[0] for problem in problems] == ["robot.urdf:4", "robot.urdf:4", "robot.urdf:5"]
@@ -137,7 +137,7 @@ def test_excessive_counts_are_refused(tmp_path: Path, elements: str, message: st
     assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
 
 
-def test_a_long_chain_is_read(tmp_path: Path) -> None:
+def test_chain_of_maximum_length_is_read(tmp_path: Path) -> None:
     links = "".join(f'<link name="l{number}"/>' for number in range(MAX_LINKS))
     joints = "".join(joint(f"j{k}", f"l{k}", f"l{k + 1}", kind="fixed") for k in reversed(range(MAX_LINKS - 1)))
     found, _ = read(tmp_path, robot(links, joints))

@@ -27,7 +27,7 @@ def refused(folder: Path, content: bytes) -> str:
     return str(raised.value).replace(f"{folder}/", "")
 
 
-def test_elements_know_their_place(tmp_path: Path) -> None:
+def test_elements_have_key_and_line(tmp_path: Path) -> None:
     element, warnings = read(tmp_path, b'<robot>\n<link name="a">\n <visual>\n  <geometry/></visual></link></robot>')
     geometry = element.children[0].children[0].children[0]
     assert (geometry.key, geometry.place.line) == ("link[a].visual.geometry", 4)
@@ -36,7 +36,7 @@ def test_elements_know_their_place(tmp_path: Path) -> None:
     assert warnings == []
 
 
-def test_stray_control_bytes_give_a_warning(tmp_path: Path) -> None:
+def test_control_bytes_give_one_warning(tmp_path: Path) -> None:
     element, warnings = read(tmp_path, b'<robot>\n\n<link \x1aname="a"/></robot>\0\n')
     assert element.children[0].get("name") == "a"
     assert warnings == ["robot.urdf:3: control byte 0x1A (character 15 of the file, and 1 more); treated as a blank"]
@@ -51,13 +51,13 @@ def test_stray_control_bytes_give_a_warning(tmp_path: Path) -> None:
         b'<?xml version="1.0" encoding="ISO-8859-1"?><robot name="\xe4"/>',
     ],
 )
-def test_encodings_and_text_before_the_declaration(tmp_path: Path, content: bytes) -> None:
+def test_encodings_and_text_before_declaration_are_tolerated(tmp_path: Path, content: bytes) -> None:
     element, warnings = read(tmp_path, content)
     assert element.get("name") == "ä"
     assert warnings == []
 
 
-def test_text_of_no_known_encoding_is_read_as_latin_1(tmp_path: Path) -> None:
+def test_invalid_utf_8_is_read_as_latin_1_with_warning(tmp_path: Path) -> None:
     element, warnings = read(tmp_path, b'<robot name="\xe4"/>')
     assert element.get("name") == "ä"
     assert warnings == ["robot.urdf: not UTF-8 text; read as Latin-1"]
@@ -75,18 +75,18 @@ def test_text_of_no_known_encoding_is_read_as_latin_1(tmp_path: Path) -> None:
         (b"<robot>&lol;</robot>", "robot.urdf:1: invalid XML: undefined entity (column 8)"),
     ],
 )
-def test_unreadable_files_are_refused_with_the_line(tmp_path: Path, content: bytes, message: str) -> None:
+def test_invalid_xml_is_refused_with_line(tmp_path: Path, content: bytes, message: str) -> None:
     assert refused(tmp_path, content) == message
 
 
-def test_entities_that_multiply_are_not_expanded(tmp_path: Path) -> None:
+def test_entity_bomb_is_refused_unexpanded(tmp_path: Path) -> None:
     levels = "".join(f'<!ENTITY a{n + 1} "{f"&a{n};" * 10}">' for n in range(9))
     content = f'<!DOCTYPE r [<!ENTITY a0 "x">{levels}]><robot name="&a9;"/>'
     assert "document types and entities are not supported" in refused(tmp_path, content.encode())
 
 
 @pytest.mark.slow
-def test_files_of_excessive_size_are_refused(tmp_path: Path) -> None:
+def test_missing_or_excessive_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="there is no such file"):
         read_elements(tmp_path / "nothing.urdf", Problems())
     with pytest.raises(DescriptionError, match="is a folder; name the URDF file in it"):
@@ -96,7 +96,7 @@ def test_files_of_excessive_size_are_refused(tmp_path: Path) -> None:
     assert "more than 200000 elements" in refused(tmp_path, b"<a>" + b"<b/>" * 200_000 + b"</a>")
 
 
-def test_figures_from_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_optenv_is_replaced_by_environment_or_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = b'<robot><origin xyz="$(optenv ROBOT_MOUNT 0.1 0.2 0.3)" rpy="$(optenv ROBOT_TILT)"/></robot>'
     monkeypatch.delenv("ROBOT_MOUNT", raising=False)
     monkeypatch.setenv("ROBOT_TILT", '1 2 3 "<&')
@@ -107,7 +107,7 @@ def test_figures_from_the_environment(tmp_path: Path, monkeypatch: pytest.Monkey
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=st.binary(max_size=200) | st.text("<>/=\"' ar\n&;!-?[]", max_size=60).map(str.encode))
-def test_no_bytes_do_any_harm(tmp_path: Path, content: bytes) -> None:
+def test_any_bytes_are_read_or_refused_with_place(tmp_path: Path, content: bytes) -> None:
     message = ""
     try:
         read(tmp_path, content)

@@ -31,11 +31,11 @@ def read_one(folder: Path, inside: str, kind: str = "revolute") -> tuple[Joint, 
         ('lower="-1" upper="2" effort="-3" velocity="-4"', "revolute", Limits(-1.0, 2.0, 3.0, 4.0)),
     ],
 )
-def test_limits(tmp_path: Path, written: str, kind: str, limits: Limits) -> None:
+def test_joint_limits_are_as_in_pybullet(tmp_path: Path, written: str, kind: str, limits: Limits) -> None:
     assert read_one(tmp_path, f"<limit {written}/>", kind)[0].limits == limits
 
 
-def test_missing_efforts_and_velocities_give_one_warning(tmp_path: Path) -> None:
+def test_missing_efforts_and_velocities_give_one_warning_each(tmp_path: Path) -> None:
     joints = [joint(f"j{child}", "a", child, '<limit lower="0" upper="1"/>') for child in "bcdef"]
     _, warnings = read(tmp_path, robot(*joints, links="abcdef"))
     assert warnings == [
@@ -45,12 +45,12 @@ def test_missing_efforts_and_velocities_give_one_warning(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_a_joint_that_needs_limits_and_has_none_is_refused(tmp_path: Path, kind: str) -> None:
+def test_revolute_or_prismatic_joint_without_limit_is_refused(tmp_path: Path, kind: str) -> None:
     expected = f'robot.urdf:4: joint[j]: a {kind} joint requires <limit lower="…" upper="…" effort="…" velocity="…"/>'
     assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
 
 
-def test_axes_become_unit_vectors(tmp_path: Path) -> None:
+def test_joint_axis_becomes_unit_vector(tmp_path: Path) -> None:
     read_joint, warnings = read_one(tmp_path, f'<axis xyz="0 3 4"/>{LIMIT}')
     assert (read_joint.axis, warnings) == ((0.0, 0.6, 0.8), [])
     assert read_one(tmp_path, LIMIT)[0].axis == (1.0, 0.0, 0.0)
@@ -59,7 +59,7 @@ def test_axes_become_unit_vectors(tmp_path: Path) -> None:
     assert read_one(tmp_path, '<axis xyz="0 0 2"/>', "planar")[0].axis == (0.0, 0.0, 1.0)
 
 
-def test_a_long_axis_does_not_lengthen_the_way_of_a_slide(tmp_path: Path) -> None:
+def test_prismatic_axis_length_is_ignored_with_warning(tmp_path: Path) -> None:
     slide, warnings = read_one(tmp_path, f'<axis xyz="0 0 2"/>{LIMIT}', "prismatic")
     assert slide.axis == (0.0, 0.0, 1.0)
     assert warnings == [
@@ -70,7 +70,7 @@ def test_a_long_axis_does_not_lengthen_the_way_of_a_slide(tmp_path: Path) -> Non
     ]
 
 
-def test_a_floating_joint_is_held_as_pybullet_holds_it(tmp_path: Path) -> None:
+def test_floating_joint_becomes_fixed_with_warning(tmp_path: Path) -> None:
     held, warnings = read_one(tmp_path, "", "floating")
     assert held.type is JointType.FIXED
     assert warnings == ["4: joint[j]: a floating joint inside a robot is treated as fixed, as in PyBullet"]
@@ -115,7 +115,7 @@ def test_a_floating_joint_is_held_as_pybullet_holds_it(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_invalid_joints_are_refused(tmp_path: Path, element: str, message: str) -> None:
+def test_invalid_joints_are_refused_with_place(tmp_path: Path, element: str, message: str) -> None:
     assert f"robot.urdf:{message}" in refused(tmp_path, robot(element, links="ab"))
 
 
@@ -123,7 +123,7 @@ def follower(name: str, child: str, leader: str, figures: str = "", kind: str = 
     return joint(name, "a", child, f'{LIMIT}<mimic joint="{leader}" {figures}/>', kind)
 
 
-def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
+def test_mimic_chain_is_resolved_to_its_first_joint(tmp_path: Path) -> None:
     text = robot(
         follower("third", "d", "second", 'multiplier="-1" offset="0.5"'),
         joint("first", "a", "b"),
@@ -153,12 +153,12 @@ def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
         (follower("one", "b", "one", 'multiplier="much"'), "", "multiplier must be a finite number (got 'much')"),
     ],
 )
-def test_invalid_mimics_are_refused(tmp_path: Path, first: str, second: str, message: str) -> None:
+def test_invalid_mimics_are_refused_with_reason(tmp_path: Path, first: str, second: str, message: str) -> None:
     problems = refused(tmp_path, robot(first, second, links="abc" if second else "ab"))
     assert any(problem.startswith("robot.urdf:") and problem.endswith(message) for problem in problems), problems
 
 
-def test_a_joint_that_cannot_follow_is_left_alone(tmp_path: Path) -> None:
+def test_mimic_of_fixed_joint_is_ignored_with_warning(tmp_path: Path) -> None:
     found, warnings = read(tmp_path, robot(joint("j", "a", "b"), follower("k", "c", "j", kind="fixed"), links="abc"))
     assert found.joint("k").mimic is None
     assert warnings == ["robot.urdf:8: joint[k].mimic: a fixed joint cannot follow another; <mimic> is ignored"]

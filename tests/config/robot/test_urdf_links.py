@@ -19,7 +19,7 @@ def inertial(mass: str, inertia: str) -> str:
     return f'<inertial><origin xyz="0 0 0.1"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
 
 
-def test_mass_and_inertia(tmp_path: Path) -> None:
+def test_mass_and_inertia_are_read(tmp_path: Path) -> None:
     link, warnings = read_link(tmp_path, inertial("2", 'ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"'))
     assert link.inertial == Inertial(2.0, Pose((0.0, 0.0, 0.1)), (1.0, 2.0, 2.5, 0.1, 0.2, 0.3))
     assert read_link(tmp_path, "")[0].inertial is None
@@ -27,14 +27,14 @@ def test_mass_and_inertia(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("figures", ["", 'ixx="0" iyy="0" izz="0"', 'ixx="-1" iyy="1" izz="1"', 'ixx="1"'])
-def test_an_inertia_that_no_body_has_becomes_that_of_a_ball(tmp_path: Path, figures: str) -> None:
+def test_impossible_inertia_becomes_that_of_water_sphere(tmp_path: Path, figures: str) -> None:
     link, warnings = read_link(tmp_path, inertial("1", figures))
     assert link.inertial is not None
     assert link.inertial.inertia == pytest.approx((1.539e-3,) * 3 + (0.0,) * 3, rel=1e-3)
     assert warnings == ["1: a link has no valid inertia (a); that of a water sphere of the same mass is used"]
 
 
-def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
+def test_link_of_mass_0_has_no_inertia(tmp_path: Path) -> None:
     link, warnings = read_link(tmp_path, inertial("0", 'ixx="1" iyy="-1" izz="1"'))
     assert (link.inertial, warnings) == (Inertial(0.0, Pose((0.0, 0.0, 0.1))), [])
 
@@ -48,7 +48,7 @@ def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
         (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx must be a finite number (got '1 2')"),
     ],
 )
-def test_an_invalid_mass_is_refused(tmp_path: Path, inside: str, message: str) -> None:
+def test_invalid_inertial_is_refused(tmp_path: Path, inside: str, message: str) -> None:
     assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{message}"]
 
 
@@ -65,7 +65,7 @@ def seen(form: str, rest: str = "") -> str:
         ('<capsule radius="0.5" length="2"/>', ModelShape("capsule", (0.5, 2.0, 0.0), is_touched=False)),
     ],
 )
-def test_shapes(tmp_path: Path, form: str, shape: ModelShape) -> None:
+def test_shape_elements_are_read(tmp_path: Path, form: str, shape: ModelShape) -> None:
     assert read_link(tmp_path, seen(form))[0].shapes == (shape,)
 
 
@@ -97,7 +97,7 @@ def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) -> None:
+def test_invalid_shapes_are_ignored_with_warning(tmp_path: Path, form: str, message: str) -> None:
     link, warnings = read_link(
         tmp_path, seen(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
     )
@@ -115,7 +115,7 @@ def test_invalid_shapes_are_left_out(tmp_path: Path, form: str, message: str) ->
         ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: scale must be above 1e-09 and below 1e+09 in magnitude"),
     ],
 )
-def test_shapes_with_mistakes_are_refused(tmp_path: Path, form: str, message: str) -> None:
+def test_shapes_without_valid_attributes_are_refused(tmp_path: Path, form: str, message: str) -> None:
     problems = refused(tmp_path, robot(f'<link name="a">\n{seen(form)}</link>'))
     assert f"robot.urdf:3: link[a].visual.geometry.{message}" in problems
 
@@ -134,7 +134,7 @@ BOX = '<box size="1 1 1"/>'
         ("", "", None),
     ],
 )
-def test_colours_may_have_names(
+def test_colours_are_read_inline_or_by_name(
     tmp_path: Path, before: str, material: str, colour: tuple[float, float, float, float] | None
 ) -> None:
     joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>' if "link" in before else ""

@@ -63,22 +63,22 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
         ('<xacro:arm side="left" y="0.25"/>', "<link/>", ": link: the link has no name"),
     ],
 )  # fmt: skip
-def test_errors_name_their_place(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_xacro_errors_name_file_and_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert refused(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{message}"
 
 
-def test_an_error_in_an_included_file_names_that_file(tmp_path: Path) -> None:
+def test_error_in_included_file_names_that_file(tmp_path: Path) -> None:
     (tmp_path / "urdf").mkdir()
     (tmp_path / "urdf" / "broken.xacro").write_text("<robot>\n<link>\n</robot>")
     assert refused(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: invalid XML (column 3)"
 
 
-def test_macros_without_end_are_one_sentence(tmp_path: Path) -> None:
+def test_endless_macros_give_one_line_error(tmp_path: Path) -> None:
     text = '<robot xmlns:xacro="x"><xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>'
     assert "macros call each other without end" in refused(tmp_path, text)
 
 
-def test_a_file_of_another_name_is_never_run(tmp_path: Path) -> None:
+def test_macros_in_file_without_xacro_suffix_are_ignored_with_warning(tmp_path: Path) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text('<robot>\n<link name="a"/>\n<xacro:arm/><xacro:include filename="missing"/></robot>')
     warnings: list[str] = []

@@ -44,11 +44,11 @@ def refused(text: str) -> list[str]:
         ),
     ],
 )
-def test_counts(text: str, message: str) -> None:
+def test_excessive_counts_are_refused(text: str, message: str) -> None:
     assert refused(text) == [f"<text>:1: {message}"]
 
 
-def test_a_thousand_errors_are_listed_and_the_others_counted() -> None:
+def test_problems_beyond_maximum_are_counted() -> None:
     errors = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
     assert len(errors) == tree.MAX_PROBLEMS + 1
     assert errors[-1] == "<text>:1001: 500 more errors are not listed"
@@ -57,7 +57,7 @@ def test_a_thousand_errors_are_listed_and_the_others_counted() -> None:
     assert warned[-1].severity == "warning"
 
 
-def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_size_of_trial_is_limited_in_total(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     corner = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 2 3\n"
     for name in "ab":
         (tmp_path / f"{name}.obj").write_text(corner)
@@ -86,7 +86,7 @@ def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyP
         ("<sdf>" + " " * (1 << 20) + "</sdf>", "larger than 1 MiB"),
     ],
 )
-def test_models(tmp_path: Path, content: str, message: str) -> None:
+def test_excessive_models_are_refused(tmp_path: Path, content: str, message: str) -> None:
     (tmp_path / "model.xml").write_text(content)
     path = tmp_path / "trial.yaml"
     path.write_text("cellwright: {furniture: [{name: a, file: model.xml}]}")
@@ -95,7 +95,7 @@ def test_models(tmp_path: Path, content: str, message: str) -> None:
 
 
 @pytest.mark.parametrize("entry", ["file: /dev/zero", "shapes: [{mesh: endless.stl}]", "file: endless.stl"])
-def test_files_that_never_end(tmp_path: Path, entry: str) -> None:
+def test_endless_files_are_refused(tmp_path: Path, entry: str) -> None:
     (tmp_path / "endless.stl").symlink_to("/dev/zero")
     path = tmp_path / "trial.yaml"
     path.write_text(f"cellwright: {{furniture: [{{name: a, {entry}}}]}}")
@@ -103,7 +103,7 @@ def test_files_that_never_end(tmp_path: Path, entry: str) -> None:
         load_trial([path])
 
 
-def test_a_picture_without_measure(tmp_path: Path) -> None:
+def test_oversized_picture_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + (99_999).to_bytes(4, "big") * 2)
     (tmp_path / "model.xml").write_text(
         '<mujoco><asset><texture file="a.png"/></asset><worldbody><geom size="1"/></worldbody></mujoco>'
@@ -123,13 +123,13 @@ models_over_bins: {{bin7: {{models: {{my_part: {GRID % count}}}}}}}
 cellwright: {{parts: {{my_part: {{mass: 1, shapes: [{", ".join([SPHERE] * 50)}]}}}}}}"""
 
 
-def test_shapes_of_all_parts_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shapes_of_all_parts_are_limited_in_total(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "MAX_SHAPES", 99)
     with pytest.raises(DescriptionError, match="text: its parts have 100 shapes together; at most 99 are built"):
         Cell(load_trial(text=parts(2)).trial)
 
 
-def test_an_engine_without_room_gives_up_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_engine_out_of_memory_gives_one_line_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "_MANY_PARTS", 0)
     monkeypatch.setattr(build, "_MAX_MEMORY", 20_000)
     with pytest.raises(SimulationError, match="the engine gave up: mj_stackAlloc: out of memory") as raised:
@@ -137,7 +137,7 @@ def test_an_engine_without_room_gives_up_in_one_line(monkeypatch: pytest.MonkeyP
     assert "\n" not in str(raised.value)
 
 
-def test_an_engine_that_gives_up_in_a_step_says_when(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_engine_failure_in_step_names_time(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise mujoco.FatalError("no room\nfor anything")
 
@@ -148,5 +148,5 @@ def test_an_engine_that_gives_up_in_a_step_says_when(monkeypatch: pytest.MonkeyP
         cell.step()
 
 
-def test_the_bounds_of_files_are_those_of_trials() -> None:
+def test_mesh_limit_of_trial_covers_single_file() -> None:
     assert reader.MAX_MESH_BYTES >= files.MAX_ASSET_BYTES

@@ -29,13 +29,13 @@ def refusal(section: str, rest: str = "arm: {type: ur10}") -> str:
     return str(error.value)
 
 
-def test_a_type_and_a_pose_are_enough() -> None:
+def test_camera_with_type_and_pose_has_defaults() -> None:
     assert cameras(f"{{eye: {{type: rgb_camera, {POSE}}}}}") == (
         PictureCameraConfig("eye", "rgb_camera", Pose.from_rpy((1.0, 2.0, 3.0), (0.0, math.pi / 2, 0.0))),
     )
 
 
-def test_everything_written() -> None:
+def test_camera_with_all_entries_is_read() -> None:
     written = f"""{{wrist: {{type: rgbd_camera, {POSE}, frame: vacuum_gripper_link, width: 320, height: 200, fov: 1.5,
       rate: 2.5, near: 0.05, far: 4, shadows: true, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
       when_late: drop}}}}"""
@@ -58,7 +58,7 @@ def test_everything_written() -> None:
     )
 
 
-def test_they_come_after_the_sensors_of_2017() -> None:
+def test_cameras_come_after_2017_sensors() -> None:
     sensors = f"sensors: {{beam: {{type: break_beam, {POSE}}}}}"
     found = cameras(f"{{eye: {{type: depth_camera, {POSE}}}}}", sensors)
     assert [(each.name, type(each)) for each in found] == [("beam", SensorConfig), ("eye", PictureCameraConfig)]
@@ -68,7 +68,7 @@ def test_they_come_after_the_sensors_of_2017() -> None:
     ("kind", "colour", "depth"),
     [("rgb_camera", True, False), ("depth_camera", False, True), ("rgbd_camera", True, True)],
 )
-def test_entries_of_each_type(kind: str, colour: bool, depth: bool) -> None:
+def test_camera_type_decides_colour_and_depth(kind: str, colour: bool, depth: bool) -> None:
     (camera,) = cameras(f"{{eye: {{type: {kind}, {POSE}}}}}")
     assert isinstance(camera, PictureCameraConfig)
     assert (camera.has_colour, camera.has_depth) == (colour, depth)
@@ -105,7 +105,7 @@ def test_entries_of_each_type(kind: str, colour: bool, depth: bool) -> None:
         ),
     ],
 )
-def test_mistakes(entries: str, reason: str) -> None:
+def test_invalid_camera_is_refused(entries: str, reason: str) -> None:
     assert reason in refusal(f"{{eye: {{{entries}}}}}")
 
 
@@ -119,22 +119,22 @@ def test_mistakes(entries: str, reason: str) -> None:
         ("logical_camera_9", "only a logical camera may begin with logical_camera"),
     ],
 )
-def test_names(name: str, reason: str) -> None:
+def test_invalid_camera_name_is_refused(name: str, reason: str) -> None:
     sensors = f"sensors: {{beam: {{type: break_beam, {POSE}}}}}"
     assert reason in refusal(f"{{{name}: {{type: rgb_camera, {POSE}}}}}", sensors)
 
 
-def test_there_must_be_an_arm_to_fix_it_to() -> None:
+def test_camera_on_missing_arm_is_refused() -> None:
     section = f"{{eye: {{type: rgb_camera, {POSE}, frame: wrist_3_link}}}}"
     assert "frame: the frame wrist_3_link requires an arm" in refusal(section, "")
 
 
-def test_too_many() -> None:
+def test_too_many_cameras_are_refused() -> None:
     section = ", ".join(f"eye{n}: {{type: rgb_camera, {POSE}}}" for n in range(17))
     assert "too many cameras (got 17, at most 16)" in refusal(f"{{{section}}}")
 
 
-def test_in_the_section_of_2017_they_are_left_out_with_a_hint() -> None:
+def test_camera_in_2017_section_is_left_out_with_hint() -> None:
     loaded = load_trial(text=f"sensors: {{eye: {{type: depth_camera, {POSE}}}}}")
     (warning,) = loaded.warnings
     assert "of the 2018 format, the sensor is left out; move picture cameras to" in str(warning)
@@ -145,7 +145,7 @@ def test_in_the_section_of_2017_they_are_left_out_with_a_hint() -> None:
     height=st.integers(8, MAX_PICTURE_SIZE[1]),
     rate=st.floats(MIN_PICTURE_RATE, MAX_PICTURE_RATE),
 )
-def test_all_within_the_bounds_is_read_as_written(width: int, height: int, rate: float) -> None:
+def test_camera_values_within_bounds_are_read_as_written(width: int, height: int, rate: float) -> None:
     (camera,) = cameras(f"{{eye: {{type: rgb_camera, {POSE}, width: {width}, height: {height}, rate: '{rate!r}'}}}}")
     assert isinstance(camera, PictureCameraConfig)
     assert (camera.width, camera.height, camera.rate) == (width, height, rate)

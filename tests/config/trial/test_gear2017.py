@@ -62,14 +62,14 @@ def conditional(condition: str, value: object) -> str:
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n", "---\n", "{}", "null"])
-def test_an_empty_configuration_is_an_empty_cell(text: str) -> None:
+def test_empty_configuration_is_empty_cell(text: str) -> None:
     empty = trial(text)
     assert empty == Trial("text", material_locations={"tray": ("agv1_load_point", "agv2_load_point")})
     assert empty.time_limit == 500.0
     assert not empty.has_arm
 
 
-def test_the_lesson() -> None:
+def test_lesson_trial_is_read() -> None:
     loaded = load_trial([find_trial("lesson")])
     lesson = loaded.trial
     assert loaded.warnings == ()
@@ -102,7 +102,7 @@ def test_the_lesson() -> None:
     }
 
 
-def test_trial_and_team_file_together(tmp_path: Path) -> None:
+def test_trial_and_team_file_are_joined(tmp_path: Path) -> None:
     final, team = tmp_path / "final.yaml", tmp_path / "team.yaml"
     final.write_text("time_limit: 300\narm: {type: none}\n")
     team.write_text("arm: {type: ur10}\nsensors: {beam: {type: break_beam, pose: {xyz: [1, 2, 3]}}}\n")
@@ -113,7 +113,7 @@ def test_trial_and_team_file_together(tmp_path: Path) -> None:
     assert [str(w) for w in loaded.warnings] == [f"{team}:1: arm: duplicate key (first at {final}:2); this one is used"]
 
 
-def test_numbers_run_per_key_as_written() -> None:
+def test_part_numbers_run_per_type_as_written() -> None:
     text = f"""
 options: {{insert_models_over_bins: true, model_type_aliases: {{cog: gear_part}}}}
 models_over_bins:
@@ -129,12 +129,12 @@ models_over_bins:
     ]
 
 
-def test_bins_are_numbered_in_the_order_of_a_python_2_dictionary() -> None:
+def test_bins_are_numbered_in_python_2_dictionary_order() -> None:
     text = INSERT + f"models_over_bins: {{bin6: &b {{models: {{gear_part: {GRID}}}}}, bin5: *b}}"
     assert trial(text).bin_parts[0].name == "bin5|gear_part_1"
 
 
-def test_an_alias_beside_its_type_in_one_bin_replaces_parts() -> None:
+def test_alias_beside_its_type_in_one_bin_replaces_parts() -> None:
     text = f"""
 options: {{insert_models_over_bins: true, model_type_aliases: {{cog: gear_part}}}}
 models_over_bins: {{bin5: {{models: {{gear_part: {GRID}, cog: {GRID}}}}}}}
@@ -152,7 +152,7 @@ def test_grid_steps_between_whole_numbers_are_whole() -> None:
     assert parts[0].name == "shelf|gear_part_1"
 
 
-def test_one_model_stands_at_the_start() -> None:
+def test_grid_of_one_part_is_at_start() -> None:
     grid = "{xyz_start: [0.1, 0.2, 0], xyz_end: [0.5, 0.5], rpy: [0, 0, 0], num_models_x: 1, num_models_y: 1}"
     (part,) = trial(INSERT + f"models_over_bins: {{bin1: {{models: {{gear_part: {grid}}}}}}}").bin_parts
     assert part.pose.position == pytest.approx((-1.2, -1.43, 0.75))
@@ -163,7 +163,7 @@ def test_bins_may_be_empty(models: str) -> None:
     assert trial(INSERT + f"models_over_bins:\n  bin1:\n    models: {models}\n").bin_parts == ()
 
 
-def test_extra_models() -> None:
+def test_extra_models_are_named_by_frame_and_type() -> None:
     text = """
 options: {spawn_extra_models: true}
 models_to_spawn:
@@ -178,7 +178,7 @@ models_to_spawn:
     assert {one.frame, two.frame} == {"agv1::kit_tray_1::kit_tray_1::tray"}
 
 
-def test_belt_parts_in_the_order_of_their_times() -> None:
+def test_belt_parts_are_sorted_by_time() -> None:
     text = "belt_parts: {gear_part: {'5': {pose: {}}, 1.5: {pose: {}}}, belt_model_type1: {3: {pose: {}}}}"
     assert [(part.time, part.type) for part in trial(text).belt_parts] == [
         (1.5, "gear_part"),
@@ -187,7 +187,7 @@ def test_belt_parts_in_the_order_of_their_times() -> None:
     ]
 
 
-def test_orders() -> None:
+def test_orders_have_kits_conditions_and_ids() -> None:
     text = f"""
 orders:
   order_0: {{{ORDER}, kit_count: 2, parts: {{a: {PART}}}}}
@@ -203,7 +203,7 @@ orders:
     assert "orders.order_2: its id is order_0" in warnings(text)[2]
 
 
-def test_drop_regions_are_sorted_boxes() -> None:
+def test_drop_region_corners_are_sorted() -> None:
     text = """
 drops:
   drop_regions:
@@ -218,14 +218,14 @@ drops:
     assert region.destination.position == (0.6, math.pi, 1.0)
 
 
-def test_locations_do_not_depend_on_insertion() -> None:
+def test_material_locations_do_not_depend_on_insertion() -> None:
     text = f"models_over_bins: {{bin3: {{models: {{gear_part: {GRID}}}}}}}"
     assert trial(text).material_locations["gear_part"] == ("bin3",)
     assert trial(text).bin_parts == ()
     assert "unless options.insert_models_over_bins is true" in warning(text)
 
 
-def test_a_users_aliases_replace_the_default_ones() -> None:
+def test_own_aliases_replace_default_aliases() -> None:
     text = "options: {model_type_aliases: {a: gear_part}}\nbelt_parts: {belt_model_type1: {1: {pose: {}}}}"
     assert trial(text).belt_parts == ()
     assert "unknown part type 'belt_model_type1'" in warning(text)
@@ -276,17 +276,17 @@ def test_a_users_aliases_replace_the_default_ones() -> None:
         ("options: {}\noptions: {}", "2: options: duplicate key"),
     ],
 )
-def test_warned_of(text: str, expected: str) -> None:
+def test_tolerated_entry_gives_one_warning(text: str, expected: str) -> None:
     assert expected in warning(text)
 
 
-def test_an_order_that_is_never_announced() -> None:
+def test_order_with_unfulfillable_condition_has_none() -> None:
     for condition, value in (("soon", 1), ("wanted_parts", 0)):
         (order,) = trial(conditional(condition, value)).orders
         assert (order.start_time, order.wanted_parts, order.unwanted_parts) == (None, None, None)
 
 
-def test_unknown_types_and_frames_leave_other_names_as_they_are() -> None:
+def test_unknown_types_and_frames_are_left_out_with_warning() -> None:
     text = f"""
 options: {{insert_models_over_bins: true, spawn_extra_models: true}}
 models_over_bins: {{bin1: {{models: {{gear_prat: {GRID}, gear_part: {GRID}}}}}}}
@@ -302,7 +302,7 @@ models_to_spawn:
     assert "unknown reference frame" in messages
 
 
-def test_faulty_parts_that_exist_are_not_warned_of() -> None:
+def test_only_missing_faulty_parts_give_warning() -> None:
     text = INSERT.replace("true", "true, belt_population_cycles: 2") + (
         f"models_over_bins: {{bin1: {{models: {{gear_part: {GRID}}}}}}}\n"
         "belt_parts: {disk_part: {1: {pose: {}}}}\n"
@@ -398,7 +398,7 @@ def test_faulty_parts_that_exist_are_not_warned_of() -> None:
         ),
     ],
 )
-def test_refused(text: str, expected: str) -> None:
+def test_invalid_configuration_is_refused(text: str, expected: str) -> None:
     assert expected in error(text)
 
 
@@ -416,18 +416,18 @@ def test_refused(text: str, expected: str) -> None:
         ("pi/4", "[1]", "must be a number or an expression (got a list)"),
     ],
 )
-def test_bad_grids(old: str, new: str, expected: str) -> None:
+def test_invalid_grid_is_refused(old: str, new: str, expected: str) -> None:
     assert expected in error(
         INSERT + f"models_over_bins: {{bin1: {{models: {{gear_part: {GRID.replace(old, new)}}}}}}}"
     )
 
 
-def test_no_parts_however_many_rows() -> None:
+def test_grid_with_0_rows_has_no_parts() -> None:
     grid = GRID.replace("num_models_x: 2", "num_models_x: 1000000000").replace("num_models_y: 2", "num_models_y: 0")
     assert trial(INSERT + f"models_over_bins: {{bin1: {{models: {{gear_part: {grid}}}}}}}").bin_parts == ()
 
 
-def test_errors_name_the_year_of_other_formats() -> None:
+def test_errors_name_year_of_other_formats() -> None:
     early = "orders: {order_0: {announcement_time: 30, parts: {}}, order_1: {announcement_time: 60, parts: {}}}"
     first, second = errors(early)
     assert "orders.order_0.announcement_time: this entry belongs to the 2016 format" in first
@@ -441,18 +441,18 @@ def test_errors_name_the_year_of_other_formats() -> None:
     assert "'products' belongs to the 2019 format; Cellwright reads the 2017 format; did you mean parts" in error(later)
 
 
-def test_all_errors_at_once_in_the_order_of_lines() -> None:
+def test_all_errors_are_listed_in_line_order() -> None:
     text = "time_limit: x\nsensor: {}\narm: {type: ur3}\nfaulty_parts: 3\n"
     assert [message.split(":")[0] for message in errors(text)] == ["1", "2", "3", "4"]
 
 
-def test_messages_stay_on_one_line() -> None:
+def test_error_with_control_characters_is_one_line() -> None:
     message = error('"a\\nb\\ud800": 1')
     assert message.startswith(r"1: a\nb\ud800: unknown top-level entry")
     message.encode()
 
 
-def test_files_or_text() -> None:
+def test_load_trial_without_source_or_with_two_is_refused() -> None:
     with pytest.raises(UsageError):
         load_trial()
     with pytest.raises(UsageError):
@@ -465,7 +465,7 @@ def test_files_or_text() -> None:
 @pytest.mark.slow
 @given(st.data())
 @settings(max_examples=60, deadline=None)
-def test_a_mutilated_lesson_is_read_or_refused(data: st.DataObject) -> None:
+def test_damaged_lesson_is_read_or_refused(data: st.DataObject) -> None:
     text = LESSON
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(text)))
@@ -525,7 +525,7 @@ def replaced(tree: Any, data: st.DataObject) -> Any:
 @pytest.mark.slow
 @given(st.data())
 @settings(max_examples=150, deadline=None)
-def test_odd_values_anywhere_are_read_or_refused(data: st.DataObject) -> None:
+def test_odd_values_are_read_or_refused(data: st.DataObject) -> None:
     assert set(BASE) <= {*TOP_LEVEL, "cellwright"}
     text = yaml.safe_dump(replaced(BASE, data))
     with contextlib.suppress(DescriptionError):
@@ -534,7 +534,7 @@ def test_odd_values_anywhere_are_read_or_refused(data: st.DataObject) -> None:
 
 
 @given(st.integers(0, 6), st.integers(0, 6), st.tuples(*[st.floats(-2, 2)] * 6))
-def test_grids_span_from_start_to_end(nx: int, ny: int, corners: tuple[float, ...]) -> None:
+def test_grid_spans_from_start_to_end(nx: int, ny: int, corners: tuple[float, ...]) -> None:
     start, end = corners[:3], corners[3:]
     grid = {"xyz_start": [*start], "xyz_end": [*end], "rpy": [0, 0, 0], "num_models_x": nx, "num_models_y": ny}
     config = {

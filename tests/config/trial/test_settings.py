@@ -17,11 +17,11 @@ def settings(section: str) -> CellSettings:
     return loaded.trial.settings
 
 
-def test_nothing_written_is_the_default() -> None:
+def test_empty_settings_are_defaults() -> None:
     assert load_trial(text="").trial.settings == settings("{}") == settings("{arm: {}}") == CellSettings()
 
 
-def test_everything_written() -> None:
+def test_settings_with_all_entries_are_read() -> None:
     section = """
   seed: 7
   timestep: 1/240
@@ -62,12 +62,12 @@ def test_everything_written() -> None:
     ("written", "step"),
     [("0.002", (1, 500)), ("1/500", (1, 500)), ("2/1000", (1, 500)), ("'0.001'", (1, 1000)), ("1e-3", (1, 1000))],
 )
-def test_timesteps(written: str, step: tuple[int, int]) -> None:
+def test_timestep_notations_are_read_as_fraction(written: str, step: tuple[int, int]) -> None:
     assert settings(f"{{timestep: {written}}}").timestep == step
 
 
 @given(st.integers(1, 2000), st.integers(1, 10**6))
-def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> None:
+def test_timestep_fraction_is_exact_or_refused(numerator: int, denominator: int) -> None:
     is_allowed = 50 * numerator <= denominator <= 100_000 * numerator
     try:
         p, q = settings(f"{{timestep: {numerator}/{denominator}}}").timestep
@@ -121,7 +121,7 @@ def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> N
         ("{arm: {initial_joint_states: {elbow: 1}}}", "unknown joint; did you mean elbow_joint"),
     ],
 )
-def test_mistakes_are_errors(section: str, expected: str) -> None:
+def test_invalid_settings_are_refused(section: str, expected: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         settings(section)
     assert len(caught.value.problems) == 1
