@@ -147,13 +147,13 @@ class Footprint:
     radius: float
     patches: tuple[Patch, ...]
 
-    def gap(self, other: Footprint, enough: float) -> float:
+    def gap(self, other: Footprint, cutoff: float) -> float:
         """Return the distance to another footprint [m], negative if they overlap.
 
-        If it is above `enough`, the result may be any number above `enough`.
+        If it is above `cutoff`, the result may be any number above `cutoff`.
         """
         far = math.dist(self.centre, other.centre) - self.radius - other.radius
-        if far > enough:
+        if far > cutoff:
             return far
         return min(_gap(a, b) for a, b in product(self.patches, other.patches))
 

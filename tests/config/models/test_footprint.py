@@ -78,8 +78,8 @@ def test_footprint_gap_is_symmetric_and_frame_independent(
 
 @given(TYPES, TYPES, AWAY, AWAY, TURNS, st.floats(0.0, 0.2))
 def test_footprint_gap_above_enough_stays_above_enough(
-    first: str, second: str, x: float, y: float, turn: float, enough: float
+    first: str, second: str, x: float, y: float, turn: float, cutoff: float
 ) -> None:
     a, b = footprint(first, at()), footprint(second, at(x, y, turn))
-    exact, quick = a.gap(b, math.inf), a.gap(b, enough)
-    assert quick == exact or min(quick, exact) > enough
+    exact, quick = a.gap(b, math.inf), a.gap(b, cutoff)
+    assert quick == exact or min(quick, exact) > cutoff

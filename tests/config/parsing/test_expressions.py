@@ -20,7 +20,7 @@ numbers = st.one_of(
 )
 
 
-def combine(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     binary = st.tuples(inner, st.sampled_from(["+", "-", "*", "/", "**", " + "]), inner).map("".join)
     call = st.tuples(st.sampled_from(["sin", "sqrt", "radians", "degrees", "floor", "fabs", "exp", "log"]), inner)
     return st.one_of(
@@ -33,7 +33,7 @@ def combine(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     )
 
 
-arithmetic = st.recursive(numbers, combine, max_leaves=8)
+arithmetic = st.recursive(numbers, combined, max_leaves=8)
 
 
 def outcome(text: str) -> tuple[float | None, bool]:
@@ -44,7 +44,7 @@ def outcome(text: str) -> tuple[float | None, bool]:
         return None, "too large" in str(error) or "at most" in str(error)
 
 
-def python(text: str) -> float | None:
+def python_value(text: str) -> float | None:
     """Return Python's own value, None if it is not finite."""
     try:
         number = float(eval(text, {}, MATH))
@@ -55,9 +55,9 @@ def python(text: str) -> float | None:
 
 @given(arithmetic)
 def test_expression_equals_python_eval(text: str) -> None:
-    mine, is_large = outcome(text)
+    value, is_large = outcome(text)
     # Python's own evaluator would take too long for excessive ones.
-    assert is_large or mine == python(text)
+    assert is_large or value == python_value(text)
 
 
 @given(st.one_of(st.text(max_size=300), st.text("0123456789.+-*/()e pi_[]'\"=:,lambdxsqrt\n\t\\#", max_size=80)))

@@ -19,7 +19,7 @@ class Lamp:
 
 KEYS = Keys(
     {"power": number(0.0, 100.0, "W")},
-    {"color": one_of(("white", "red"), "colour"), "is_on": Reader.truth, "note": None},
+    {"color": one_of(("white", "red"), "colour"), "is_on": Reader.boolean, "note": None},
     "property",
 )
 
@@ -73,14 +73,14 @@ def test_section_is_made_only_if_complete() -> None:
 
 def test_numbers_choice_and_whole_readers_accept_or_refuse() -> None:
     root, reader = table("{a: [1, 2], b: [1], c: up, d: 3, e: 300, f: [1, x]}")
-    pair, way, count = numbers(2, "x, y"), choice(("up", "down")), whole(1, 9, "bits")
-    reads = {"a": pair, "b": pair, "c": way, "d": count, "e": count, "f": pair}
-    found = [read(reader, root.entries[name].value) for name, read in reads.items()]
+    pair, direction, count = numbers(2, "x, y"), choice(("up", "down")), whole(1, 9, "bits")
+    readers = {"a": pair, "b": pair, "c": direction, "d": count, "e": count, "f": pair}
+    found = [read(reader, root.entries[name].value) for name, read in readers.items()]
     assert found == [(1.0, 2.0), None, "up", 3, None, None]
     assert [problem.message for problem in reader.problems.errors] == [
         "must be a list of 2 numbers, x, y (got a list of 1)",
         "must be from 1 to 9 bits (got 300)",
         "must be a number (got the text 'x')",
     ]
-    assert way(reader, root.entries["d"].value) is None
+    assert direction(reader, root.entries["d"].value) is None
     assert reader.problems.errors[-1].message == "must be up or down (got the number 3)"

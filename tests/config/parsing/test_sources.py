@@ -18,7 +18,7 @@ LINK = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:macro name="a_link"><link name="base"/></xacro:macro></robot>"""
 
 
-def put_back(files: dict[str, bytes], folder: Path) -> None:
+def unpack(files: dict[str, bytes], folder: Path) -> None:
     """Write files to their paths in a recording."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +47,7 @@ def test_collected_robot_loads_again_from_its_names(tmp_path: Path) -> None:
     warnings: list[str] = []
     with sources_collected() as sources:
         first = load_robot(path, warnings.append)
-    put_back(sources.files(), tmp_path / "back")
+    unpack(sources.files(), tmp_path / "back")
     again = load_robot(tmp_path / "back" / sources.name(path), warnings.append)
     assert again.robot == first.robot
     assert again.home == first.home
@@ -60,7 +60,7 @@ def test_xacro_includes_are_collected(tmp_path: Path) -> None:
     with sources_collected() as sources:
         first = load_robot(tmp_path / "two.xacro", print)
     assert sorted(sources.files()) == ["files/parts/link.xacro", "files/two.xacro"]
-    put_back(sources.files(), tmp_path / "back")
+    unpack(sources.files(), tmp_path / "back")
     assert load_robot(tmp_path / "back" / "files" / "two.xacro", print).robot == first.robot
 
 

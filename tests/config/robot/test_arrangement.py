@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.groups import groups, movers
+from cellwright.config.robot.groups import groups, moving_joints
 from cellwright.config.robot.model import RobotModel, link_poses
 from cellwright.config.robot.robots import load_robot
 from cellwright.util.pose import Pose
@@ -27,10 +27,10 @@ def test_groups_have_keys_of_file(small: RobotConfig) -> None:
 
 
 def test_movers_exclude_joints_above_fixed_link(small: RobotConfig) -> None:
-    assert movers(small.robot, "r_hand", None) == {"lift", "r1", "r2", "r_wrist"}
-    assert movers(small.robot, "r_hand", "torso") == {"r1", "r2", "r_wrist"}
-    assert movers(small.robot, "base", "torso") == {"lift"}
-    assert movers(small.robot, "torso", "torso") == set()
+    assert moving_joints(small.robot, "r_hand", None) == {"lift", "r1", "r2", "r_wrist"}
+    assert moving_joints(small.robot, "r_hand", "torso") == {"r1", "r2", "r_wrist"}
+    assert moving_joints(small.robot, "base", "torso") == {"lift"}
+    assert moving_joints(small.robot, "torso", "torso") == set()
 
 
 LINKS = st.sampled_from(["base", "torso", "r_upper", "r_hand", "l_lower", "l_jaw", "neck", "head", "wheel"])
@@ -43,7 +43,7 @@ def test_movers_equal_joints_that_move_link_in_kinematics(
 ) -> None:
     held, turned = (seen_from(small.robot, fixed_link, link, {joint: position}) for position in (0.0, 0.3))
     moved = max(abs(a - b) for a, b in zip(numbers(held), numbers(turned), strict=True)) > 1e-6
-    assert moved == (joint in movers(small.robot, link, fixed_link))
+    assert moved == (joint in moving_joints(small.robot, link, fixed_link))
 
 
 def seen_from(robot: RobotModel, fixed_link: str, link: str, positions: dict[str, float]) -> Pose:

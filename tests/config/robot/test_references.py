@@ -32,8 +32,8 @@ def test_index_and_name_refer_to_same_joint_and_link(order: str, robot: RobotMod
     references = GroupReader(robot, joints, Reader(problems))
     for index, joint in enumerate(joints):
         if joint.is_driven:
-            assert references.joint(leaf(index), may_follow=True) is joint
-            assert references.joint(leaf(joint.name), may_follow=True) is joint
+            assert references.joint(leaf(index), may_mimic=True) is joint
+            assert references.joint(leaf(joint.name), may_mimic=True) is joint
         assert references.link(leaf(index)) == references.link(leaf(joint.child)) == joint.child
     assert problems.errors == ()
 

@@ -42,14 +42,14 @@ def test_bundled_trial_resolves_to_public_values(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
 def test_bundled_trial_equals_public_file(name: str) -> None:
-    def alike(trial: Trial) -> Trial:
+    def normalized(trial: Trial) -> Trial:
         """Leave out settings without effect: an unused log, and `insert_models_over_bins` without such parts."""
         inserts = trial.options.insert_models_over_bins and bool(trial.bin_parts)
         options = replace(trial.options, gazebo_state_logging=False, insert_models_over_bins=inserts)
         return replace(trial, name="", options=options)
 
     public = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False)).trial
-    assert alike(load_trial([find_trial(name)]).trial) == alike(public)
+    assert normalized(load_trial([find_trial(name)]).trial) == normalized(public)
 
 
 @pytest.mark.parametrize("name", bundled())

@@ -39,7 +39,7 @@ def load(path: Path) -> Trial | None:
     return loaded.trial
 
 
-def changed(folder: Path, tree: object, chance: random.Random) -> Path:
+def write_mutated(folder: Path, tree: object, chance: random.Random) -> Path:
     path = folder / "trial.yaml"
     path.write_bytes(yaml_trees.text(mutated(tree, chance, WORDS)))
     return path
@@ -49,13 +49,13 @@ def changed(folder: Path, tree: object, chance: random.Random) -> Path:
 @settings(quiet, max_examples=80)
 @given(tree=st.sampled_from(TREES), chance=st.randoms())
 def test_mutated_trial_is_read_or_refused(tmp_path: Path, tree: object, chance: random.Random) -> None:
-    load(changed(tmp_path, tree, chance))
+    load(write_mutated(tmp_path, tree, chance))
 
 
 @settings(quiet, max_examples=20)
 @given(tree=st.sampled_from(TREES[:2]), chance=st.randoms())
 def test_mutated_trial_that_loads_can_run(tmp_path: Path, tree: object, chance: random.Random) -> None:
-    trial = load(changed(tmp_path, tree, chance))
+    trial = load(write_mutated(tmp_path, tree, chance))
     if trial is not None:
         with contextlib.suppress(ModelFileError, SimulationError):
             cell = Cell(trial)

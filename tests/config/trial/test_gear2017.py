@@ -479,7 +479,7 @@ def test_damaged_lesson_is_read_or_refused(data: st.DataObject) -> None:
         load(text)
 
 
-odd = st.one_of(
+odd_values = st.one_of(
     st.none(),
     st.booleans(),
     st.integers(-3, 3),
@@ -519,7 +519,7 @@ def replaced(tree: Any, data: st.DataObject) -> Any:
     if isinstance(tree, list) and tree and data.draw(st.integers(0, 7)):
         index = data.draw(st.integers(0, len(tree) - 1))
         return [replaced(v, data) if i == index else v for i, v in enumerate(tree)]
-    return data.draw(odd)
+    return data.draw(odd_values)
 
 
 @pytest.mark.slow

@@ -132,11 +132,11 @@ MAX_TOTAL_BYTES = 50 << 20
 MAX_NUMBER = 4096
 """Maximum of any number that a file allocates memory by: users' values, a picture's width and height in pixels, …."""
 
-_NOT_READ = (
+_UNSUPPORTED = (
     *("include", "model", "attach", "plugin", "extension"),
     *("flexcomp", "composite", "flex", "skin", "hfield", "replicate", "keyframe"),
 )
-_MEASURED = ("size", "texture")
+_SIZED_ELEMENTS = ("size", "texture")
 
 
 def check_mjcf(file: ModelFile) -> None:
@@ -149,13 +149,13 @@ def check_mjcf(file: ModelFile) -> None:
         raise ModelFileError(f"{file.path}: too many shapes (got {shapes}, at most {MAX_GEOMS})")
     total = 0
     for element in file.root.iter():
-        if element.tag in _NOT_READ:
+        if element.tag in _UNSUPPORTED:
             raise ModelFileError(
                 f"{file.path}: <{element.tag}> is not supported; put the model into one file with its meshes"
             )
         if element.tag == "mesh" and "builtin" in element.attrib:
             raise ModelFileError(f"{file.path}: <mesh builtin> is not supported; use a shape, or a mesh in a file")
-        if element.tag in _MEASURED:
+        if element.tag in _SIZED_ELEMENTS:
             _check_numbers(file.path, element)
         for name, reference in element.items():
             if name.startswith("file"):

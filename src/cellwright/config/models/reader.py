@@ -16,7 +16,7 @@ from cellwright.config.models.model import Colour, Furniture, ModelShape, ModelS
 from cellwright.config.models.xml import MAX_SHAPES, read_xml
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Keys, Reader, one_of, section
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, described
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Table, YamlNode, describe
 from cellwright.util.pose import Pose, Vector3
 
 MIN_SIZE, MAX_SIZE = 1e-4, 20.0
@@ -41,7 +41,7 @@ def _colour(reader: Reader, node: YamlNode) -> Colour | None:
 def _path(reader: Reader, node: YamlNode) -> Path | None:
     """Return a path; relative ones start from the folder of the YAML file."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
-        reader.problems.error(node, f"must be the path of a file (got {described(node)})")
+        reader.problems.error(node, f"must be the path of a file (got {describe(node)})")
         return None
     return Path(node.place.path).parent / node.value
 
@@ -131,7 +131,7 @@ def _from_file(node: YamlNode, reader: Reader) -> UserModel | None:
 
 def _shapes(node: YamlNode, reader: Reader) -> tuple[ModelShape, ...]:
     if not isinstance(node, Items) or not 0 < len(node.items) <= MAX_SHAPES:
-        found = f"a list of {len(node.items)}" if isinstance(node, Items) else described(node)
+        found = f"a list of {len(node.items)}" if isinstance(node, Items) else describe(node)
         reader.problems.error(node, f"must be a list of 1 to {MAX_SHAPES} shapes (got {found})")
         return ()
     shapes = []
@@ -258,7 +258,7 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
 def read_furniture(reader: Reader, node: YamlNode) -> tuple[Furniture, ...]:
     """Return the user-defined furniture."""
     if not isinstance(node, Items):
-        reader.problems.error(node, f"must be a list (got {described(node)})")
+        reader.problems.error(node, f"must be a list (got {describe(node)})")
         return ()
     if len(node.items) > MAX_FURNITURE:
         reader.problems.error(node, f"too many pieces (got {len(node.items)}, at most {MAX_FURNITURE})")

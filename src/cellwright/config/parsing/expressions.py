@@ -14,17 +14,7 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from cellwright.config.parsing.python2 import quotient
-from cellwright.config.parsing.tree import (
-    Items,
-    Leaf,
-    Problems,
-    Scalar,
-    Table,
-    YamlNode,
-    children,
-    described,
-    shortened,
-)
+from cellwright.config.parsing.tree import Items, Leaf, Problems, Scalar, Table, YamlNode, children, describe, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean
 
 MAX_LENGTH = 200
@@ -95,8 +85,8 @@ class _Evaluator:
         except RecursionError:
             raise self._refuse("is nested too deeply") from None
 
-    def _refuse(self, why: str) -> ExpressionError:
-        return ExpressionError(f"{self._text!r} {why}")
+    def _refuse(self, reason: str) -> ExpressionError:
+        return ExpressionError(f"{self._text!r} {reason}")
 
     def _node(self, node: ast.expr) -> Number:
         match node:
@@ -171,7 +161,7 @@ def expression_value(node: YamlNode) -> float:
             return evaluate(text, whole_division=True)
         case Leaf(value=int() | float() as number):
             return _finite(number, shortened(str(number)))
-    raise ExpressionError(f"must be a number or an expression (got {described(node)})")
+    raise ExpressionError(f"must be a number or an expression (got {describe(node)})")
 
 
 _CONVERTED: Mapping[Scalar, tuple[type, str]] = {
@@ -188,7 +178,7 @@ def check_expressions(node: YamlNode, problems: Problems) -> None:
         if kind is None:
             check_expressions(entry.value, problems)
         elif not isinstance(entry.value, kind):
-            problems.error(entry.value, f"must be {expected} (got {described(entry.value)})")
+            problems.error(entry.value, f"must be {expected} (got {describe(entry.value)})")
         else:
             for item in children(entry.value):
                 _check_item(item, problems)

@@ -178,19 +178,19 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
     """
     problems: list[Problem] = []
     texts: list[Text] = []
-    left = MAX_BYTES
+    remaining = MAX_BYTES
     for file, path in enumerate(paths):
         try:
             with open_to_read(path) as stream:
-                data = stream.read(left + 1)
+                data = stream.read(remaining + 1)
         except (OSError, ValueError) as error:
             problems.append(Problem(Place(file, str(path), 0), "", f"cannot be read: {reason(error)}"))
             continue
-        if len(data) > left:
+        if len(data) > remaining:
             message = f"the configuration exceeds {MAX_BYTES // 1024} KiB in total"
             problems.append(Problem(Place(file, str(path), 0), "", message))
             break
-        left -= len(data)
+        remaining -= len(data)
         note_source(path, data)
         decoded = _decoded(data, Place(file, str(path), 1), alone=len(paths) == 1)
         if isinstance(decoded, Problem):

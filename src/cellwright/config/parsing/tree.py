@@ -169,7 +169,7 @@ def children(node: YamlNode) -> tuple[YamlNode, ...]:
     return tuple(entry.value for entry in node.entries.values()) if isinstance(node, Table) else ()
 
 
-def described(node: YamlNode) -> str:
+def describe(node: YamlNode) -> str:
     """Return the kind of a value, for messages."""
     match node:
         case Table():

@@ -21,7 +21,7 @@ from cellwright.config.parsing.tree import (
     Scalar,
     Table,
     YamlNode,
-    described,
+    describe,
     shortened,
 )
 from cellwright.util.errors import DescriptionError
@@ -80,7 +80,7 @@ def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
         return Table(Place(0, text.place(0).path, 0), "")
     if isinstance(root, Table):
         return root
-    message = f"{expected} (got {described(root)}){text.glue_hint(root.place)}"
+    message = f"{expected} (got {describe(root)}){text.glue_hint(root.place)}"
     raise DescriptionError([*problems.errors, Problem(root.place, "", message)], problems.warnings)
 
 

@@ -9,7 +9,7 @@ import re
 from typing import Any, TypeVar, cast
 
 from cellwright.config.parsing.reader import Keys, Reader, plain
-from cellwright.config.parsing.tree import Items, Leaf, YamlNode, described, shortened
+from cellwright.config.parsing.tree import Items, Leaf, YamlNode, describe, shortened
 from cellwright.config.robot.config import CameraConfig, RobotConfig
 from cellwright.config.trial import sensors
 from cellwright.config.trial.trial import PictureCameraConfig
@@ -33,7 +33,7 @@ CAMERAS = Keys({"name": Reader.name}, dict.fromkeys(_FIGURES))
 def read_cameras(node: YamlNode, reader: Reader) -> tuple[CameraConfig, ...]:
     """Return the cameras; their use decides which of their figures are mandatory."""
     if not isinstance(node, Items):
-        reader.problems.error(node, f"must be a list of cameras (got {described(node)})")
+        reader.problems.error(node, f"must be a list of cameras (got {describe(node)})")
         return ()
     cameras = [_read_camera(item, reader) for item in node.items]
     return tuple(camera for camera in cameras if camera is not None)

@@ -38,8 +38,8 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     group, and without names it takes two such limbs.
     """
     chains = [robot.chain(joint.child) for joint in joints]
-    alike = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
-    shared = sum(1 for _ in alike)  # joints that all paths from the root share at their start
+    shared_joints = takewhile(lambda each: all(joint is each[0] for joint in each), zip(*chains, strict=False))
+    shared = sum(1 for _ in shared_joints)  # joints that all paths from the root share at their start
     names = {joint.name for joint in joints}
     between: dict[str, int] = {}
     for chain in chains:
@@ -92,9 +92,9 @@ def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
     """Warn of arms and grippers that have joints of both sides of the robot."""
     robot = config.robot
     for key, joints, _ in groups(config):
-        why = mixed_sides(robot, [robot.joint(name) for name in joints])
-        if why and key.startswith(("arms", "grippers")):
-            problems.warn(_node(root, key), f"mixes right and left: {why}; make a group of each side")
+        reason = mixed_sides(robot, [robot.joint(name) for name in joints])
+        if reason and key.startswith(("arms", "grippers")):
+            problems.warn(_node(root, key), f"mixes right and left: {reason}; make a group of each side")
 
 
 def check_arms(
@@ -106,17 +106,17 @@ def check_arms(
     """
     robot = config.robot
     for number, (node, arm) in enumerate(arms):
-        between = movers(robot, arm.tip, config.fixed_link)
+        between = moving_joints(robot, arm.tip, config.fixed_link)
         idle = [name for name in arm.joints if name not in between]
         if idle:
             hint = _other_order(robot, arm, joints, config.fixed_link)
             problems.warn(node, f"the tip {arm.tip} is not moved by {listed(idle)}{hint}")
         commanded = config.command_links[number]
-        if commanded != arm.tip and not set(arm.joints) & movers(robot, commanded, config.fixed_link):
+        if commanded != arm.tip and not set(arm.joints) & moving_joints(robot, commanded, config.fixed_link):
             problems.warn(node, f"controller_indices.cmd_ee names {commanded}, which this arm does not move")
 
 
-def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
+def moving_joints(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
     """Return the names of the joints that move a link relative to the link that is fixed to the world."""
     held = robot.chain(fixed_link) if fixed_link else ()
     return {joint.name for joint in robot.chain(link)} ^ {joint.name for joint in held}
@@ -125,13 +125,13 @@ def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
 def _other_order(robot: RobotModel, arm: ArmConfig, joints: Sequence[Joint], fixed_link: str | None) -> str:
     """Return a hint if the same indices, in the other order, would make an arm that moves its tip."""
     other = "pybullet" if tuple(joints) != robot.joints else "urdf"
-    again = numbered(robot, other)
+    renumbered = numbered(robot, other)
     place = {joint.name: index for index, joint in enumerate(joints)}
     above = robot.joint_above(arm.tip)
-    if again == tuple(joints) or above is None:
+    if renumbered == tuple(joints) or above is None:
         return ""
-    tip = again[place[above.name]].child
-    if {again[place[name]].name for name in arm.joints} <= movers(robot, tip, fixed_link):
+    tip = renumbered[place[above.name]].child
+    if {renumbered[place[name]].name for name in arm.joints} <= moving_joints(robot, tip, fixed_link):
         return f"; with `joint_index_order: {other}` the same indices move the tip {tip}"
     return ""
 

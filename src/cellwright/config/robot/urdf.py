@@ -18,7 +18,7 @@ UNLIMITED = 1e9
 """Figures from here on mean no limit [rad; m; N m; N; rad/s; m/s]."""
 
 _AXIS_TOLERANCE = 1e-3  # tolerance of an axis's length, for rounding
-_MAX_SEARCHED = 200  # number of joints up to which similar names are searched, which is slow
+_MAX_SUGGESTION_JOINTS = 200  # number of joints up to which similar names are searched, which is slow
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
@@ -132,7 +132,7 @@ class JointReader:
         number = self._numbers.number
         return Mimic(leader, number(written, "multiplier", 1.0), number(written, "offset", 0.0))
 
-    def with_leaders(self, joints: Sequence[Joint]) -> list[Joint]:
+    def with_resolved_mimics(self, joints: Sequence[Joint]) -> list[Joint]:
         """Return the joints, with each mimic joint coupled to the head of its chain."""
         by_name = {joint.name: joint for joint in joints}
         return [replace(joint, mimic=self._first_leader(joint, by_name)) for joint in joints]
@@ -147,18 +147,18 @@ class JointReader:
             return None
         chain = {joint.name: None}
         while True:
-            leader, why = joints.get(mimic.joint), ""
+            leader, reason = joints.get(mimic.joint), ""
             if leader is None:
-                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _MAX_SEARCHED else ""
-                why = f"mimics the unknown joint {shortened(mimic.joint)!r}{hint}"
+                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _MAX_SUGGESTION_JOINTS else ""
+                reason = f"mimics the unknown joint {shortened(mimic.joint)!r}{hint}"
             elif leader.name in chain:
-                why = f"joints mimic each other in a loop: {', '.join(list(chain)[:5])}"
+                reason = f"joints mimic each other in a loop: {', '.join(list(chain)[:5])}"
             elif not leader.is_driven:
-                why = f"mimics {shortened(leader.name)!r}, a {leader.type} joint"
+                reason = f"mimics {shortened(leader.name)!r}, a {leader.type} joint"
             elif max(abs(mimic.multiplier), abs(mimic.offset)) > MAX_COORDINATE:
-                why = f"mimics {shortened(leader.name)!r} with a multiplier or offset beyond {MAX_COORDINATE:g}"
-            if leader is None or why:
-                self._problems.error(element, why)
+                reason = f"mimics {shortened(leader.name)!r} with a multiplier or offset beyond {MAX_COORDINATE:g}"
+            if leader is None or reason:
+                self._problems.error(element, reason)
                 return None
             if leader.mimic is None:
                 return mimic
@@ -220,22 +220,22 @@ class _UrdfReader:
         self._warn_of_ignored()
         self._check_counts()
         elements = self._link_elements()
-        joints = self._connected(elements)
+        joints = self._tree_joints(elements)
         roots = [name for name in elements if name not in {joint.child for joint in joints}]
         if self._problems.errors or not self._has_one_root(elements, roots):
             return None
-        ordered = _counted(roots[0], joints)
+        ordered = _in_index_order(roots[0], joints)
         if len(ordered) < len(joints):
             reached = {joint.name for joint in ordered}
             ring = [joint.name for joint in joints if joint.name not in reached]
             element = self._joints.element_of(next(joint for joint in joints if joint.name == ring[0]))
-            self._problems.error(element, f"joints form a loop: {_some(ring)}")
+            self._problems.error(element, f"joints form a loop: {_abbreviated(ring)}")
             return None
         self._links.read_materials(self._root)
         links = {name: self._links.read(element, name) for name, element in elements.items()}
-        ordered = self._joints.with_leaders(ordered)
+        ordered = self._joints.with_resolved_mimics(ordered)
         links = self._with_stand_ins(links, ordered)
-        self._warn_of_common()
+        self._warn_of_repeated_faults()
         name = self._root.get("name") or self._path.stem
         written = tuple(joint.name for joint in joints)
         is_sorted = written == tuple(joint.name for joint in ordered)
@@ -279,7 +279,7 @@ class _UrdfReader:
             self._problems.error(self._root, f"the robot has no links{_EXPANDED if has_macros else ''}")
         return found
 
-    def _connected(self, links: dict[str, Element]) -> list[Joint]:
+    def _tree_joints(self, links: dict[str, Element]) -> list[Joint]:
         """Return the joints in the order of the file, each between existing links."""
         found: list[Joint] = []
         above: dict[str, Joint] = {}
@@ -308,7 +308,9 @@ class _UrdfReader:
         if not roots:
             self._problems.error(self._root, "no root link: every link is the child of another, in a loop")
             return False
-        message = f"a robot must have one root link (got {len(roots)}: {_some(roots)}); connect the others by joints"
+        message = (
+            f"a robot must have one root link (got {len(roots)}: {_abbreviated(roots)}); connect the others by joints"
+        )
         self._problems.error(links[roots[1]], message)
         return False
 
@@ -317,30 +319,34 @@ class _UrdfReader:
 
         A robot without visuals is drawn by its collision shapes.
         """
-        lacking = self._links.lacking
+        missing_uses = self._links.missing_uses
         shapes = [shape for link in links.values() for shape in link.shapes]
-        if not lacking and not shapes:
+        if not missing_uses and not shapes:
             if joints and not self._problems.errors:
                 self._warn("no shapes in the file; simple shapes are used")
-            lacking = {name: {Use.SEEN, Use.TOUCHED} for name in links}
+            missing_uses = {name: {Use.SEEN, Use.TOUCHED} for name in links}
         elif not any(shape.is_seen for shape in shapes):
             bare = {name: {Use.SEEN} for name, link in links.items() if link.shapes}
-            lacking = {name: lacking.get(name, set()) | bare.get(name, set()) for name in {**lacking, **bare}}
-        return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
+            missing_uses = {
+                name: missing_uses.get(name, set()) | bare.get(name, set()) for name in {**missing_uses, **bare}
+            }
+        return {name: with_stand_ins(link, joints, missing_uses.get(name, set())) for name, link in links.items()}
 
-    def _warn_of_common(self) -> None:
+    def _warn_of_repeated_faults(self) -> None:
         """Give one warning for each fault that may occur in many places."""
         for kind, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
             if names:
                 count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
-                message = f"{count} no {kind} limit, or 0 ({_some(names)}); treated as unlimited"
+                message = f"{count} no {kind} limit, or 0 ({_abbreviated(names)}); treated as unlimited"
                 self._warn(message)
         if names := self._links.without_inertia:
             count = "a link has" if len(names) == 1 else f"{len(names)} links have"
-            self._warn(f"{count} no valid inertia ({_some(names)}); that of a water sphere of the same mass is used")
+            self._warn(
+                f"{count} no valid inertia ({_abbreviated(names)}); that of a water sphere of the same mass is used"
+            )
         if names := list(self._meshes.missing):
             count = "a mesh" if len(names) == 1 else f"{len(names)} meshes"
-            links = len(self._links.lacking)
+            links = len(self._links.missing_uses)
             where = f"in {links} link{'' if links == 1 else 's'}"
             reason = self._meshes.missing[names[0]]
             message = f"{count} {where} cannot be used, the first {shortened(names[0])!r}: {reason}"
@@ -350,7 +356,7 @@ class _UrdfReader:
         self._problems.add(Problem(self._root.place, "", message, "warning"))
 
 
-def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
+def _in_index_order(root: str, joints: Iterable[Joint]) -> list[Joint]:
     """Return the joints below a link in the order of their indices: parents first, children in the order given."""
     below: dict[str, list[Joint]] = {}
     for joint in joints:
@@ -364,6 +370,6 @@ def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
     return found
 
 
-def _some(names: list[str]) -> str:
+def _abbreviated(names: list[str]) -> str:
     shown = ", ".join(shortened(name) for name in names[:_MAX_SHOWN])
     return f"{shown}, and {len(names) - _MAX_SHOWN} more" if len(names) > _MAX_SHOWN else shown

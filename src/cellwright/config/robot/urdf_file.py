@@ -109,7 +109,7 @@ MAX_BYTES = 16 << 20
 MAX_ELEMENTS = 200_000
 MAX_DEPTH = 50
 
-_STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+_CONTROL_CHARACTER = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's predecessors
@@ -160,7 +160,7 @@ def read_text(path: Path) -> str:
 
 def _text(path: Path, problems: Problems) -> tuple[str, bool]:
     """Return the text, and whether its lines are those of the file."""
-    text = _without_strays(path, _decoded(path, _content(path), problems), problems)
+    text = _without_control_characters(path, _decoded(path, _content(path), problems), problems)
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # its content is known already, and XML allows it at the very start only
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
@@ -203,16 +203,16 @@ def _decoded(path: Path, content: bytes, problems: Problems) -> str:
     return content.decode("latin-1")
 
 
-def _without_strays(path: Path, text: str, problems: Problems) -> str:
+def _without_control_characters(path: Path, text: str, problems: Problems) -> str:
     """Return the text with blanks in place of characters that XML forbids."""
-    found = list(_STRAY.finditer(text))
+    found = list(_CONTROL_CHARACTER.finditer(text))
     if found:
         first = found[0]
         offset, line = first.start(), text.count("\n", 0, first.start()) + 1
         more = f", and {len(found) - 1} more" if len(found) > 1 else ""
         message = f"control byte 0x{ord(first[0]):02X} (character {offset} of the file{more}); treated as a blank"
         problems.add(Problem(Place(0, str(path), line), "", message, "warning"))
-    return _STRAY.sub(" ", text)
+    return _CONTROL_CHARACTER.sub(" ", text)
 
 
 def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
@@ -270,16 +270,16 @@ class Numbers:
         if text is None:
             return None
         words = text.replace(",", " ").split()
-        tidied = [word.removesuffix(".") if word.count(".") > 1 else word for word in words]
+        words_without_dots = [word.removesuffix(".") if word.count(".") > 1 else word for word in words]
         try:
-            found = [float(word) for word in tidied] if "_" not in text else []
+            found = [float(word) for word in words_without_dots] if "_" not in text else []
         except ValueError:
             found = []
-        are_fine = not any(math.isnan(value) or (math.isinf(value) and not may_be_infinite) for value in found)
-        if are_fine and (len(found) == count or len(found) > count > 1):
-            taken = " ".join(tidied[:count])
-            if taken != " ".join(text.split()):
-                self.problems.warn(element, f"{name}={shortened(text)!r} is read as {taken}")
+        are_valid = not any(math.isnan(value) or (math.isinf(value) and not may_be_infinite) for value in found)
+        if are_valid and (len(found) == count or len(found) > count > 1):
+            used = " ".join(words_without_dots[:count])
+            if used != " ".join(text.split()):
+                self.problems.warn(element, f"{name}={shortened(text)!r} is read as {used}")
             return found[:count]
         expected = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
         self.problems.error(element, f"{name} must be {expected} (got {shortened(text)!r})")

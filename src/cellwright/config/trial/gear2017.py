@@ -175,7 +175,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     other_year = OtherYear(root)
     for entry in root.entries.values():
         if entry.name not in TOP_LEVEL and entry.name != OWN:
-            reader.problems.error(entry, other_year.top_level(entry.name, (*TOP_LEVEL, OWN)))
+            reader.problems.error(entry, other_year.top_level_message(entry.name, (*TOP_LEVEL, OWN)))
 
     def section(name: str, read: Callable[..., T], *more: object) -> T | None:
         node = root.get(name)
@@ -184,14 +184,14 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     options, aliases = section("options", parts.read_options, reader) or (Options(), parts.DEFAULT_ALIASES)
     own = section(OWN, read_settings, reader) or {}
     types = PART_TYPES | own.get("part_models", {}).keys()
-    book = parts.PartBook(reader, options, aliases, types)
+    registry = parts.PartRegistry(reader, options, aliases, types)
     readers = {"models_over_bins": parts.read_bins, "models_to_spawn": parts.read_extras}
     walked = dictionary_order(name for name in root.entries if name != OWN)  # decides whose numbers come first
-    models = {name: readers[str(name)](root.entries[name].value, book) for name in walked if name in readers}
+    models = {name: readers[str(name)](root.entries[name].value, registry) for name in walked if name in readers}
     bins, extras = (models.get(name, ()) for name in readers)
-    belt = section("belt_parts", parts.read_belt, book, other_year) or ()
-    drops = section("drops", parts.read_drops, book) or ()
-    orders = section("orders", read_orders, book, other_year) or ()
+    belt = section("belt_parts", parts.read_belt, registry, other_year) or ()
+    drops = section("drops", parts.read_drops, registry) or ()
+    orders = section("orders", read_orders, registry, other_year) or ()
     faulty = section("faulty_parts", parts.read_faulty, reader) or {}
     time_limit = section("time_limit", reader.number)
     has_arm = section("arm", read_arm, reader) or False
@@ -204,7 +204,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[s
     frames = set(REFERENCE_FRAMES) - (set() if options.insert_agvs else set(TRAY_FRAMES))
     inserted = bins if options.insert_models_over_bins else ()
     spawned = [part for part in extras if part.frame in frames] if options.spawn_extra_models else []
-    locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | book.locations
+    locations = {"tray": {"agv1_load_point", "agv2_load_point"}} | registry.locations
     trial = Trial(
         name=name,
         has_arm=has_arm,

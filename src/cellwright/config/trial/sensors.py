@@ -174,7 +174,7 @@ CAMERA = Keys(
         "rate": number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
         "near": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
         "far": number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
-        "shadows": Reader.truth,
+        "shadows": Reader.boolean,
         "noise": section(NOISE, PictureNoise),
         "latency": number(0.0, MAX_CAMERA_LATENCY, "s"),
         "when_late": one_of(get_args(WhenLate)),
@@ -195,18 +195,18 @@ def read_cameras(
     if len(table.entries) > MAX_CAMERAS:
         reader.problems.error(table, f"too many cameras (got {len(table.entries)}, at most {MAX_CAMERAS})")
         return ()
-    taken = {sensor.name for sensor in sensors}
-    cameras = [_camera(entry, taken, reader, has_arm=has_arm) for entry in table.entries.values()]
+    used_names = {sensor.name for sensor in sensors}
+    cameras = [_camera(entry, used_names, reader, has_arm=has_arm) for entry in table.entries.values()]
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bool) -> PictureCameraConfig | None:
+def _camera(entry: Entry, used_names: Collection[str], reader: Reader, *, has_arm: bool) -> PictureCameraConfig | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
         return None
     values = CAMERA.read(table, reader)
-    if name is None or not _check_camera_name(entry, name, taken, reader) or not CAMERA.complete(values):
+    if name is None or not _check_camera_name(entry, name, used_names, reader) or not CAMERA.complete(values):
         return None
     camera = PictureCameraConfig(name, **values)
     if camera.frame != WORLD and not has_arm:
@@ -216,14 +216,14 @@ def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bo
     return camera
 
 
-def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: Reader) -> bool:
+def _check_camera_name(entry: Entry, name: str, used_names: Collection[str], reader: Reader) -> bool:
     """Check a name that becomes topics and frames, in ROS 1 and in ROS 2."""
     if not _CAMERA_NAME.fullmatch(name):
         reason = "a camera's name becomes a topic; use only letters, digits and _, with a letter first"
-    elif name in RESERVED_NAMES or name in taken:
+    elif name in RESERVED_NAMES or name in used_names:
         reason = (
             "another sensor has this name; choose another"
-            if name in taken
+            if name in used_names
             else f"the cell has a topic {name!r}; choose another name"
         )
     elif name.startswith(CAMERA_PREFIX):
