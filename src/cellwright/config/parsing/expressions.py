@@ -40,6 +40,10 @@ def evaluate(text: str, *, whole_division: bool = False) -> float:
 
     Raises:
         ExpressionError: the text is not arithmetic, uses a name that is not in the math module, or has no finite value.
+
+    Example:
+        >>> evaluate("-pi/2"), evaluate("3/2"), evaluate("3/2", whole_division=True)
+        (-1.5707963267948966, 1.5, 1.0)
     """
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"an expression must have at most {MAX_LENGTH} characters (got {len(text)})")

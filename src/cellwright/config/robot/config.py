@@ -59,7 +59,9 @@ class RangeEnd(StrEnum):
 class GripperConfig:
     """Gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
 
-    `open_ends` are the limits at which its joints are open; empty if that is the lower one for all.
+    Attributes:
+        joints: its joints.
+        open_ends: the limits at which its joints are open; empty if that is the lower one for all.
     """
 
     joints: tuple[str, ...]

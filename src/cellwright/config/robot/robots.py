@@ -286,6 +286,11 @@ def load_robot(name_or_path: str | Path, warn: Warn) -> RobotConfig:
     Raises:
         UnknownNameError: there is no robot of this name.
         DescriptionError: the files cannot be used.
+
+    Example:
+        >>> config = load_robot("tandem", warn=print)
+        >>> config.name, [arm.tip for arm in config.arms], len(config.robot.joints)
+        ('tandem', ['right_tip', 'left_tip'], 21)
     """
     path = find_robot(name_or_path)
     if is_urdf(path):

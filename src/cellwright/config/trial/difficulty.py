@@ -105,7 +105,13 @@ class PartSupply:
 
 
 def difficulties(trial: Trial) -> tuple[Difficulty, ...]:
-    """Return the difficulties of a trial, in the order in which a program meets them."""
+    """Return the difficulties of a trial, in the order in which a program meets them.
+
+    Example:
+        >>> from cellwright import load_trial
+        >>> [each.text for each in difficulties(load_trial("final02"))]
+        ['pulley_part to be turned over']
+    """
     return (
         *_order_difficulties(trial),
         *_supply_difficulties(trial),
