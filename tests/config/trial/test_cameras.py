@@ -116,7 +116,7 @@ def test_invalid_camera_is_refused(entries: str, reason: str) -> None:
         ("a/b", "becomes a topic"),
         ("orders", "the cell has a topic 'orders'; choose another name"),
         ("beam", "another sensor has this name"),
-        ("logical_camera_9", "only a logical camera may begin with logical_camera"),
+        ("logical_camera_9", "names that begin with logical_camera are for logical cameras"),
     ],
 )
 def test_invalid_camera_name_is_refused(name: str, reason: str) -> None:

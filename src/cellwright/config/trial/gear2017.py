@@ -161,11 +161,11 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
         UsageError: neither files nor a text, or both.
 
     Example:
-        >>> loaded = load_trial(text="time_limit: 60\\noptions: {insert_agv: true}")
+        >>> loaded = load_trial(text="{time_limit: 60, options: {insert_agv: true}}")
         >>> loaded.trial.time_limit
         60.0
         >>> print(loaded.warnings[0])
-        <text>:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs
+        <text>:1: options.insert_agv: unknown option, ignored; did you mean insert_agvs
     """
     if bool(paths) == (text is not None):
         raise UsageError("load_trial requires either paths or text")

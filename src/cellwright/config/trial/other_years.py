@@ -87,7 +87,7 @@ class OtherYear:
         """Return the replacement for the announcement of an order in an early file."""
         time = shortened(str(node.value)) if isinstance(node, Leaf) and node.value is not None else "0"
         return (
-            f"this entry{self.format_hint(EARLY)}: write announcement_condition: time and "
+            f"this entry{self.format_hint(EARLY)}; write announcement_condition: time and "
             f"announcement_condition_value: {time} instead"
         )
 

@@ -330,9 +330,8 @@ def read_faulty(node: YamlNode, reader: Reader) -> dict[str, YamlNode]:
                 if name is not None:
                     names[name] = Leaf(name, entry.place, entry.key)
         case Leaf(value=str(text)):
-            reader.problems.warn(
-                node, f"should be a list of names, [{shortened(text)}] (got a text); each letter counts as one"
-            )
+            example = f"such as [{shortened(text)}] (got {describe(node)})"
+            reader.problems.warn(node, f"should be a list of names, {example}; each letter counts as a name")
             names = dict.fromkeys(text, node)
         case _:
             reader.problems.error(node, f"must be a list of names (got {describe(node)})")

@@ -129,7 +129,9 @@ def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader
         message = f"the name of a logical camera should begin with {CAMERA_PREFIX}; its frame is published twice"
         reader.problems.warn(entry, message)
     elif not is_camera and name.startswith(CAMERA_PREFIX):
-        message = f"only a logical camera should begin with {CAMERA_PREFIX}; as in the original, it has no frame"
+        message = (
+            f"only logical cameras should begin with {CAMERA_PREFIX}; as in the original, this sensor has no frame"
+        )
         reader.problems.warn(entry, message)
 
 
@@ -227,7 +229,7 @@ def _check_camera_name(entry: Entry, name: str, used_names: Collection[str], rea
             else f"the cell has a topic {name!r}; choose another name"
         )
     elif name.startswith(CAMERA_PREFIX):
-        reason = f"only a logical camera may begin with {CAMERA_PREFIX}; choose another name"
+        reason = f"names that begin with {CAMERA_PREFIX} are for logical cameras; choose another"
     else:
         return True
     reader.problems.error(entry, reason)

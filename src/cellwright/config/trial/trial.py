@@ -282,10 +282,12 @@ class Trial:
     Example:
         >>> from cellwright import load_trial
         >>> trial = load_trial("final01")
-        >>> trial.name, trial.time_limit, [order.order_id for order in trial.orders]
-        ('final01', 500.0, ['order_0'])
-        >>> [part.type for part in trial.orders[0].kits[0].objects]
-        ['piston_rod_part', 'gear_part']
+        >>> trial.name, trial.time_limit, len(trial.bin_parts)
+        ('final01', 500.0, 28)
+        >>> for part in trial.orders[0].kits[0].objects:
+        ...     print(part.type, part.pose.position)
+        piston_rod_part (0.1, -0.18, 0.0)
+        gear_part (-0.12, -0.2, 0.0)
     """
 
     name: str
