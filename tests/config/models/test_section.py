@@ -18,7 +18,7 @@ def load(folder: Path, text: str) -> Trial:
     return load_trial([path]).trial
 
 
-def refused(folder: Path, text: str) -> list[str]:
+def read_errors(folder: Path, text: str) -> list[str]:
     """Return the errors, without the path of the YAML file."""
     with pytest.raises(DescriptionError) as raised:
         load(folder, text)
@@ -95,14 +95,14 @@ BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
     ],
 )
 def test_invalid_part_is_refused(entry: str, message: str, tmp_path: Path) -> None:
-    found = refused(tmp_path, parts(entry))
+    found = read_errors(tmp_path, parts(entry))
     assert all(each.startswith("trial.yaml:3: cellwright.parts.my_part") for each in found)
     assert message in found[0]
 
 
 @pytest.mark.parametrize("name", ["gear_part", "agv1", "my_part_3", "a_clone_x", "my|part", "9part"])
 def test_invalid_part_name_is_refused(name: str, tmp_path: Path) -> None:
-    (found,) = refused(tmp_path, f"cellwright:\n  parts:\n    '{name}': {BOX}\n")
+    (found,) = read_errors(tmp_path, f"cellwright:\n  parts:\n    '{name}': {BOX}\n")
     assert "a part type must be" in found or "is in use" in found
 
 
@@ -132,7 +132,7 @@ def test_unknown_part_type_in_order_gives_suggestion(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_furniture_is_refused(entry: str, message: str, tmp_path: Path) -> None:
-    found = refused(tmp_path, f"cellwright:\n  furniture: {entry}\n")
+    found = read_errors(tmp_path, f"cellwright:\n  furniture: {entry}\n")
     assert message in found[0] or message.startswith("unknown entry")
     assert found[0].startswith("trial.yaml:2: cellwright.furniture")
 
@@ -174,21 +174,21 @@ MASS = "<inertial><mass>1</mass></inertial>"
 )
 def test_invalid_model_file_is_refused(content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.sdf").write_text(content)
-    (found,) = refused(tmp_path, parts("{file: a.sdf}"))
+    (found,) = read_errors(tmp_path, parts("{file: a.sdf}"))
     assert found.startswith("trial.yaml:3: cellwright.parts.my_part")
     assert message in found
 
 
 def test_oversized_model_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.sdf").write_text(f"<!-- {'x' * (1 << 20)} --><sdf/>")
-    assert "larger than 1 MiB" in refused(tmp_path, parts("{file: a.sdf}"))[0]
+    assert "larger than 1 MiB" in read_errors(tmp_path, parts("{file: a.sdf}"))[0]
 
 
 def test_model_folder_without_valid_config_is_refused(tmp_path: Path) -> None:
     (tmp_path / "model").mkdir()
-    assert "no model.config in this folder" in refused(tmp_path, parts("{file: model}"))[0]
+    assert "no model.config in this folder" in read_errors(tmp_path, parts("{file: model}"))[0]
     (tmp_path / "model" / "model.config").write_text("<model><sdf>../../x.sdf</sdf></model>")
-    assert "is outside the model folder" in refused(tmp_path, parts("{file: model}"))[0]
+    assert "is outside the model folder" in read_errors(tmp_path, parts("{file: model}"))[0]
 
 
 def test_fixed_links_are_merged_in_place(tmp_path: Path) -> None:
@@ -212,7 +212,7 @@ def test_joint_loop_in_model_is_refused(tmp_path: Path) -> None:
     joint = "<joint name='{0}{1}' type='fixed'><parent link='{0}'/><child link='{1}'/></joint>"
     links = "<link name='a'/><link name='b'/>"
     (tmp_path / "a.urdf").write_text(f"<robot>{links}{joint.format('a', 'b')}{joint.format('b', 'a')}</robot>")
-    assert "has no path to a root link" in refused(tmp_path, parts("{file: a.urdf}"))[0]
+    assert "has no path to a root link" in read_errors(tmp_path, parts("{file: a.urdf}"))[0]
 
 
 TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2/1 3/1 4/1\nf -4 -1 -2\n"
@@ -252,18 +252,18 @@ def test_text_stl_mesh_is_read(tmp_path: Path) -> None:
 )
 def test_invalid_mesh_is_refused(name: str, content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(content)
-    (found,) = refused(tmp_path, parts(f"{{mass: 1, shapes: [{{mesh: {name}}}]}}"))
+    (found,) = read_errors(tmp_path, parts(f"{{mass: 1, shapes: [{{mesh: {name}}}]}}"))
     assert message in found
 
 
 def test_mesh_with_too_many_triangles_is_refused(tmp_path: Path) -> None:
     count = 200_001
     (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", count) + bytes(50 * count))
-    (found,) = refused(tmp_path, parts("{mass: 1, shapes: [{mesh: a.stl}]}"))
+    (found,) = read_errors(tmp_path, parts("{mass: 1, shapes: [{mesh: a.stl}]}"))
     assert "too many triangles (got 200001, at most 200000)" in found
 
 
 def test_mesh_in_millimetres_is_refused_as_too_large(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(TETRAHEDRON.replace("0.1", "100"))
-    (found,) = refused(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj}]}"))
+    (found,) = read_errors(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj}]}"))
     assert "lengths of a mesh must be from 0.0001 to 20 m (got 100 x 100 x 100)" in found

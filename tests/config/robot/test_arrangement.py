@@ -41,16 +41,16 @@ JOINTS = st.sampled_from([name for name in INDICES if not name.endswith(("wrist"
 def test_movers_equal_joints_that_move_link_in_kinematics(
     small: RobotConfig, link: str, fixed_link: str, joint: str
 ) -> None:
-    held, turned = (seen_from(small.robot, fixed_link, link, {joint: position}) for position in (0.0, 0.3))
-    moved = max(abs(a - b) for a, b in zip(numbers(held), numbers(turned), strict=True)) > 1e-6
+    held, turned = (pose_in(small.robot, fixed_link, link, {joint: position}) for position in (0.0, 0.3))
+    moved = max(abs(a - b) for a, b in zip(pose_numbers(held), pose_numbers(turned), strict=True)) > 1e-6
     assert moved == (joint in moving_joints(small.robot, link, fixed_link))
 
 
-def seen_from(robot: RobotModel, fixed_link: str, link: str, positions: dict[str, float]) -> Pose:
+def pose_in(robot: RobotModel, fixed_link: str, link: str, positions: dict[str, float]) -> Pose:
     poses = link_poses(robot, positions)
     return poses[fixed_link].inverse() @ poses[link]
 
 
-def numbers(pose: Pose) -> Iterator[float]:
+def pose_numbers(pose: Pose) -> Iterator[float]:
     yield from pose.position
     yield from pose.quaternion

@@ -24,7 +24,7 @@ def read(path: Path) -> tuple[RobotConfig, list[str]]:
     return config, [line.removeprefix(f"{path}:") for line in warnings]
 
 
-def refused(path: Path) -> list[str]:
+def read_errors(path: Path) -> list[str]:
     with pytest.raises(DescriptionError) as caught:
         read_robot_config(path, lambda _line: None)
     return [str(problem).removeprefix(f"{path.parent}/") for problem in caught.value.problems]
@@ -104,7 +104,7 @@ def plain(value: Any) -> Any:
 
 def test_all_configuration_errors_are_listed_at_once(tmp_path: Path) -> None:
     text = CONFIG.replace("[1, 2]", "[1, 3]").replace("ee_index: 8", "ee_index: 80").replace("[0.5]", "[.nan]")
-    found = refused(write(tmp_path, text))
+    found = read_errors(write(tmp_path, text))
     assert [line.split(": ")[:2] for line in found] == [
         ["vr_configs.yml:6", "arms[0].joint_index[1]"],
         ["vr_configs.yml:7", "arms[1].ee_index"],
@@ -115,7 +115,7 @@ def test_all_configuration_errors_are_listed_at_once(tmp_path: Path) -> None:
 def test_urdf_errors_are_listed_for_configuration(tmp_path: Path) -> None:
     path = write(tmp_path, CONFIG + "robot_nam: x\n")
     (tmp_path / "robot.urdf").write_text("<robot name='a'>\n<link name='b'>\n</robot>")
-    (line,) = refused(path)
+    (line,) = read_errors(path)
     assert line.startswith("robot.urdf:")
 
 
@@ -130,13 +130,13 @@ def test_urdf_errors_are_listed_for_configuration(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_configuration_files_are_refused(text: str, message: str, tmp_path: Path) -> None:
-    (line,) = refused(write(tmp_path, text))
+    (line,) = read_errors(write(tmp_path, text))
     assert line.startswith(message)
 
 
 def test_folder_or_missing_file_is_refused(tmp_path: Path) -> None:
-    assert refused(tmp_path) == [f"{tmp_path.name}: cannot be read: Is a directory"]
-    assert refused(tmp_path / "no.yml") == ["no.yml: cannot be read: No such file or directory"]
+    assert read_errors(tmp_path) == [f"{tmp_path.name}: cannot be read: Is a directory"]
+    assert read_errors(tmp_path / "no.yml") == ["no.yml: cannot be read: No such file or directory"]
 
 
 def test_used_and_unused_entries_are_disjoint() -> None:
@@ -206,4 +206,4 @@ def broken(tree: Any) -> st.SearchStrategy[Any]:
 def test_any_text_as_configuration_is_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = write(tmp_path_factory.getbasetemp(), "")
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
-    assert refused(path)
+    assert read_errors(path)

@@ -10,7 +10,7 @@ from cellwright.util.errors import CellwrightError, DescriptionError, UnknownNam
 from tests.config.robot.small_robot import urdf, write
 
 
-def silent(_line: str) -> None:
+def ignore_warning(_line: str) -> None:
     pass
 
 
@@ -19,7 +19,7 @@ def silent(_line: str) -> None:
 def test_bundled_robots_load_without_warnings(name: str) -> None:
     report = check([find_robot(name)])
     assert report.lines() == ["ok"]
-    assert load_robot(name, silent).arms
+    assert load_robot(name, ignore_warning).arms
 
 
 def test_bundled_name_wins_over_folder_and_misspelling_is_refused(
@@ -36,13 +36,13 @@ def test_bundled_name_wins_over_folder_and_misspelling_is_refused(
 def test_robot_is_found_by_file_or_folder(tmp_path: Path) -> None:
     path = write(tmp_path)
     assert find_robot(path) == find_robot(str(tmp_path)) == path
-    assert load_robot(tmp_path, silent) == load_robot(path, silent)
+    assert load_robot(tmp_path, ignore_warning) == load_robot(path, ignore_warning)
 
 
 def test_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
     path = tmp_path / "some.robot"
     path.write_text(urdf())
-    config = load_robot(path, silent)
+    config = load_robot(path, ignore_warning)
     assert (config.name, config.path, config.urdf_path) == ("small", path, path)
     assert (config.arms, config.home, config.command_links) == ((), {}, ())
     assert len(config.robot.joints) == 14

@@ -29,7 +29,7 @@ def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
     return found, [warning.replace(f"{folder}/", "") for warning in warnings if "no shapes in the file" not in warning]
 
 
-def refused(folder: Path, text: str) -> list[str]:
+def read_errors(folder: Path, text: str) -> list[str]:
     """Return the errors, without the path of the file."""
     path = folder / "robot.urdf"
     path.write_text(text)
@@ -113,11 +113,11 @@ def test_warnings_beyond_maximum_are_counted(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_links_that_form_no_tree_are_refused(tmp_path: Path, text: str, problem: str) -> None:
-    assert problem in refused(tmp_path, text)
+    assert problem in read_errors(tmp_path, text)
 
 
 def test_all_urdf_errors_are_listed_at_once(tmp_path: Path) -> None:
-    problems = refused(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
+    problems = read_errors(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
     assert len(problems) == 3
     assert [problem.split(": ")[0] for problem in problems] == ["robot.urdf:4", "robot.urdf:4", "robot.urdf:5"]
 
@@ -134,7 +134,7 @@ def test_all_urdf_errors_are_listed_at_once(tmp_path: Path) -> None:
     ],
 )
 def test_excessive_counts_are_refused(tmp_path: Path, elements: str, message: str) -> None:
-    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
+    assert read_errors(tmp_path, robot(elements)) == [f"robot.urdf: {message}"]
 
 
 def test_chain_of_maximum_length_is_read(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ def read(folder: Path, content: bytes) -> tuple[Element, list[str]]:
     return element, [str(warning).replace(f"{folder}/", "") for warning in problems.warnings]
 
 
-def refused(folder: Path, content: bytes) -> str:
+def read_errors(folder: Path, content: bytes) -> str:
     with pytest.raises(DescriptionError) as raised:
         read(folder, content)
     return str(raised.value).replace(f"{folder}/", "")
@@ -76,13 +76,13 @@ def test_invalid_utf_8_is_read_as_latin_1_with_warning(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_xml_is_refused_with_line(tmp_path: Path, content: bytes, message: str) -> None:
-    assert refused(tmp_path, content) == message
+    assert read_errors(tmp_path, content) == message
 
 
 def test_entity_bomb_is_refused_unexpanded(tmp_path: Path) -> None:
     levels = "".join(f'<!ENTITY a{n + 1} "{f"&a{n};" * 10}">' for n in range(9))
     content = f'<!DOCTYPE r [<!ENTITY a0 "x">{levels}]><robot name="&a9;"/>'
-    assert "document types and entities are not supported" in refused(tmp_path, content.encode())
+    assert "document types and entities are not supported" in read_errors(tmp_path, content.encode())
 
 
 @pytest.mark.slow
@@ -91,9 +91,11 @@ def test_missing_or_excessive_files_are_refused(tmp_path: Path) -> None:
         read_elements(tmp_path / "nothing.urdf", Problems())
     with pytest.raises(DescriptionError, match="is a folder; name the URDF file in it"):
         read_elements(tmp_path, Problems())
-    assert refused(tmp_path, b"<robot>" + b" " * MAX_BYTES) == "robot.urdf: larger than 16 MiB; is this a robot file?"
-    assert "nested deeper than" in refused(tmp_path, b"<a>" * (MAX_DEPTH + 1) + b"</a>" * (MAX_DEPTH + 1))
-    assert "more than 200000 elements" in refused(tmp_path, b"<a>" + b"<b/>" * 200_000 + b"</a>")
+    assert (
+        read_errors(tmp_path, b"<robot>" + b" " * MAX_BYTES) == "robot.urdf: larger than 16 MiB; is this a robot file?"
+    )
+    assert "nested deeper than" in read_errors(tmp_path, b"<a>" * (MAX_DEPTH + 1) + b"</a>" * (MAX_DEPTH + 1))
+    assert "more than 200000 elements" in read_errors(tmp_path, b"<a>" + b"<b/>" * 200_000 + b"</a>")
 
 
 def test_optenv_is_replaced_by_environment_or_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.robot.model import Joint, JointType, Limits, Mimic
-from tests.config.robot.test_urdf import LIMIT, joint, read, refused, robot
+from tests.config.robot.test_urdf import LIMIT, joint, read, read_errors, robot
 
 INF = math.inf
 
@@ -47,7 +47,7 @@ def test_missing_efforts_and_velocities_give_one_warning_each(tmp_path: Path) ->
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 def test_revolute_or_prismatic_joint_without_limit_is_refused(tmp_path: Path, kind: str) -> None:
     expected = f'robot.urdf:4: joint[j]: a {kind} joint requires <limit lower="…" upper="…" effort="…" velocity="…"/>'
-    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
+    assert read_errors(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [expected]
 
 
 def test_joint_axis_becomes_unit_vector(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_floating_joint_becomes_fixed_with_warning(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_joints_are_refused_with_place(tmp_path: Path, element: str, message: str) -> None:
-    assert f"robot.urdf:{message}" in refused(tmp_path, robot(element, links="ab"))
+    assert f"robot.urdf:{message}" in read_errors(tmp_path, robot(element, links="ab"))
 
 
 def follower(name: str, child: str, leader: str, figures: str = "", kind: str = "revolute") -> str:
@@ -154,7 +154,7 @@ def test_mimic_chain_is_resolved_to_its_first_joint(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_mimics_are_refused_with_reason(tmp_path: Path, first: str, second: str, message: str) -> None:
-    problems = refused(tmp_path, robot(first, second, links="abc" if second else "ab"))
+    problems = read_errors(tmp_path, robot(first, second, links="abc" if second else "ab"))
     assert any(problem.startswith("robot.urdf:") and problem.endswith(message) for problem in problems), problems
 
 

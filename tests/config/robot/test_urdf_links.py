@@ -7,7 +7,7 @@ import pytest
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.model import Inertial, Link
 from cellwright.util.pose import Pose
-from tests.config.robot.test_urdf import read, refused, robot
+from tests.config.robot.test_urdf import read, read_errors, robot
 
 
 def read_link(folder: Path, inside: str, before: str = "") -> tuple[Link, list[str]]:
@@ -49,10 +49,10 @@ def test_link_of_mass_0_has_no_inertia(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_inertial_is_refused(tmp_path: Path, inside: str, message: str) -> None:
-    assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{message}"]
+    assert read_errors(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{message}"]
 
 
-def seen(form: str, rest: str = "") -> str:
+def visual(form: str, rest: str = "") -> str:
     return f"<visual>{rest}<geometry>{form}</geometry></visual>"
 
 
@@ -66,7 +66,7 @@ def seen(form: str, rest: str = "") -> str:
     ],
 )
 def test_shape_elements_are_read(tmp_path: Path, form: str, shape: ModelShape) -> None:
-    assert read_link(tmp_path, seen(form))[0].shapes == (shape,)
+    assert read_link(tmp_path, visual(form))[0].shapes == (shape,)
 
 
 def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
@@ -99,7 +99,7 @@ def test_collision_and_visual_shapes_are_distinct(tmp_path: Path) -> None:
 )
 def test_invalid_shapes_are_ignored_with_warning(tmp_path: Path, form: str, message: str) -> None:
     link, warnings = read_link(
-        tmp_path, seen(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
+        tmp_path, visual(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
     )
     assert len([shape for shape in link.shapes if not shape.is_touched]) == 0
     assert warnings == [f"3: link[a].visual.{message}"]
@@ -116,7 +116,7 @@ def test_invalid_shapes_are_ignored_with_warning(tmp_path: Path, form: str, mess
     ],
 )
 def test_shapes_without_valid_attributes_are_refused(tmp_path: Path, form: str, message: str) -> None:
-    problems = refused(tmp_path, robot(f'<link name="a">\n{seen(form)}</link>'))
+    problems = read_errors(tmp_path, robot(f'<link name="a">\n{visual(form)}</link>'))
     assert f"robot.urdf:3: link[a].visual.geometry.{message}" in problems
 
 
@@ -138,5 +138,5 @@ def test_colours_are_read_inline_or_by_name(
     tmp_path: Path, before: str, material: str, colour: tuple[float, float, float, float] | None
 ) -> None:
     joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>' if "link" in before else ""
-    link, _ = read_link(tmp_path, seen(BOX, material), before + joint)
+    link, _ = read_link(tmp_path, visual(BOX, material), before + joint)
     assert link.shapes[0].colour == colour

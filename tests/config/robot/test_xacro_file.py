@@ -35,7 +35,7 @@ def read(folder: Path, text: str) -> RobotModel:
     return read_urdf(path, warn=lambda _: None)
 
 
-def refused(folder: Path, text: str) -> str:
+def read_errors(folder: Path, text: str) -> str:
     with pytest.raises(DescriptionError) as raised:
         read(folder, text)
     return str(raised.value).replace(f"{folder.resolve()}/", "").removeprefix("urdf/")
@@ -64,18 +64,18 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_xacro_errors_name_file_and_line(tmp_path: Path, old: str, new: str, message: str) -> None:
-    assert refused(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{message}"
+    assert read_errors(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{message}"
 
 
 def test_error_in_included_file_names_that_file(tmp_path: Path) -> None:
     (tmp_path / "urdf").mkdir()
     (tmp_path / "urdf" / "broken.xacro").write_text("<robot>\n<link>\n</robot>")
-    assert refused(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: invalid XML (column 3)"
+    assert read_errors(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: invalid XML (column 3)"
 
 
 def test_endless_macros_give_one_line_error(tmp_path: Path) -> None:
     text = '<robot xmlns:xacro="x"><xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>'
-    assert "macros call each other without end" in refused(tmp_path, text)
+    assert "macros call each other without end" in read_errors(tmp_path, text)
 
 
 def test_macros_in_file_without_xacro_suffix_are_ignored_with_warning(tmp_path: Path) -> None:

@@ -20,11 +20,11 @@ ORDER = f"{{announcement_condition: time, announcement_condition_value: 1, kit_c
 SPHERE = "{sphere: {radius: 0.1}}"
 
 
-def many(count: int, entry: str) -> str:
+def repeated(count: int, entry: str) -> str:
     return ", ".join(f"a{number}a: {entry}" for number in range(count))
 
 
-def refused(text: str) -> list[str]:
+def read_errors(text: str) -> list[str]:
     with pytest.raises(DescriptionError) as raised:
         load_trial(text=text)
     return list(map(str, raised.value.problems))
@@ -34,25 +34,25 @@ def refused(text: str) -> list[str]:
     ("text", "message"),
     [
         (
-            f"sensors: {{{many(501, '{type: break_beam, pose: {}}')}}}",
+            f"sensors: {{{repeated(501, '{type: break_beam, pose: {}}')}}}",
             "sensors: too many sensors (got 501, at most 500)",
         ),
-        (f"orders: {{{many(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in total"),
+        (f"orders: {{{repeated(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in total"),
         (
-            f"cellwright: {{parts: {{{many(201, '{}')}}}}}",
+            f"cellwright: {{parts: {{{repeated(201, '{}')}}}}}",
             "cellwright.parts: too many part types (got 201, at most 200)",
         ),
     ],
 )
 def test_excessive_counts_are_refused(text: str, message: str) -> None:
-    assert refused(text) == [f"<text>:1: {message}"]
+    assert read_errors(text) == [f"<text>:1: {message}"]
 
 
 def test_problems_beyond_maximum_are_counted() -> None:
-    errors = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
+    errors = read_errors("\n".join(f"section_{number}: 1" for number in range(1500)))
     assert len(errors) == tree.MAX_PROBLEMS + 1
     assert errors[-1] == "<text>:1001: 500 more errors are not listed"
-    warned = load_trial(text=f"options: {{{many(1500, '1')}}}").warnings
+    warned = load_trial(text=f"options: {{{repeated(1500, '1')}}}").warnings
     assert len(warned) == tree.MAX_PROBLEMS + 1
     assert warned[-1].severity == "warning"
 
@@ -138,12 +138,12 @@ def test_engine_out_of_memory_gives_one_line_error(monkeypatch: pytest.MonkeyPat
 
 
 def test_engine_failure_in_step_names_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
+    def fail_step(*_: object) -> None:
         raise mujoco.FatalError("no room\nfor anything")
 
     cell = Cell(load_trial(text="options: {insert_agvs: false}").trial)
     cell.step()
-    monkeypatch.setattr(mujoco, "mj_step", full)
+    monkeypatch.setattr(mujoco, "mj_step", fail_step)
     with pytest.raises(SimulationError, match=r"at 0\.002 s: the engine gave up: no room$"):
         cell.step()
 

@@ -81,7 +81,7 @@ def test_scenario_follows_from_trial_name() -> None:
     ]
 
 
-def seen(points: list[tuple[float, float, float]]) -> bool:
+def in_view(points: list[tuple[float, float, float]]) -> bool:
     """Return for each point whether at least one of the bundled cameras sees it."""
     cameras = [
         Frustum(
@@ -105,16 +105,16 @@ def corners(x: float, y: float, z: float, half_x: float, half_y: float) -> list[
 @pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
 def test_bin_is_in_view_of_sensors(name: str) -> None:
     x, y = BIN_CENTRES[name]
-    assert seen(corners(x, y, 0.726, 0.3, 0.3))
-    assert not seen(corners(x, y, 0.726, 0.5, 0.5))
+    assert in_view(corners(x, y, 0.726, 0.3, 0.3))
+    assert not in_view(corners(x, y, 0.726, 0.5, 0.5))
 
 
 @pytest.mark.parametrize("frame", TRAY_FRAMES)
 def test_tray_is_in_view_of_sensors(frame: str) -> None:
     x, y, _ = TRAY_FRAMES[frame].position
-    assert seen(corners(x, y, 0.756, 0.25, 0.35))
+    assert in_view(corners(x, y, 0.756, 0.25, 0.35))
 
 
 def test_belt_before_break_beam_is_in_view_of_sensors() -> None:
-    assert seen([(1.21, y, 0.915) for y in (2.16, 2.6, 3.04)])
-    assert not seen([(1.21, 3.1, 0.915)])
+    assert in_view([(1.21, y, 0.915) for y in (2.16, 2.6, 3.04)])
+    assert not in_view([(1.21, 3.1, 0.915)])

@@ -39,23 +39,23 @@ def load(path: Path) -> Trial | None:
     return loaded.trial
 
 
-def write_mutated(folder: Path, tree: object, chance: random.Random) -> Path:
+def write_mutated(folder: Path, tree: object, rng: random.Random) -> Path:
     path = folder / "trial.yaml"
-    path.write_bytes(yaml_trees.text(mutated(tree, chance, WORDS)))
+    path.write_bytes(yaml_trees.text(mutated(tree, rng, WORDS)))
     return path
 
 
 @pytest.mark.slow
 @settings(quiet, max_examples=80)
-@given(tree=st.sampled_from(TREES), chance=st.randoms())
-def test_mutated_trial_is_read_or_refused(tmp_path: Path, tree: object, chance: random.Random) -> None:
-    load(write_mutated(tmp_path, tree, chance))
+@given(tree=st.sampled_from(TREES), rng=st.randoms())
+def test_mutated_trial_is_read_or_refused(tmp_path: Path, tree: object, rng: random.Random) -> None:
+    load(write_mutated(tmp_path, tree, rng))
 
 
 @settings(quiet, max_examples=20)
-@given(tree=st.sampled_from(TREES[:2]), chance=st.randoms())
-def test_mutated_trial_that_loads_can_run(tmp_path: Path, tree: object, chance: random.Random) -> None:
-    trial = load(write_mutated(tmp_path, tree, chance))
+@given(tree=st.sampled_from(TREES[:2]), rng=st.randoms())
+def test_mutated_trial_that_loads_can_run(tmp_path: Path, tree: object, rng: random.Random) -> None:
+    trial = load(write_mutated(tmp_path, tree, rng))
     if trial is not None:
         with contextlib.suppress(ModelFileError, SimulationError):
             cell = Cell(trial)
