@@ -70,7 +70,7 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
     ran = cellwright("operate", "play", "far.csv", "--approach", "0", "--connect", address)
     assert (ran.status, ran.out) == (1, "")
     assert ran.err.startswith(
-        UNCHECKED + "error: right_1 did not come to the first target: it is at 2, and 9 was asked for"
+        UNCHECKED + "error: right_1 did not reach the first target: it is at 2, and 9 was asked for"
     )
 
 

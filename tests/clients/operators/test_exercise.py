@@ -71,7 +71,7 @@ def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     def send(_robot: OperatedRobot, order: MoveJoints) -> None:
         said.append(order.targets["right_1"])
         if len(said) > 20:
-            raise RunEndedError("the server is gone")
+            raise RunEndedError("the server has closed the connection")
 
     monkeypatch.setattr(OperatedRobot, "send", send)
     bus = there.session.transport.cell.bus  # type: ignore[attr-defined]

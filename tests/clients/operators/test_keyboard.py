@@ -77,7 +77,7 @@ def test_the_emergency_stop_overtakes_what_was_typed_before_it(operator: Keyboar
     assert operator.robot.status.emergency_stop
     assert "EMERGENCY STOP" in shown(operator)
     typed(operator, RIGHT)
-    assert operator.message == "not sent: its emergency stop is on"
+    assert operator.message == "not sent: the emergency stop is active"
 
 
 def test_keys_that_piled_up_are_not_all_carried_out(operator: Keyboard) -> None:

@@ -87,7 +87,7 @@ def test_who_is_there_already_goes_on_soon(there: OperatedRobot) -> None:
 
 
 def test_a_joint_that_does_not_get_there_is_reported(there: OperatedRobot) -> None:
-    with pytest.raises(UsageError, match=r"right_1 did not come to the first target: it is at 2, and 2\.5 was asked"):
+    with pytest.raises(UsageError, match=r"right_1 did not reach the first target: it is at 2, and 2\.5 was asked"):
         approach(there, {"right_1": 2.5}, 0.5)  # its limit is 2
 
 
@@ -171,7 +171,7 @@ def test_a_recording_is_closed_though_the_node_is_gone(there: OperatedRobot, tmp
     there.session.sleep(0.1)
 
     def leave() -> None:
-        raise RunEndedError("the server is gone")
+        raise RunEndedError("the server has closed the connection")
 
     recorder._leave = leave
     recorder.close()

@@ -107,7 +107,7 @@ def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -
 def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot) -> None:
     there.send(Now.STOP)
     there.session.sleep(0.3)
-    assert there.why_not() == "its emergency stop is on"
+    assert there.why_not() == "the emergency stop is active"
 
 
 @pytest.mark.parametrize(
@@ -115,8 +115,8 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
     [
         (TeleopStatus(), "", ""),
         (TeleopStatus(enabled=False), "it is not enabled", "enable"),
-        (TeleopStatus(resetting=True), "it is on its way home", ""),
-        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on", "clear-stop"),
+        (TeleopStatus(resetting=True), "it is moving home", ""),
+        (TeleopStatus(enabled=False, emergency_stop=True), "the emergency stop is active", "clear-stop"),
     ],
 )
 def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:

@@ -64,7 +64,7 @@ def test_grippers_beside_joints_become_a_message_of_their_own(tmp_path: Path) ->
         ("time\n0\n", ":1: the first line must name a joint"),
         ("time,,head\n", ":1: the first line must name a joint"),
         ("time,head,head\n", ":1: named twice: head"),
-        ("time,head\n", "motion.csv: there are no targets in it"),
+        ("time,head\n", "motion.csv: it holds no targets"),
         ("time,head\n0,1,2\n", ":2: 3 fields, and the first line has 2"),
         ("time,head\n0,x\n", ":2: head: 'x' is no number"),
         ("time,head\n,1\n", ":2: time: '' is no number"),
@@ -84,7 +84,7 @@ def test_a_bad_csv_file_is_refused_with_its_line(text: str, said: str, tmp_path:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("{", "is no JSON: Expecting property name"),
+        ("{", "is not JSON: Expecting property name"),
         ("[1]", 'must be an object with "time" and "positions"'),
         ('{"time": 0}', "must be an object"),
         ('{"time": true, "positions": {}}', "time: True is no number"),
