@@ -120,7 +120,7 @@ def test_steps_have_a_smallest_and_a_largest(jog: Jog) -> None:
 def test_a_joint_of_unknown_position_is_not_moved(jog: Jog, robot: FakeRobot) -> None:
     del robot.positions["head_yaw"]
     assert jog.press("right") is None
-    assert jog.note == "the node does not say where head_yaw is"
+    assert jog.note == "the node publishes no position of head_yaw"
 
 
 def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> None:

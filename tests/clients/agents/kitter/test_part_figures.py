@@ -96,7 +96,7 @@ def test_a_part_of_a_trial_s_own_is_handled_by_its_model() -> None:
     ("values", "reason"),
     [
         (own(spots=[]), "it has no flat top for the cup"),
-        (own(spots=[spot(radius=0.004)]), "its flat top is too small: a disc of 4 mm radius, 6 mm are needed"),
+        (own(spots=[spot(radius=0.004)]), "its flat top is too small: a disc of 4 mm radius (needs 6 mm)"),
         (own(25.0), "it is too heavy: 25 kg, the arm carries 10 kg"),
         (own(5.0, spots=[spot(0.07)]), "it would turn the wrist: its flat top is 70 mm beside its centre of mass"),
         (own(spots=[spot(z=0.2)]), "it is too tall: 220 mm below the cup, 200 mm can be carried"),
