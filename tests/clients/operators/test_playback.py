@@ -134,7 +134,7 @@ def test_targets_that_do_not_fit_are_refused(
 def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(OperatedRobot, "grippers", property(lambda _robot: (0.0,)))
     two = targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND)
-    with pytest.raises(UsageError, match="has targets for 2 grippers .the robot has 1"):
+    with pytest.raises(UsageError, match=r"has targets for 2 grippers .the robot has 1"):
         check(there, two, LIMITS)
 
 
