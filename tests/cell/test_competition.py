@@ -84,7 +84,7 @@ def test_it_can_be_started_once() -> None:
         again = call(cell, "start_competition")
         assert (again.success, again.message) == (False, "cannot start if not in 'init' state")
         cell.step()
-    with pytest.raises(RejectedCommandError, match="this one is go"):
+    with pytest.raises(RejectedCommandError, match="got 'go'"):
         cell.competition.start()
     assert cell.bus.refusals.total == 0  # an answer, not a refusal
 
@@ -386,7 +386,7 @@ def test_a_part_that_was_dropped_over_its_bin_is_reported() -> None:
     held = part.fate.held / 1e9
     assert held == pytest.approx(1.5, abs=0.01)
     assert part.sentence() == (
-        f"none on the tray when it was submitted: {ROD_IN_REACH.name} was dropped at ({x:.2f}, {y:.2f}) m "
+        f"not on the tray at submission: {ROD_IN_REACH.name} was dropped at ({x:.2f}, {y:.2f}) m "
         f"after {held:.1f} s in the gripper"
     )
     (submitted,) = [effect for effect in effects if isinstance(effect, KitSubmitted)]
@@ -436,7 +436,7 @@ def test_a_part_that_was_never_gripped_and_those_that_the_wall_took_are_reported
     for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
         cell.parts.put_away(cell.parts.part(name), Removal.DELETION_WALL)
     assert submitted_part(cell).sentence() == (
-        "none on the tray when it was submitted: never taken hold of; the deletion wall of the belt took 2 of its type"
+        "not on the tray at submission: never gripped; the deletion wall of the belt removed 2 of its type"
     )
 
 

@@ -52,16 +52,19 @@ POINTS = {
     "few velocities": (with_point(velocities=[1.0] * 6), "6 velocities for 7 positions"),
     "many accelerations": (with_point(accelerations=[1.0] * 8), "8 accelerations for 7 positions"),
     "velocities for names only": (with_point([1.0] * 8, [1.0] * 7), "7 velocities for 8 positions"),
-    "position nan": (with_point(one_bad(nan)), "nan as position of elbow_joint"),
-    "velocity inf": (with_point(velocities=one_bad(inf)), "inf as velocity of elbow_joint"),
-    "acceleration -inf": (with_point(accelerations=one_bad(-inf)), "-inf as acceleration of elbow_joint"),
-    "equal times": (with_times(SECOND, SECOND), "point 1 is at 1 s, point 0 before it at 1 s"),
-    "falling times": (with_times(SECOND, 3 * SECOND, 2 * SECOND), "point 2 is at 2 s, point 1 before it at 3 s"),
-    "too fast to compute": (replace(GOOD, points=[TOO_FAST]), "too far apart"),
+    "position nan": (with_point(one_bad(nan)), "position of elbow_joint must be finite (got nan)"),
+    "velocity inf": (with_point(velocities=one_bad(inf)), "velocity of elbow_joint must be finite (got inf)"),
+    "acceleration -inf": (
+        with_point(accelerations=one_bad(-inf)),
+        "acceleration of elbow_joint must be finite (got -inf)",
+    ),
+    "equal times": (with_times(SECOND, SECOND), "got 1 s for point 0 and 1 s for point 1"),
+    "falling times": (with_times(SECOND, 3 * SECOND, 2 * SECOND), "got 3 s for point 1 and 2 s for point 2"),
+    "too fast to compute": (replace(GOOD, points=[TOO_FAST]), "too large or too close to interpolate"),
 }
 PAST = {
     "all in the past": (replace(GOOD, start_ns=SECOND), "all 2 points lie in the past: the last one was due 7 s ago"),
-    "due now": (with_times(0), "due now, with no time to get there"),
+    "due now": (with_times(0), "the last one is due now"),
 }
 REJECTED = [
     pytest.param(command, result, reason, id=name)
@@ -127,7 +130,7 @@ def test_too_many_points_are_refused_and_the_maximum_is_followed() -> None:
     arm = controller()
     arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS)), 0)
     before = arm.get_state()
-    with pytest.raises(RejectedTrajectoryError, match=f"{MAX_POINTS + 1} points are too many"):
+    with pytest.raises(RejectedTrajectoryError, match=rf"at most {MAX_POINTS} points \(got {MAX_POINTS + 1}\)"):
         arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS + 1)), 0)
     assert arm.get_state() == before
 

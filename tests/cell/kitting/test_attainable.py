@@ -35,8 +35,8 @@ def test_of_the_lesson_two_thirds_can_be_had() -> None:
     assert [part.off_plate for part in found.parts] == pytest.approx([0.49, 0.49, 0.48, 0.49])
     assert [part.nearest for part in found.parts] == pytest.approx([0.351, 0.351, 0.422, 0.432])
     assert could.sentence() == (
-        "8 of 12 points is the most one can get: order_0_kit_0: 4 of 4 places lie 0.48 to 0.49 m off the tray, where "
-        "a part on it stays at least 351 mm away"
+        "at most 8 of 12 points are attainable: order_0_kit_0: 4 of 4 places lie 0.48 to 0.49 m off the tray, "
+        "at least 351 mm from any part on it"
     )
     assert len(list(found.reasons())) == 4
     assert next(found.reasons()).startswith("part 1, piston_rod_part: its place (0.74, 0.05) lies 0.49 m off the tray")
@@ -58,7 +58,7 @@ def test_a_place_is_out_of_reach_only_when_no_part_can_touch_the_plate_there() -
 def test_a_type_that_the_cell_is_short_of_costs_its_points_and_the_bonus() -> None:
     could = attainable_score(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
     assert (could.total, could.orders[0].total) == (4.0, 4.0)
-    assert could.sentence().endswith("order_0_kit_0: 1 gear_part more than the cell has good ones")
+    assert could.sentence().endswith("order_0_kit_0: the cell has 1 good gear_part too few")
     assert list(could.kit("order_0_kit_0").reasons()) == [
         "part 3, gear_part: the cell has too few good parts of type gear_part"
     ]
@@ -81,7 +81,7 @@ def test_orders_that_never_come_up_earn_nothing() -> None:
     reasons = list(could.kit("order_2_kit_0").reasons())
     assert reasons == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
     assert attainable_score(trial(first, late, behind, time_limit=-1.0)).total == 9.0
-    assert "nothing ever brings order_3 up" in attainable_score(trial(order(3))).sentence()
+    assert "no condition announces order_3" in attainable_score(trial(order(3))).sentence()
     assert attainable_score(trial(order(3, unwanted_parts=1))).total == 3.0
 
 

@@ -63,8 +63,8 @@ def test_each_verdict_is_given_with_its_figures() -> None:
     assert of_one(thing(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
     over = TrayObject("bin5|gear_part_1", "gear_part", False, pose(roll=math.pi))
     assert of_one(over) == "bin5|gear_part_1 lies turned over by 3142 mrad, 2506 mrad too far"
-    assert of_one(thing(faulty=True)) == "none but a faulty one, which does not count: bin5|gear_part_1"
-    assert of_one(thing("disk_part")) == "none on the tray when it was submitted"
+    assert of_one(thing(faulty=True)) == "only a faulty one, which does not count: bin5|gear_part_1"
+    assert of_one(thing("disk_part")) == "not on the tray at submission"
     assert math.degrees(MAX_TILT) == pytest.approx(36.4, abs=0.05)
 
 
@@ -72,7 +72,7 @@ def test_a_place_off_the_tray_differs_from_a_bad_placement() -> None:
     sentence = of_one(thing(x=0.2), x=0.74)
     assert sentence == (
         "bin5|gear_part_1 lies 540.0 mm from its place, 510.0 mm too far; its place (0.74, 0) lies 0.49 m off the "
-        "tray, which is 0.5 m by 0.7 m: a part on the tray is at least 432 mm away from it, and 30 mm are allowed"
+        "tray (0.5 x 0.7 m), at least 432 mm from any part on it (at most 30 mm are allowed)"
     )
     first = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
     found = judged(thing(x=0.2), first=first)
@@ -100,7 +100,7 @@ def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
 def test_a_missing_bonus_is_given_with_its_reason() -> None:
     first = order(0, start_time=0.0)
     short, besides = judged(first=first), judged(thing(), thing("disk_part"), first=first)
-    assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is not there, so there is no bonus"]
+    assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is missing, so there is no bonus"]
     assert [each.bonus_sentence for each in kits_of(besides)] == [
         "the tray holds more than was ordered, so there is no bonus"
     ]
@@ -138,7 +138,7 @@ def test_the_fate_of_a_missing_part_is_given_in_words_and_as_values() -> None:
     fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
     known = kit_evidence(each.score, each.attainable, fates=(fate,))
     (part,) = json.loads(json.dumps(kit_to_json(known)))["parts"]
-    assert part["sentence"] == f"none on the tray when it was submitted: {fate.sentence()}"
+    assert part["sentence"] == f"not on the tray at submission: {fate.sentence()}"
     assert part["fate"] == {
         "kind": "dropped",
         "sentence": "bin5|gear_part_1 was dropped at (0.31, 2.95) m after 3.0 s in the gripper",
@@ -168,7 +168,7 @@ def test_evidence_of_the_lesson_has_attainable_points_from_the_start() -> None:
     trial = load_trial([find_trial("lesson")]).trial
     document = evidence_to_json(evidence(trial, Scorer(trial.orders).game_score(0)))
     assert (document["total"], document["reachable"], document["best"]) == (0.0, 8.0, 12.0)
-    assert "8 of 12 points is the most one can get" in document["reachable_reason"]
+    assert "at most 8 of 12 points are attainable" in document["reachable_reason"]
     (found,) = document["orders"][0]["kits"]
     assert all("lies 0.4" in line and "off the tray" in line for line in found["out_of_reach"])
     assert document["system_cost"] == 1300.0

@@ -50,7 +50,7 @@ def sentence_of(record: HandlingRecord, *parts: PartSnapshot) -> str:
 
 
 def test_a_part_that_was_never_held() -> None:
-    assert sentence_of(HandlingRecord(), gear()) == "never taken hold of"
+    assert sentence_of(HandlingRecord(), gear()) == "never gripped"
 
 
 def test_parts_that_went_past_on_the_belt_are_counted() -> None:
@@ -58,7 +58,7 @@ def test_parts_that_went_past_on_the_belt_are_counted() -> None:
     for name in (GEAR, SPARE):
         record.remove(name, Removal.DELETION_WALL)
     assert sentence_of(record, gear(), gear(name=SPARE)) == (
-        "never taken hold of; the deletion wall of the belt took 2 of its type"
+        "never gripped; the deletion wall of the belt removed 2 of its type"
     )
 
 
@@ -116,9 +116,9 @@ def test_a_part_that_the_tray_did_not_report_in_time() -> None:
 def test_a_part_in_the_gripper_and_parts_that_left_the_cell() -> None:
     record = HandlingRecord()
     record.take(GEAR, 15 * SECOND)
-    assert sentence_of(record, gear()) == f"{GEAR} was in the gripper, for 5.0 s"
+    assert sentence_of(record, gear()) == f"{GEAR} was in the gripper for 5.0 s"
     for by, words in (
-        (Removal.DELETION_WALL, "was taken by the deletion wall of the belt"),
+        (Removal.DELETION_WALL, "was removed by the deletion wall of the belt"),
         (Removal.CLEARING, "was cleared from agv2's tray"),
     ):
         record = HandlingRecord()
@@ -150,7 +150,7 @@ def test_what_was_delivered_or_explains_an_earlier_kit_explains_nothing() -> Non
     record = HandlingRecord()
     carried(record)
     record.remove(GEAR, Removal.DELIVERY)
-    assert sentence_of(record, gear()) == "never taken hold of"
+    assert sentence_of(record, gear()) == "never gripped"
 
 
 NAMES = tuple(f"bin5|{kind}_{number}" for kind in TYPES for number in range(3))

@@ -32,15 +32,15 @@ def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
     [
         (
             Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit_O", None, ("kit_0",)),
-            "scored 0: kit type 'kit_O' belongs to no order; did you mean kit_0 (asked for now: kit_0)",
+            "scored 0: kit type 'kit_O' belongs to no order; did you mean kit_0 (ordered now: kit_0)",
         ),
         (
             Refusal(RefusalReason.NOT_ANNOUNCED, "kit_1", "order_1", ("x", "y")),
-            "scored 0: kit type 'kit_1' belongs to order_1, which has not been announced yet (asked for now: x, y)",
+            "scored 0: kit type 'kit_1' belongs to order_1, which is not announced yet (ordered now: x, y)",
         ),
         (
             Refusal(RefusalReason.ORDER_CLOSED, "order_1_kit_0", "order_1"),
-            "scored 0: kit type 'order_1_kit_0' belongs to order_1, which is closed already (asked for now: none)",
+            "scored 0: kit type 'order_1_kit_0' belongs to order_1, which is already closed (ordered now: none)",
         ),
     ],
 )

@@ -127,9 +127,9 @@ def test_a_part_travels_while_the_gripper_is_enabled_and_attached_during_the_gam
 
 
 def test_names_must_be_unique() -> None:
-    with pytest.raises(UsageError, match="two orders 'order_0'"):
+    with pytest.raises(UsageError, match="order ids must be unique .got 'order_0' twice"):
         Scorer([ONE, ONE])
-    with pytest.raises(UsageError, match="two kits"):
+    with pytest.raises(UsageError, match="kit types must be unique"):
         Scorer([ONE, type(ONE)("order_9", ONE.kits)])
 
 

@@ -66,12 +66,12 @@ def test_a_dear_cell_loses_points() -> None:
     [
         ([], [earned(0, 1, SECOND)], AVERAGES, "without sensors"),
         (CAMERA, [earned(0, 1, 0)], AVERAGES, "earned 3.0 points in 0.0 s"),
-        (CAMERA, [OrderScore("a"), OrderScore("b"), OrderScore("c")], AVERAGES, "at most 2 orders, not 3"),
-        (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, ()), "average times"),
-        (CAMERA, [earned(0, 1, SECOND)], Averages(0.0, (1.0,)), "above 0, not 0.0"),
-        (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, (-1.0,)), "above 0, not -1.0"),
-        (CAMERA, [earned(0, 1, SECOND)], Averages(math.nan, (1.0,)), "above 0, not nan"),
-        (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, (math.inf,)), "above 0, not inf"),
+        (CAMERA, [OrderScore("a"), OrderScore("b"), OrderScore("c")], AVERAGES, "at most 2 orders .got 3."),
+        (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, ()), "an average time .got 1 orders and 0 times."),
+        (CAMERA, [earned(0, 1, SECOND)], Averages(0.0, (1.0,)), "above 0 .got 0.0."),
+        (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, (-1.0,)), "above 0 .got -1.0."),
+        (CAMERA, [earned(0, 1, SECOND)], Averages(math.nan, (1.0,)), "above 0 .got nan."),
+        (CAMERA, [earned(0, 1, SECOND)], Averages(1000.0, (math.inf,)), "above 0 .got inf."),
     ],
 )
 def test_what_has_no_score(

@@ -23,11 +23,11 @@ def test_shapes_stand_in_the_frame_of_the_one_outermost_body(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("inside", "why"),
     [
-        ('<body><geom size="1e300"/></body>', "not finite"),
-        ('<body pos="nan 0 0"><geom size=".1"/></body>', "not finite"),
-        ('<body><joint/><geom size=".1"/></body>', "has joints"),
+        ('<body><geom size="1e300"/></body>', "must be finite"),
+        ('<body pos="nan 0 0"><geom size=".1"/></body>', "must be finite"),
+        ('<body><joint/><geom size=".1"/></body>', "one rigid body"),
         ("<body/>", "no shapes"),
-        ('<geom type="plane" size="1 1 1"/>', "type plane is not read"),
+        ('<geom type="plane" size="1 1 1"/>', "geom type plane is not supported"),
         ('<body><geom size="-1"/></body>', "size"),
     ],
 )

@@ -102,20 +102,20 @@ def test_all_shapes_come_into_the_engine() -> None:
     ("content", "said"),
     [
         ("<mujoco><worldbody><geom type='bx' size='1'/></worldbody></mujoco>", "invalid keyword: 'bx'"),
-        ("<mujoco/>", "no shapes in it"),
+        ("<mujoco/>", "no shapes; add a geom"),
         (
             "<mujoco><worldbody><body><joint/><geom size='.01'/></body></worldbody></mujoco>",
-            "has joints; a model is one rigid body",
+            "a model must be one rigid body",
         ),
         (
             "<mujoco><worldbody><geom type='plane' size='1 1 1'/></worldbody></mujoco>",
-            "a geom of type plane is not read",
+            "geom type plane is not supported",
         ),
         (
             "<mujoco><worldbody><body><geom size='.01' contype='0' conaffinity='0'/></body></worldbody></mujoco>",
-            "nothing in it can be touched",
+            "no collision shapes",
         ),
-        ("<mujoco><worldbody><geom size='.01'/></worldbody></mujoco>", "no mass in it; give one beside the file"),
+        ("<mujoco><worldbody><geom size='.01'/></worldbody></mujoco>", "no mass; give one beside the file"),
         (
             "<mujoco><worldbody><body><geom size='.3'/></body></worldbody></mujoco>",
             "reaches 0.52 m from its origin; a part keeps within 0.22 m",

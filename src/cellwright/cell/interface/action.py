@@ -72,14 +72,15 @@ class TrajectoryAction(Device):
         now = self.simulation.now
         if len(message.goal_id.id) > MAX_ID_LENGTH:
             raise RejectedTrajectoryError(
-                GoalResult.INVALID_GOAL, f"a goal's identifier may have {MAX_ID_LENGTH} characters"
+                GoalResult.INVALID_GOAL,
+                f"goal id may have at most {MAX_ID_LENGTH} characters (got {len(message.goal_id.id)})",
             )
         # as in actionlib: an empty identifier or stamp is filled in, so that the goal can still be cancelled
         name = message.goal_id.id or self._generated_id(node)
         goal_id = GoalID(stamp(nanoseconds(message.goal_id.stamp) or now), name)
         current = self._arm.controller.goal
         if current is not None and current.active and current.goal_id == name:
-            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
+            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is already active; send another id")
         try:
             goal = message.goal
             trajectory, goal_time = trajectory_of(goal.trajectory), nanoseconds(goal.goal_time_tolerance)

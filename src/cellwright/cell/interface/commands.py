@@ -123,7 +123,9 @@ class CellCommands:
         """Pause, resume or restart the flow of parts onto the belt."""
         actions = get_args(PopulationAction)
         if request.action not in actions:
-            raise ServiceFailedError(f"population/control: {request.action!r} is none of {', '.join(actions)}")
+            raise ServiceFailedError(
+                f"population/control: unknown action {request.action!r} (known: {', '.join(actions)})"
+            )
         present(self._cell.population).control(cast("PopulationAction", request.action))
         return osrf_gear.PopulationControlResponse(success=True)
 

@@ -37,7 +37,7 @@ def make_plugin_device(description: PluginDevice, cell: object) -> Device:
     make = plugins.load("devices", kind)
     if not callable(make):
         raise plugins.plugin_error(
-            "devices", kind, f"must be a function that makes a Device, and is of the type {type(make).__name__}"
+            "devices", kind, f"must be a function that makes a Device (got {type(make).__name__})"
         )
     device: Device = _make("devices", kind, make, Device, description.name, description.settings, cell)
     return guard_plugin(device, "devices", kind, _HOOKS)
@@ -78,7 +78,7 @@ def _make(group: plugins.Kind, kind: str, make: Callable[..., Any], base: type[A
     except Exception as error:
         raise plugins.plugin_error(group, kind, f"cannot be made: {one_line(error)}") from error
     if not isinstance(made, base):
-        problem = f"must make a {base.__name__}, and made something of the type {type(made).__name__}"
+        problem = f"must make a {base.__name__} (got {type(made).__name__})"
         raise plugins.plugin_error(group, kind, problem)
     return made
 

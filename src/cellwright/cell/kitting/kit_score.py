@@ -142,10 +142,10 @@ class Refusal:
             case RefusalReason.UNKNOWN_KIT_TYPE:
                 why = f"belongs to no order{did_you_mean(self.kit_type, self.wanted)}"
             case RefusalReason.NOT_ANNOUNCED:
-                why = f"belongs to {self.order_id}, which has not been announced yet"
+                why = f"belongs to {self.order_id}, which is not announced yet"
             case RefusalReason.ORDER_CLOSED:
-                why = f"belongs to {self.order_id}, which is closed already"
-        return f"scored 0: kit type {self.kit_type!r} {why} (asked for now: {known})"
+                why = f"belongs to {self.order_id}, which is already closed"
+        return f"scored 0: kit type {self.kit_type!r} {why} (ordered now: {known})"
 
 
 @dataclass(frozen=True, slots=True)
