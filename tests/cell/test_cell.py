@@ -236,6 +236,6 @@ def test_a_cell_without_agvs_can_still_be_competed_in() -> None:
 
 def test_a_sensor_that_would_speak_over_the_cell_is_refused() -> None:
     with pytest.raises(
-        UsageError, match="sensor 'orders': topic /ariac/orders already has type .* .got sensor_msgs/Range."
+        UsageError, match=r"sensor 'orders': topic /ariac/orders already has type .* \(got sensor_msgs/Range\)"
     ):
         Cell(replace(BARE, sensors=(SensorConfig("orders", "proximity_sensor", Pose()),)))

@@ -223,7 +223,7 @@ def test_the_flow_of_parts_can_be_held_up() -> None:
         assert call(cell, "population/control", PopulationControlRequest(word)).success
     run(cell, 1.0)
     assert not clones & cell.parts.in_play
-    with pytest.raises(ServiceFailedError, match="unknown action 'stop' .known: pause, resume, restart"):
+    with pytest.raises(ServiceFailedError, match=r"unknown action 'stop' \(known: pause, resume, restart\)"):
         call(cell, "population/control", PopulationControlRequest("stop"))
     call(cell, "population/control", PopulationControlRequest("resume"))
     run(cell, 0.3)

@@ -127,7 +127,7 @@ def test_a_part_travels_while_the_gripper_is_enabled_and_attached_during_the_gam
 
 
 def test_names_must_be_unique() -> None:
-    with pytest.raises(UsageError, match="order ids must be unique .got 'order_0' twice"):
+    with pytest.raises(UsageError, match=r"order ids must be unique \(got 'order_0' twice\)"):
         Scorer([ONE, ONE])
     with pytest.raises(UsageError, match="kit types must be unique"):
         Scorer([ONE, type(ONE)("order_9", ONE.kits)])
