@@ -35,22 +35,20 @@ def original_position(frames: KeyFrames, time: int) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(("frames", "way", "tolerance"), WAYS)
-def test_every_key_frame_is_reached_on_time(frames: KeyFrames, way: Trajectory, tolerance: float) -> None:
+def test_path_passes_key_frames_on_time(frames: KeyFrames, way: Trajectory, tolerance: float) -> None:
     for time, (_, x, y) in zip(times_of(frames), frames, strict=True):
         assert way.positions(time) == [x, y]
 
 
 @pytest.mark.parametrize(("frames", "way", "tolerance"), WAYS)
-def test_between_key_frames_it_stays_close_to_the_original(
-    frames: KeyFrames, way: Trajectory, tolerance: float
-) -> None:
+def test_path_between_key_frames_stays_close_to_original(frames: KeyFrames, way: Trajectory, tolerance: float) -> None:
     differences = [
         dist(way.positions(time), original_position(frames, time)) for time in range(0, way.end, 20 * MILLISECOND)
     ]
     assert tolerance / 2 < max(differences) < tolerance
 
 
-def test_the_ways_take_as_long_as_in_the_original_and_join_up() -> None:
+def test_paths_have_original_durations_and_join_up() -> None:
     out, back = agv_path(DELIVERY_FRAMES, 1), agv_path(RETURN_FRAMES, 1)
     assert out.end == 8_333_333_333
     assert back.end == 10_000_000_000
@@ -59,9 +57,7 @@ def test_the_ways_take_as_long_as_in_the_original_and_join_up() -> None:
 
 
 @given(times, st.sampled_from(WAYS))
-def test_velocity_is_the_slope_of_position_and_has_no_jump(
-    time: int, case: tuple[KeyFrames, Trajectory, float]
-) -> None:
+def test_velocity_is_derivative_of_position_without_jumps(time: int, case: tuple[KeyFrames, Trajectory, float]) -> None:
     _, way, _ = case
     step = MILLISECOND // 10
     before, after = way.positions(time - step), way.positions(time + step)
@@ -71,7 +67,7 @@ def test_velocity_is_the_slope_of_position_and_has_no_jump(
 
 
 @given(times, st.sampled_from([DELIVERY_FRAMES, RETURN_FRAMES]))
-def test_agv_2_mirrors_agv_1(time: int, frames: KeyFrames) -> None:
+def test_path_of_agv_2_mirrors_agv_1(time: int, frames: KeyFrames) -> None:
     one, two = agv_path(frames, 1), agv_path(frames, 2)
     x, y = one.positions(time)
     assert two.positions(time) == [x, -y]
@@ -84,7 +80,7 @@ def ends(segment: Segment) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(("way", "peak"), [(agv_path(DELIVERY_FRAMES, 1), 2.541), (agv_path(RETURN_FRAMES, 2), 1.637)])
-def test_acceleration_stays_below_what_parts_on_a_tray_bear(way: Trajectory, peak: float) -> None:
+def test_peak_acceleration_is_as_computed(way: Trajectory, peak: float) -> None:
     sampled = max(hypot(*way.accelerations(time)) for time in range(0, way.end, MILLISECOND))
     exact = max(hypot(ends(x)[end], ends(y)[end]) for x, y in zip(*way.joints, strict=True) for end in (0, 1))
     assert exact == pytest.approx(peak, abs=1e-3)
@@ -92,7 +88,7 @@ def test_acceleration_stays_below_what_parts_on_a_tray_bear(way: Trajectory, pea
 
 
 @pytest.mark.parametrize("time", [-5, 0])
-def test_it_stands_before_and_after(time: int) -> None:
+def test_agv_stands_still_before_and_after_path(time: int) -> None:
     way = agv_path(DELIVERY_FRAMES, 2)
     assert way.positions(time) == [0.3, -3.3]
     assert way.velocities(time) == [0.0, 0.0]

@@ -79,7 +79,7 @@ REJECTED = [
 
 @pytest.mark.parametrize(("command", "result", "reason"), REJECTED)
 @pytest.mark.parametrize("way", ["topic", "goal"])
-def test_a_bad_command_is_refused_as_a_whole(
+def test_bad_command_is_refused_without_effect(
     command: JointTrajectory, result: GoalResult, reason: str, way: str
 ) -> None:
     arm = controller()
@@ -98,20 +98,20 @@ def test_a_bad_command_is_refused_as_a_whole(
     assert running.active
 
 
-def test_a_goal_without_points_still_has_to_name_the_joints() -> None:
+def test_goal_without_points_must_name_joints() -> None:
     arm = controller()
     with pytest.raises(RejectedTrajectoryError, match="joints are missing"):
         arm.accept(GoalRequest("empty", JointTrajectory((), ())), 0)
 
 
-def test_parts_of_the_joints_only_when_allowed() -> None:
+def test_partial_trajectory_is_accepted_only_if_allowed() -> None:
     elbow = JointTrajectory(["elbow_joint"], [TrajectoryPoint([1.0], time_from_start_ns=SECOND)])
     assert check_trajectory(elbow, JOINTS, 0, allow_partial=True).joints == (3,)
     with pytest.raises(RejectedTrajectoryError, match="joints are missing"):
         check_trajectory(replace(elbow, joint_names=()), JOINTS, 0, allow_partial=True)
 
 
-def test_what_is_left_of_a_good_trajectory() -> None:
+def test_checked_trajectory_drops_past_points_and_maps_joints() -> None:
     names = tuple(reversed(JOINTS))
     checked = check_trajectory(replace(GOOD, joint_names=names, start_ns=SECOND), JOINTS, 2 * SECOND)
     assert checked.joints == (6, 5, 4, 3, 2, 1, 0)
@@ -119,14 +119,14 @@ def test_what_is_left_of_a_good_trajectory() -> None:
     assert (checked.start, checked.end) == (SECOND, 3 * SECOND)
 
 
-def test_velocity_limits_are_not_enforced() -> None:
+def test_velocity_above_joint_limit_is_accepted() -> None:
     arm = controller()
     arm.command(to([6.0] * 7, every=1_000_000), 0)
     assert arm.velocities(0) == pytest.approx([(6.0 - a) * 1e3 for a in START])
 
 
 @pytest.mark.slow
-def test_too_many_points_are_refused_and_the_maximum_is_followed() -> None:
+def test_trajectory_above_maximum_of_points_is_refused() -> None:
     arm = controller()
     arm.command(with_times(*range(SECOND, SECOND + MAX_POINTS)), 0)
     before = arm.get_state()
@@ -136,7 +136,7 @@ def test_too_many_points_are_refused_and_the_maximum_is_followed() -> None:
 
 
 @pytest.mark.slow
-def test_delayed_commands_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_delayed_commands_beyond_maximum_of_segments_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each command leaves one segment more to follow before it begins."""
     kept = MAX_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one
     assert kept < MAX_KEPT_SEGMENTS

@@ -74,7 +74,7 @@ def fetch_from_belt(floor: Floor, delay: float, friction: float, phase: int | No
 
 
 @pytest.mark.slow
-def test_the_piston_rods_are_taken(floor: Floor) -> None:
+def test_scripted_pick_from_bin_grips_piston_rods(floor: Floor) -> None:
     rng = random.Random(20171121)
     taken = [fetch_from_bin(floor, rng, trial % 2) for trial in range(20)]
     assert sum(taken) >= 19  # 20 of 20, and 60 of 60 with another seed
@@ -85,10 +85,12 @@ def test_the_piston_rods_are_taken(floor: Floor) -> None:
 @pytest.mark.parametrize(
     ("friction", "phase"), [(1.0, None), (0.6, 0), (0.8, 35 * MILLISECOND), (1.0, 98 * MILLISECOND)]
 )
-def test_a_gear_is_taken_from_the_running_belt(floor: Floor, delay: float, friction: float, phase: int | None) -> None:
+def test_scripted_pick_from_running_belt_grips_gear(
+    floor: Floor, delay: float, friction: float, phase: int | None
+) -> None:
     """The script looks at the beam once a second, which a gear breaks for 0.39 s, and then waits 0.3 s."""
     assert fetch_from_belt(floor, delay, friction, phase) == ""
 
 
-def test_too_late_for_the_gear(floor: Floor) -> None:
+def test_scripted_pick_from_belt_misses_gear_when_too_late(floor: Floor) -> None:
     assert fetch_from_belt(floor, 1.2, 1.0, None) in ("no contact", "contact with conveyor_belt, which is no part")

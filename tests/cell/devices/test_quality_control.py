@@ -42,7 +42,7 @@ def test_only_faulty_parts_are_reported(number: int) -> None:
 
 
 @pytest.mark.parametrize("faulty", [set(), {"gear_part_1"}, {"bin7|piston_rod_part_3"}, {"agv1", "kit_tray_1"}])
-def test_without_a_faulty_part_nothing_is_reported(faulty: set[str]) -> None:
+def test_good_parts_are_not_reported(faulty: set[str]) -> None:
     assert sensor_with(1, faulty, ON_TRAY[1]).read().detections == ()
 
 
@@ -58,12 +58,12 @@ def test_without_a_faulty_part_nothing_is_reported(faulty: set[str]) -> None:
         ((-0.05, 3.15, 0.76), False),  # and 0.55 m wide along x
     ],
 )
-def test_the_view_is_a_thin_slice_over_the_tray(at: Vector3, seen: bool) -> None:
+def test_view_is_thin_slice_over_tray(at: Vector3, seen: bool) -> None:
     reading = sensor_with(1, {"piston_rod_part_3"}, at).read()
     assert bool(reading.detections) == seen
 
 
-def test_parts_are_reported_with_the_noise_of_a_logical_camera() -> None:
+def test_parts_are_reported_with_noise_of_logical_camera() -> None:
     sensor = sensor_with(1, {"piston_rod_part_3"}, ON_TRAY[1], noise=1.0)
     true = sensor.world_T_sensor.inverse() @ Pose(ON_TRAY[1])
     errors = [sensor.measure(n).detections[0].camera_T_model.position[0] - true.position[0] for n in range(1, 200)]

@@ -49,11 +49,11 @@ def sentence_of(record: HandlingRecord, *parts: PartSnapshot) -> str:
     return fate.sentence()
 
 
-def test_a_part_that_was_never_held() -> None:
+def test_part_never_held_has_fate_never_held() -> None:
     assert sentence_of(HandlingRecord(), gear()) == "never gripped"
 
 
-def test_parts_that_went_past_on_the_belt_are_counted() -> None:
+def test_parts_removed_by_deletion_wall_are_counted() -> None:
     record = HandlingRecord()
     for name in (GEAR, SPARE):
         record.remove(name, Removal.DELETION_WALL)
@@ -62,7 +62,7 @@ def test_parts_that_went_past_on_the_belt_are_counted() -> None:
     )
 
 
-def test_a_part_let_go_high_up_was_dropped_and_one_let_go_where_it_lies_was_put_down() -> None:
+def test_part_released_above_rest_is_dropped_else_put_down() -> None:
     for position, words in ((IN_BIN, "dropped"), ((-0.3, 0.2, 0.995), "put down")):
         record = HandlingRecord()
         carried(record)
@@ -70,7 +70,7 @@ def test_a_part_let_go_high_up_was_dropped_and_one_let_go_where_it_lies_was_put_
         assert sentence_of(record, gear(position)) == f"{GEAR} was {words} at (-0.30, 0.20) m{more}"
 
 
-def test_a_forced_drop_tells_where_the_part_lay_then() -> None:
+def test_forced_drop_has_final_position_of_part() -> None:
     record = HandlingRecord()
     carried(record, is_forced=True)
     assert sentence_of(record, gear((0.8, 1.0, 0.0))) == (
@@ -78,7 +78,7 @@ def test_a_forced_drop_tells_where_the_part_lay_then() -> None:
     )
 
 
-def test_a_part_on_another_tray_or_off_this_one() -> None:
+def test_part_on_other_tray_or_fallen_off_tray_is_reported() -> None:
     record = HandlingRecord()
     carried(record)
     record.report(TRAY_2, [GEAR])
@@ -89,7 +89,7 @@ def test_a_part_on_another_tray_or_off_this_one() -> None:
     assert sentence_of(record, gear((0.9, 2.9, 0.0))) == f"{GEAR} fell off agv1's tray; it lay at (0.90, 2.90) m"
 
 
-def test_a_part_that_touches_the_tray_while_it_is_lifted_did_not_fall_off() -> None:
+def test_part_lifted_from_tray_did_not_fall_off() -> None:
     record = HandlingRecord()
     record.take(GEAR, 5 * SECOND)
     record.report(TRAY_1, [GEAR])
@@ -97,7 +97,7 @@ def test_a_part_that_touches_the_tray_while_it_is_lifted_did_not_fall_off() -> N
     assert fates(record, gear())[0].kind is FateKind.DROPPED
 
 
-def test_a_part_that_lies_on_another_one() -> None:
+def test_part_on_other_part_is_stacked() -> None:
     record = HandlingRecord()
     carried(record)
     assert sentence_of(record, gear((0.19, 3.1, 0.76), above=TRAY_1)) == (
@@ -105,7 +105,7 @@ def test_a_part_that_lies_on_another_one() -> None:
     )
 
 
-def test_a_part_that_the_tray_did_not_report_in_time() -> None:
+def test_part_put_down_after_last_report_is_unreported() -> None:
     record = HandlingRecord()
     carried(record)
     assert sentence_of(record, gear(OVER_BIN, tray=TRAY_1)) == (
@@ -113,7 +113,7 @@ def test_a_part_that_the_tray_did_not_report_in_time() -> None:
     )
 
 
-def test_a_part_in_the_gripper_and_parts_that_left_the_cell() -> None:
+def test_part_in_gripper_or_out_of_cell_is_reported() -> None:
     record = HandlingRecord()
     record.take(GEAR, 15 * SECOND)
     assert sentence_of(record, gear()) == f"{GEAR} was in the gripper for 5.0 s"
@@ -128,7 +128,7 @@ def test_a_part_in_the_gripper_and_parts_that_left_the_cell() -> None:
         assert sentence_of(record, gear()) == f"{GEAR} {words}"
 
 
-def test_the_latest_part_is_named_first_a_faulty_one_last_and_none_twice() -> None:
+def test_latest_part_is_named_first_and_faulty_last() -> None:
     record = HandlingRecord()
     carried(record, SPARE, at=4)
     carried(record, GEAR, at=9)
@@ -139,7 +139,7 @@ def test_the_latest_part_is_named_first_a_faulty_one_last_and_none_twice() -> No
     assert found[2].sentence().startswith(f"{bad} (faulty) was dropped")
 
 
-def test_what_was_delivered_or_explains_an_earlier_kit_explains_nothing() -> None:
+def test_part_of_earlier_kit_or_delivery_is_not_named_again() -> None:
     record = HandlingRecord()
     carried(record)
     assert fates(record, gear())[0].part == GEAR
@@ -176,7 +176,7 @@ def played(events: list[tuple[str, str]]) -> HandlingRecord:
 
 
 @given(EVENTS, st.lists(st.sampled_from(TYPES), max_size=6), st.sets(st.sampled_from(NAMES)), st.booleans())
-def test_each_missing_part_has_one_fate_of_its_type_and_snapshots_keep_them(
+def test_missing_parts_have_one_fate_each_also_after_restore(
     events: list[tuple[str, str]], types: list[str], on_tray: set[str], is_restored: bool
 ) -> None:
     record = played(events)

@@ -15,12 +15,12 @@ from tests.cell.kitting.builders import pose
         (Verdict.MISSING, 0.0, 0.0),
     ],
 )
-def test_the_points_of_a_verdict(verdict: Verdict, presence: float, points_for_pose: float) -> None:
+def test_verdict_has_its_points(verdict: Verdict, presence: float, points_for_pose: float) -> None:
     finding = PartFinding("gear_part", pose(), verdict)
     assert (finding.presence, finding.pose) == (presence, points_for_pose)
 
 
-def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
+def test_unjudged_kit_has_no_points_and_no_bonus_verdict() -> None:
     score = KitScore("order_0_kit_0")
     assert score.total == score.maximum == 0.0
     assert score.bonus is None
@@ -44,5 +44,5 @@ def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
         ),
     ],
 )
-def test_a_refusal_has_the_reason_and_the_accepted_kits(refusal: Refusal, sentence: str) -> None:
+def test_refusal_sentence_has_reason_and_accepted_kits(refusal: Refusal, sentence: str) -> None:
     assert refusal.sentence() == sentence

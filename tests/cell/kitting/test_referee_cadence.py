@@ -181,7 +181,7 @@ def play_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
 @pytest.mark.slow
 @settings(max_examples=200)
 @given(trials, stories)
-def test_all_cadences_agree_with_the_naive_rules(trial: Trial, story: list[Input]) -> None:
+def test_all_cadences_agree_with_naive_rules(trial: Trial, story: list[Input]) -> None:
     every_tick = Run(trial, "every tick").play(story)
     at_deadlines = Run(trial, "deadlines").play(story)
     with_snapshots = Run(trial, "snapshots").play(story)
@@ -200,7 +200,7 @@ def test_all_cadences_agree_with_the_naive_rules(trial: Trial, story: list[Input
     assert score.part_travel_time == naive.travel
 
 
-def test_deadlines_are_few() -> None:
+def test_referee_has_few_deadlines() -> None:
     trial = Trial("test", orders=(order(0, start_time=0.02), order(1, start_time=0.06)), time_limit=0.1)
     run = Run(trial, "deadlines").play([Input(1, at_border=True, kind="start")])
     # ready, go and the next step, two announcements, the time limit, done

@@ -48,7 +48,7 @@ def swing(bench: Bench, amplitude: float, rate: float, seconds: float, look: Cal
 @pytest.mark.slow
 @pytest.mark.parametrize("servo", ["original", "precise"])
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_held_part_hardly_moves_in_the_cup(kind: str, servo: ServoProfile) -> None:
+def test_held_part_slips_less_than_0_3_mm_in_swing(kind: str, servo: ServoProfile) -> None:
     bench, part = holding(kind, servo)
     rest = bench.relative(part, GRIPPER)
     slips: list[float] = []
@@ -64,7 +64,7 @@ def test_a_held_part_hardly_moves_in_the_cup(kind: str, servo: ServoProfile) -> 
     assert max(slips) < 0.3 * MM
 
 
-def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
+def test_load_on_grip_weld_is_weight_of_part() -> None:
     """A suction limit in newtons is compared with the first three rows of the weld's force."""
     bench, part = holding("pulley_part")
     bench.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # the weld alone, no push of the cup
@@ -77,7 +77,7 @@ def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_part_let_go_in_mid_air_falls(kind: str) -> None:
+def test_part_released_in_mid_air_falls(kind: str) -> None:
     """The trap: held by a standing arm it is about to sleep, and would sleep in the air. Its count starts again."""
     bench, part = holding(kind)
     bench.run(1.0)
@@ -88,7 +88,7 @@ def test_a_part_let_go_in_mid_air_falls(kind: str) -> None:
     assert start - bench.position(part)[2] == pytest.approx(9.81 * 0.2**2 / 2, rel=0.05)
 
 
-def test_a_part_held_by_a_standing_arm_stays_awake() -> None:
+def test_part_held_by_standing_arm_stays_awake() -> None:
     bench, part = holding("gear_part")
     bench.run(1.0)
     assert not bench.asleep(part)

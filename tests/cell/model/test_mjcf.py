@@ -12,7 +12,7 @@ def model(folder: Path, inside: str) -> Path:
     return path
 
 
-def test_shapes_stand_in_the_frame_of_the_one_outermost_body(tmp_path: Path) -> None:
+def test_mjcf_shapes_are_in_frame_of_single_outermost_body(tmp_path: Path) -> None:
     found = read_mjcf(model(tmp_path, '<body pos="1 2 3"><geom pos="0 0 .5" size=".1" mass="2"/></body>'))
     ((shape, mesh),) = found.shapes
     assert (shape.kind, shape.size, mesh) == ("sphere", (0.1, 0.0, 0.0), None)
@@ -31,6 +31,6 @@ def test_shapes_stand_in_the_frame_of_the_one_outermost_body(tmp_path: Path) -> 
         ('<body><geom size="-1"/></body>', "size"),
     ],
 )
-def test_what_cannot_be_used_is_refused(tmp_path: Path, inside: str, why: str) -> None:
+def test_unusable_mjcf_is_refused(tmp_path: Path, inside: str, why: str) -> None:
     with pytest.raises(ModelFileError, match=why):
         read_mjcf(model(tmp_path, inside))

@@ -44,21 +44,21 @@ def drift(bench: Bench, seconds: float) -> dict[str, float]:
 
 
 @pytest.mark.slow
-def test_each_type_rests_in_bins_on_belt_and_on_trays() -> None:
+def test_parts_at_rest_in_bins_on_belt_and_trays_do_not_drift() -> None:
     moved = drift(Bench(cell(*everywhere()), sleep=False), 8.0)
     assert len(moved) == 27
     assert max(moved.values()) < 0.002 * MM
 
 
 @pytest.mark.slow
-def test_each_type_rests_for_a_minute() -> None:
+def test_parts_at_rest_do_not_drift_in_a_minute() -> None:
     parts = list(everywhere())
     bench = Bench(cell(*(part for k, part in enumerate(parts) if k % 3 == k // 3 % 3)), sleep=False)
     assert {part.type for part in bench.world.parts} == set(PART_TYPES)
     assert max(drift(bench, 60.0).values()) < 0.01 * MM
 
 
-def test_parts_hardly_sink_in() -> None:
+def test_parts_sink_less_than_tolerance() -> None:
     bench = Bench(cell(*everywhere()))
     bench.run(1.0)
     for part in bench.world.parts:
@@ -70,7 +70,7 @@ def test_parts_hardly_sink_in() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
-def test_a_part_stands_on_its_bounding_box(kind: str) -> None:
+def test_part_at_rest_stands_on_its_bounding_box(kind: str) -> None:
     bench = Bench(cell(lying(kind, 1.21, 0.0, BELT_SURFACE)))
     bench.run(0.5)
     part = bench.world.parts[0]
