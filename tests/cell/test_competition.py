@@ -177,7 +177,7 @@ def test_agv_returns_from_delivery_with_empty_tray() -> None:
     run(cell, 1.1)
     call(cell, "agv1", AGVControlRequest("order_0_kit_0"))
     run(cell, 0.75 + 25 / 3 + 10.0 + 0.02)
-    assert cell.trays[1].look() == ()
+    assert cell.trays[1].find_parts() == ()
     assert cell.parts.in_play == set()
     assert cell.trays[1].world_T_tray.position == pytest.approx((0.3, 3.15, 0.75), abs=2e-3)
     # after `done` it is ready, still answers, and still drives

@@ -167,7 +167,7 @@ class Cell(CellDevices):
 
     def reset(self) -> None:
         """Begin a run at time 0, with everything in its initial place."""
-        self.intention.forget()
+        self.intention.clear()
         self.simulation.reset()
 
     def step(self) -> None:

@@ -95,17 +95,17 @@ def test_collision_geoms_are_colliding_geoms_of_body_tree() -> None:
     assert len(collision_geoms(model, model.body("gear_part_1").id)) == 1
 
 
-def test_boxes_and_poses_are_those_of_kept_moment() -> None:
+def test_boxes_and_poses_are_those_of_saved_state() -> None:
     spec = empty_spec()
     add_part(spec, "part1_0", Pose(), (0.1, 0.02, 0.02))
     simulation = make_simulation(spec)
     scene = scene_of(simulation, ("part1_0", "part1"))
-    first = scene.moment()
+    first = scene.save()
     assert scene.boxes()[0] is scene.boxes(first)[0]  # nothing moved, so nothing is computed again
     move(simulation, "part1_0", Pose((0.0, 0.0, 1.0)))  # also within a tick
-    second = scene.moment()
+    second = scene.save()
     move(simulation, "part1_0", Pose.from_rpy((0.0, 0.0, 1.0), (0, 0, math.pi / 2)))
-    third = scene.moment()
+    third = scene.save()
     assert scene.boxes(second)[0][0] == pytest.approx([0, 0, 1])
     assert scene.boxes(third)[1][0] == pytest.approx([0.02, 0.1, 0.02])
     assert scene.boxes(first)[0][0] == pytest.approx([0, 0, 0])

@@ -129,7 +129,7 @@ def test_competition_refuses_cheats_from_any_node_name(node: str) -> None:
     assert cell.competition.score().total == 0.0
     cleared = call(cell, "kit_tray_1/clear_tray", node=node)
     assert (cleared.success, cleared.message) == (False, "not allowed in a competition")
-    assert len(cell.trays[1].look()) == 2
+    assert len(cell.trays[1].find_parts()) == 2
 
 
 def test_competition_silences_trays_without_effect_on_score() -> None:

@@ -251,11 +251,11 @@ def test_submit_tray_scores_tray_in_state_go_only() -> None:
 def test_clear_tray_removes_parts_of_its_tray_only() -> None:
     cell = Cell(KITTING, competition=False)
     run(cell, 0.3)
-    assert len(cell.trays[1].look()) == 2
+    assert len(cell.trays[1].find_parts()) == 2
     assert call(cell, "kit_tray_2/clear_tray").success
-    assert len(cell.trays[1].look()) == 2
+    assert len(cell.trays[1].find_parts()) == 2
     assert call(cell, "kit_tray_1/clear_tray").success
-    assert cell.trays[1].look() == ()
+    assert cell.trays[1].find_parts() == ()
     assert cell.parts.in_play == set()
 
 

@@ -18,7 +18,7 @@ from tests.cells import BARE, KITTING, publish, run
 @given(st.text(max_size=5 * MAX_INTENTION_LENGTH))
 def test_intention_of_any_text_is_one_printable_line(text: str) -> None:
     intention = Intention()
-    intention.say(text, "/agent", 7)
+    intention.update(text, "/agent", 7)
     assert len(intention.text) <= MAX_INTENTION_LENGTH
     assert "\n" not in intention.text
     assert intention.text.isprintable()
@@ -27,7 +27,7 @@ def test_intention_of_any_text_is_one_printable_line(text: str) -> None:
 
 def test_long_intention_is_cut() -> None:
     intention = Intention()
-    intention.say("x" * 10_000_000, "/agent", 0)
+    intention.update("x" * 10_000_000, "/agent", 0)
     assert intention.text == "x" * (MAX_INTENTION_LENGTH - 1) + "…"
 
 

@@ -309,7 +309,7 @@ def test_unrequested_kit_scores_zero_with_reason(kit_type: str, reason: RefusalR
     assert submitted.score.total == 0.0
     assert submitted.score.refusal is not None
     assert submitted.score.refusal.reason is reason
-    assert submitted.score.refusal.wanted == ("order_1_kit_0",)
+    assert submitted.score.refusal.accepted == ("order_1_kit_0",)
     assert not submitted.is_repeated
 
 

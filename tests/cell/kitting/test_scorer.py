@@ -52,7 +52,7 @@ def test_kit_of_no_order_in_progress_scores_zero_with_reason(
     assert score.total == 0.0
     assert not score.is_submitted
     assert score.refusal is not None
-    assert (score.refusal.reason, score.refusal.order_id, score.refusal.wanted) == (reason, order_id, ())
+    assert (score.refusal.reason, score.refusal.order_id, score.refusal.accepted) == (reason, order_id, ())
     assert scorer.get_state() == before
 
 
@@ -61,7 +61,7 @@ def test_refusal_lists_accepted_kits(scorer: Scorer) -> None:
     scorer.announce("order_1", 100)
     refusal = scorer.submit("order_0_kit_7", (), 110).refusal
     assert refusal is not None
-    assert refusal.wanted == ("order_0_kit_0", "order_0_kit_1", "order_1_kit_0")
+    assert refusal.accepted == ("order_0_kit_0", "order_0_kit_1", "order_1_kit_0")
 
 
 def test_order_is_complete_with_last_kit_of_any_score(scorer: Scorer) -> None:

@@ -73,7 +73,7 @@ class CellCommands:
 
     def note_intention(self, _row: Endpoint, message: String, node: str) -> None:
         """Record the agent's stated intention."""
-        self._cell.intention.say(message.data, node, self._cell.simulation.now)
+        self._cell.intention.update(message.data, node, self._cell.simulation.now)
 
     def command_arm(self, _row: Endpoint, message: JointTrajectoryMessage, _node: str) -> None:
         """Make the arm follow a trajectory."""

@@ -193,16 +193,16 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Endpoint, ...]:
     Raises:
         UsageError: a sensor's name leads to a topic that is already published with another type.
     """
-    found = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
+    endpoints = [row.of(subject) for row in GEAR for subject in _subjects(row.where, trial)]
     if competition:
-        other = {REFUSES: "refuse", SILENCED: "silence"}
-        found = [replace(row, handler=other.get(row.competition, row.handler)) for row in found]
-        found = [row for row in found if row.competition is not ABSENT]
+        handlers = {REFUSES: "refuse", SILENCED: "silence"}
+        endpoints = [replace(row, handler=handlers.get(row.competition, row.handler)) for row in endpoints]
+        endpoints = [row for row in endpoints if row.competition is not ABSENT]
     for camera in trial.sensors:
         if isinstance(camera, PictureCameraConfig):
-            found += camera_rows(camera)
-    _refuse_clashes(found)
-    return tuple(found)
+            endpoints += camera_rows(camera)
+    _refuse_clashes(endpoints)
+    return tuple(endpoints)
 
 
 def camera_rows(camera: PictureCameraConfig) -> list[Endpoint]:
@@ -218,19 +218,19 @@ def _subjects(where: Availability, trial: Trial) -> Sequence[str | None]:
     agvs = trial.options.insert_agvs
     if where is EACH_AGV:
         return AGVS if agvs else ()
-    there = {
+    is_present = {
         ALWAYS: True,
         WITH_ARM: trial.has_arm,
         WITH_AGVS: agvs,
         Availability.BELT_PARTS: bool(trial.belt_parts),
         Availability.CAMERAS: agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
     }[where]
-    return (None,) if there else ()
+    return (None,) if is_present else ()
 
 
-def _refuse_clashes(found: Iterable[Endpoint]) -> None:
+def _refuse_clashes(endpoints: Iterable[Endpoint]) -> None:
     topics: dict[str, Endpoint] = {}
-    for row in found:
+    for row in endpoints:
         if row.kind is not TOPIC:
             continue
         first = topics.setdefault(row.name, row)

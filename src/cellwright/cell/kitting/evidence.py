@@ -156,13 +156,13 @@ class Evidence:
 
 
 def kit_evidence(
-    score: KitScore, could: AttainableKit, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
+    score: KitScore, attainable: AttainableKit, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
 ) -> KitEvidence:
     """Return the evidence of one kit, from the referee's score and the attainable points.
 
     Args:
         score: the referee's score of the kit.
-        could: the attainable points of the kit.
+        attainable: the attainable points of the kit.
         is_announced: True if its order was announced; used only for a kit that was not submitted.
         fates: one for each ordered part; empty if unknown.
     """
@@ -174,12 +174,14 @@ def kit_evidence(
                 finding,
                 fate,
             )
-            for part, finding, fate in zip(could.parts, score.parts, fates or [None] * len(score.parts), strict=True)
+            for part, finding, fate in zip(
+                attainable.parts, score.parts, fates or [None] * len(score.parts), strict=True
+            )
         )
     else:
         cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
-        parts = tuple(PartEvidence(part, cause) for part in could.parts)
-    return KitEvidence(could, score, parts)
+        parts = tuple(PartEvidence(part, cause) for part in attainable.parts)
+    return KitEvidence(attainable, score, parts)
 
 
 def evidence(

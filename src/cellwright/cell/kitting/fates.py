@@ -189,9 +189,9 @@ class HandlingRecord:
             if (history := self._history_of(name)).taken is None:
                 history.tray = tray_id
 
-    def remove(self, name: str, by: Removal) -> None:
+    def remove(self, name: str, cause: Removal) -> None:
         """Record that a part left the cell."""
-        self._history_of(name).removed = by
+        self._history_of(name).removed = cause
 
     def judge(
         self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartSnapshot], now: int
