@@ -37,7 +37,7 @@ def reference() -> str:
     return play(Cell(TRIAL)).state_hash()
 
 
-def elsewhere(*arguments: str) -> str:
+def run_in_process(*arguments: str) -> str:
     """Return what another process prints of the scenario."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
     command = [sys.executable, "-m", "tests.scenario", *arguments]
@@ -69,7 +69,7 @@ def test_scenario_covers_all_devices() -> None:
 
 @pytest.mark.slow
 def test_run_in_two_processes_has_same_state_hash(reference: str) -> None:
-    assert elsewhere() == elsewhere("--listen") == reference
+    assert run_in_process() == run_in_process("--listen") == reference
 
 
 @pytest.mark.slow

@@ -362,7 +362,7 @@ def carry(cell: Cell, seconds: float = 1.5) -> None:
     run(cell, seconds)
 
 
-def let_go(cell: Cell) -> None:
+def release(cell: Cell) -> None:
     assert cell.gripper is not None
     cell.gripper.set_enabled(False)
 
@@ -379,7 +379,7 @@ def test_fate_of_part_dropped_over_bin_is_dropped() -> None:
     cell = Cell(RODS)
     effects = effects_of(cell)
     carry(cell)
-    let_go(cell)
+    release(cell)
     run(cell, 1.0)
     part = submitted_part(cell)
     assert part.fate is not None
@@ -411,7 +411,7 @@ def test_fate_of_forced_drop_has_final_position() -> None:
 def test_fate_of_part_on_other_tray_is_other_tray() -> None:
     cell = Cell(RODS)
     carry(cell)
-    let_go(cell)
+    release(cell)
     rod = cell.parts.part(ROD_IN_REACH.name)
     cell.parts.place(rod, cell.trays[2].world_T_tray @ Pose((0.0, 0.0, 0.006)))
     run(cell, 1.2)
@@ -422,7 +422,7 @@ def test_fate_of_part_on_other_part_is_stacked() -> None:
     disk = Part("tray1|disk_part_1", "disk_part", Pose((0.0, 0.0, 0.006)), TRAY_1)
     cell = Cell(replace(RODS, extra_parts=(disk,)))
     carry(cell)
-    let_go(cell)
+    release(cell)
     rod = cell.parts.part(ROD_IN_REACH.name)
     cell.parts.place(rod, cell.trays[1].world_T_tray @ Pose((0.0, -0.05, 0.03)))
     run(cell, 1.2)
@@ -452,13 +452,13 @@ def test_fates_are_outside_state_and_restored_from_snapshots(tmp_path: Path) -> 
     assert cell.state_hash() == state
     restore_snapshot(cell.simulation, before)
     assert cell.competition.get_record() == record
-    let_go(cell)
+    release(cell)
     run(cell, 1.0)
     first = submitted_part(cell)
     path = tmp_path / "judged.npz"
     write_checkpoint(cell.simulation, path)
     restore_snapshot(cell.simulation, before)
-    let_go(cell)
+    release(cell)
     run(cell, 1.0)
     assert submitted_part(cell) == first
     other = Cell(RODS)

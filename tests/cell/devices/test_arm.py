@@ -59,7 +59,7 @@ def is_driven(floor: Floor) -> bool:
     return floor.arm.stepping
 
 
-def furthest(a: Sequence[float], b: Sequence[float]) -> float:
+def max_difference(a: Sequence[float], b: Sequence[float]) -> float:
     return float(np.abs(np.subtract(a, b)).max())
 
 
@@ -77,7 +77,7 @@ def smooth(place: Sequence[float], seconds: float) -> JointTrajectory:
 def test_precise_servo_holds_initial_posture_from_first_step(precise: Floor) -> None:
     for _ in range(500):
         precise.cell.step()
-        assert furthest(positions(precise), INITIAL) < 1e-6
+        assert max_difference(positions(precise), INITIAL) < 1e-6
 
 
 def test_original_servo_yields_to_gravity_only(original: Floor) -> None:
@@ -89,7 +89,7 @@ def test_original_servo_yields_to_gravity_only(original: Floor) -> None:
     worst = 0.0
     for _ in range(500):
         original.cell.step()
-        worst = max(worst, furthest(positions(original), INITIAL))
+        worst = max(worst, max_difference(positions(original), INITIAL))
     assert np.subtract(positions(original), INITIAL) == pytest.approx(expected, abs=5e-5)
     assert worst < 1.2 * max(map(abs, expected)) < 3e-3
 
@@ -138,7 +138,7 @@ def test_idle_arm_stops_driving_and_holds_posture(precise: Floor) -> None:
     precise.run(1.1)
     assert not is_driven(precise)
     precise.run(1.0)
-    assert furthest(positions(precise), FREE) < 1e-4
+    assert max_difference(positions(precise), FREE) < 1e-4
 
 
 def test_precise_servo_tracks_within_milliradian(precise: Floor) -> None:
@@ -152,7 +152,7 @@ def test_precise_servo_tracks_within_milliradian(precise: Floor) -> None:
         fastest = max(fastest, *map(abs, precise.arm.following().desired.accelerations))
     assert fastest == pytest.approx(2.0, rel=0.01)
     assert worst < 0.3e-3  # 0.11; a setpoint that is a step late or early costs 2
-    assert furthest(positions(precise), goal) < 1e-4
+    assert max_difference(positions(precise), goal) < 1e-4
 
 
 def test_precise_servo_tracks_with_part_in_cup(precise: Floor) -> None:
@@ -173,9 +173,9 @@ def test_trajectory_of_positions_moves_in_straight_lines(precise: Floor) -> None
     for _ in range(1600):
         precise.cell.step()
         at[round(precise.now, 3)] = positions(precise)
-    half_way = np.add(INITIAL, FREE) / 2, np.add(FREE, MOVED) / 2
-    assert at[0.8] == pytest.approx(half_way[0], abs=1.5e-3)
-    assert at[2.3] == pytest.approx(half_way[1], abs=1.5e-3)
+    midpoints = np.add(INITIAL, FREE) / 2, np.add(FREE, MOVED) / 2
+    assert at[0.8] == pytest.approx(midpoints[0], abs=1.5e-3)
+    assert at[2.3] == pytest.approx(midpoints[1], abs=1.5e-3)
     assert at[3.5] == pytest.approx(MOVED, abs=1e-4)
     speed = (np.array(at[2.4]) - at[2.2]) / 0.2
     assert speed == pytest.approx(np.subtract(MOVED, FREE) / 2.0, abs=1e-3)
@@ -197,18 +197,18 @@ def test_new_command_starts_from_present_position(precise: Floor) -> None:
     before = positions(precise)
     precise.arm.command(trajectory((INITIAL, 1.0)))
     precise.cell.step()
-    assert furthest(positions(precise), before) < 0.01
+    assert max_difference(positions(precise), before) < 0.01
     precise.run(1.2)
-    assert furthest(positions(precise), INITIAL) < 1e-3
+    assert max_difference(positions(precise), INITIAL) < 1e-3
 
 
 def test_command_with_future_stamp_starts_later(precise: Floor) -> None:
     later = replace(trajectory((FREE, 1.0)), start_ns=1_000_000_000)
     precise.arm.command(later)
     precise.run(0.99)
-    assert furthest(positions(precise), INITIAL) < 1e-5
+    assert max_difference(positions(precise), INITIAL) < 1e-5
     precise.run(1.2)
-    assert furthest(positions(precise), FREE) < 1e-3
+    assert max_difference(positions(precise), FREE) < 1e-3
 
 
 def test_empty_command_stops_arm_in_half_second(precise: Floor) -> None:
@@ -219,8 +219,8 @@ def test_empty_command_stops_arm_in_half_second(precise: Floor) -> None:
     there = positions(precise)
     assert max(map(abs, precise.arm.read().velocities)) < 1e-2
     precise.run(1.0)
-    assert furthest(positions(precise), there) < 1e-3
-    assert furthest(there, MOVED) > 0.05
+    assert max_difference(positions(precise), there) < 1e-3
+    assert max_difference(there, MOVED) > 0.05
 
 
 def test_rejected_command_changes_no_state(precise: Floor) -> None:
@@ -244,19 +244,19 @@ def test_rejected_command_changes_no_state(precise: Floor) -> None:
         precise.run(1.0)
         hashes.append(precise.cell.state_hash())
     assert hashes[0] == hashes[1]
-    assert furthest(positions(precise), FREE) < 1e-4
+    assert max_difference(positions(precise), FREE) < 1e-4
 
 
 def test_extra_position_beyond_names_is_ignored(precise: Floor) -> None:
     precise.arm.command(trajectory(((*FREE, 9.0), 1.0)))
     precise.run(1.3)
-    assert furthest(positions(precise), FREE) < 1e-3
+    assert max_difference(positions(precise), FREE) < 1e-3
 
 
 def test_joint_names_in_other_order_are_followed(precise: Floor) -> None:
     precise.arm.command(trajectory((FREE[::-1], 1.0), names=ARM_JOINTS[::-1]))
     precise.run(1.3)
-    assert furthest(positions(precise), FREE) < 1e-3
+    assert max_difference(positions(precise), FREE) < 1e-3
 
 
 def test_partial_command_is_followed_only_if_allowed(precise: Floor) -> None:
@@ -267,7 +267,7 @@ def test_partial_command_is_followed_only_if_allowed(precise: Floor) -> None:
     floor = Floor(one_of_each(settings=settings))
     floor.arm.command(only_rail)
     floor.run(1.3)
-    assert furthest(positions(floor), (0.5, *INITIAL[1:])) < 1e-3
+    assert max_difference(positions(floor), (0.5, *INITIAL[1:])) < 1e-3
 
 
 def test_effort_stays_within_limit(original: Floor) -> None:
@@ -289,10 +289,10 @@ def test_arm_blocked_by_bin_stops_and_returns(original: Floor) -> None:
     assert 0.725 < original.cup().position[2] < 0.76
     original.send(FREE)
     original.run(2.0)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3
+    assert max_difference(positions(original)[1:], FREE[1:]) < 5e-3
 
 
-def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> TrajectoryGoal:
+def run_goal(floor: Floor, request: GoalRequest, limit: float = 5.0) -> TrajectoryGoal:
     """Return the goal as listeners got it at its end."""
     ended: list[TrajectoryGoal] = []
     floor.arm.on_goal_ended.append(ended.append)
@@ -306,16 +306,16 @@ def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> Trajecto
 
 
 def test_goal_succeeds_when_arm_arrives(original: Floor) -> None:
-    goal = followed(original, GoalRequest("g", smooth(FREE, 1.5)))
+    goal = run_goal(original, GoalRequest("g", smooth(FREE, 1.5)))
     assert (goal.status, goal.result) == (GoalStatus.SUCCEEDED, GoalResult.SUCCESSFUL)
     assert 1.5 <= original.now < 1.8
     original.run(0.5)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3
+    assert max_difference(positions(original)[1:], FREE[1:]) < 5e-3
 
 
 def test_goal_is_aborted_when_arm_leaves_path(original: Floor) -> None:
     far = (2.0, *INITIAL[1:])
-    goal = followed(original, GoalRequest("g", trajectory((far, 0.4))))
+    goal = run_goal(original, GoalRequest("g", trajectory((far, 0.4))))
     assert (goal.status, goal.result) == (GoalStatus.ABORTED, GoalResult.PATH_TOLERANCE_VIOLATED)
     assert goal.reason.startswith("linear_arm_actuator_joint left its path 0.")
     assert original.now < 0.4
@@ -324,18 +324,18 @@ def test_goal_is_aborted_when_arm_leaves_path(original: Floor) -> None:
 def test_goal_is_aborted_when_arm_does_not_arrive(original: Floor) -> None:
     tight = (AskedTolerance("wrist_1_joint", 1e-4),)  # gravity alone takes 2 mrad
     request = GoalRequest("g", smooth(FREE, 1.0), goal_tolerances=tight)
-    goal = followed(original, request)
+    goal = run_goal(original, request)
     assert (goal.status, goal.result) == (GoalStatus.ABORTED, GoalResult.GOAL_TOLERANCE_VIOLATED)
     assert goal.reason.startswith("wrist_1_joint had not arrived")
     assert original.now == pytest.approx(1.6, abs=0.0021)
     original.run(0.5)
-    assert furthest(positions(original)[1:], FREE[1:]) < 5e-3  # it went there anyway
+    assert max_difference(positions(original)[1:], FREE[1:]) < 5e-3  # it went there anyway
 
 
 def test_configured_tolerances_abort_goal() -> None:
     arm = ArmSettings(tolerances={"wrist_1_joint": JointTolerance(0.1, 1e-4)}, goal_time=0.2)
     floor = Floor(one_of_each(settings=CellSettings(arm=arm)))
-    goal = followed(floor, GoalRequest("g", smooth(FREE, 1.0)))
+    goal = run_goal(floor, GoalRequest("g", smooth(FREE, 1.0)))
     assert goal.result is GoalResult.GOAL_TOLERANCE_VIOLATED
     assert floor.now == pytest.approx(1.2, abs=0.0021)
 
@@ -358,7 +358,7 @@ def test_goal_is_preempted_by_other_command(original: Floor) -> None:
             original.run(2.5)
         finally:
             original.arm.on_goal_ended.pop()
-        assert furthest(positions(original), MOVED) > 0.05
+        assert max_difference(positions(original), MOVED) > 0.05
     assert not original.arm.cancel()
 
 
@@ -371,9 +371,9 @@ def test_rejected_goal_leaves_active_goal(original: Floor) -> None:
     assert goal.status is GoalStatus.SUCCEEDED
 
 
-@pytest.mark.parametrize("asks", ["command", "goal"])
-def test_snapshot_of_moving_arm_resumes_bit_for_bit(original: Floor, asks: str) -> None:
-    if asks == "goal":
+@pytest.mark.parametrize("interface", ["command", "goal"])
+def test_snapshot_of_moving_arm_resumes_bit_for_bit(original: Floor, interface: str) -> None:
+    if interface == "goal":
         original.arm.accept(GoalRequest("g", smooth(FREE, 1.0)))
     else:
         original.arm.command(trajectory((FREE, 0.6), (MOVED, 1.2)))
@@ -395,7 +395,7 @@ def test_reset_arm_has_state_of_new_cell(original: Floor, seconds: float) -> Non
     original.reset()
     assert original.cell.state_hash() == Floor(one_of_each(), "original").cell.state_hash()
     original.run(1.0)
-    assert furthest(positions(original), INITIAL) < 3e-3
+    assert max_difference(positions(original), INITIAL) < 3e-3
 
 
 def test_moving_arm_wakes_no_distant_part(original: Floor) -> None:

@@ -78,16 +78,16 @@ REJECTED = [
 
 
 @pytest.mark.parametrize(("command", "result", "reason"), REJECTED)
-@pytest.mark.parametrize("way", ["topic", "goal"])
+@pytest.mark.parametrize("interface", ["topic", "goal"])
 def test_bad_command_is_refused_without_effect(
-    command: JointTrajectory, result: GoalResult, reason: str, way: str
+    command: JointTrajectory, result: GoalResult, reason: str, interface: str
 ) -> None:
     arm = controller()
     now = 10 * SECOND
     running = arm.accept(GoalRequest("running", to([2.0] * 7, every=100 * SECOND)), now)
     before = arm.get_state()
     with pytest.raises(RejectedTrajectoryError) as caught:  # noqa: PT012
-        if way == "topic":
+        if interface == "topic":
             arm.command(command, now)
         else:
             arm.accept(GoalRequest("bad", command), now)

@@ -33,10 +33,10 @@ def test_part_that_reaches_wall_is_moved_to_shelf(floor: Floor, kind: str) -> No
     name = named(kind)
     floor.lay(name, 1.21, -3.7, BELT_SURFACE)
     floor.cell.conveyor.set_power(100.0)
-    took = floor.run_until(lambda: is_gone(floor, name), 2.0)
+    duration = floor.run_until(lambda: is_gone(floor, name), 2.0)
     front = min(-part_type(kind).box[0][1], 0.2)  # its extent ahead of its origin [m]
     reached = (-3.7 - FRONT - front) / 0.2
-    assert reached - 0.01 < took < reached + 0.25
+    assert reached - 0.01 < duration < reached + 0.25
     floor.run(2.0)
     shelf = floor.part(name).shelf
     assert floor.pose(name).position == pytest.approx(shelf.position, abs=0.3 * MM)

@@ -25,7 +25,9 @@ def off(arm: JointTrajectoryController, time: int, error: float, joint: int = EL
     return positions
 
 
-def judge(arm: JointTrajectoryController, time: int, error: float = 0.0, velocity_error: float = 0.0) -> GoalStatus:
+def update_goal(
+    arm: JointTrajectoryController, time: int, error: float = 0.0, velocity_error: float = 0.0
+) -> GoalStatus:
     velocities = arm.velocities(time)
     velocities[ELBOW] -= velocity_error
     arm.update(time, off(arm, time, error), velocities)
@@ -38,8 +40,8 @@ def test_goal_within_tolerances_succeeds_at_its_end() -> None:
     goal = arm.accept(REQUEST, 0)
     assert goal is arm.goal
     for time in range(0, SECOND, STEP):
-        assert judge(arm, time, 0.099, 3.0) is GoalStatus.ACTIVE
-    assert judge(arm, SECOND) is GoalStatus.SUCCEEDED
+        assert update_goal(arm, time, 0.099, 3.0) is GoalStatus.ACTIVE
+    assert update_goal(arm, SECOND) is GoalStatus.SUCCEEDED
     assert (goal.result, goal.reason) == (GoalResult.SUCCESSFUL, "arrived")
 
 
@@ -55,17 +57,17 @@ def test_result_and_status_codes_are_those_of_messages() -> None:
 def test_goal_off_path_aborts_and_trajectory_continues(error: float) -> None:
     arm = controller()
     goal = arm.accept(REQUEST, 0)
-    assert judge(arm, SECOND // 2, error) is GoalStatus.ABORTED
+    assert update_goal(arm, SECOND // 2, error) is GoalStatus.ABORTED
     assert goal.result is GoalResult.PATH_TOLERANCE_VIOLATED
     assert goal.reason.startswith("elbow_joint left its path 0.500 s after the start: position is off by")
     assert arm.positions(SECOND) == list(TARGET)
-    assert judge(arm, SECOND) is GoalStatus.ABORTED
+    assert update_goal(arm, SECOND) is GoalStatus.ABORTED
 
 
 def test_goal_succeeds_when_each_joint_arrived_once_in_goal_time() -> None:
     arm = controller()
     arm.accept(REQUEST, 0)
-    assert judge(arm, SECOND, 0.11) is GoalStatus.ACTIVE
+    assert update_goal(arm, SECOND, 0.11) is GoalStatus.ACTIVE
     # all the others have arrived by now: their later motion makes no difference
     time = SECOND + 600_000_000
     others = [value + 1.0 for value in arm.positions(time)]
@@ -82,8 +84,8 @@ def test_goal_succeeds_when_each_joint_arrived_once_in_goal_time() -> None:
 def test_goal_not_arrived_at_end_of_goal_time_aborts(error: float, velocity: float, reason: str) -> None:
     arm = controller()
     goal = arm.accept(REQUEST, 0)
-    assert judge(arm, SECOND + 599_999_999, error, velocity) is GoalStatus.ACTIVE
-    assert judge(arm, SECOND + 600_000_000, error, velocity) is GoalStatus.ABORTED
+    assert update_goal(arm, SECOND + 599_999_999, error, velocity) is GoalStatus.ACTIVE
+    assert update_goal(arm, SECOND + 600_000_000, error, velocity) is GoalStatus.ABORTED
     assert goal.result is GoalResult.GOAL_TOLERANCE_VIOLATED
     assert goal.reason == f"elbow_joint had not arrived 0.600 s after the end: {reason}"
 
@@ -97,17 +99,17 @@ def test_goal_tolerances_override_settings() -> None:
         arm.accept(GoalRequest("g", to(TARGET), tolerances, [AskedTolerance("elbow_joint", goal, velocity)], time), 0)
         return arm
 
-    assert judge(accepted(path=0.01), 0, 0.02) is GoalStatus.ABORTED
-    assert judge(accepted(path=1.0), 0, 0.9) is GoalStatus.ACTIVE
-    assert judge(accepted(path=-1.0), 0, 99.0) is GoalStatus.ACTIVE
-    assert judge(accepted(goal=0.01), SECOND, 0.02) is GoalStatus.ACTIVE
-    assert judge(accepted(goal=1.0), SECOND, 0.9) is GoalStatus.SUCCEEDED
-    assert judge(accepted(goal=-1.0), SECOND, 99.0) is GoalStatus.SUCCEEDED
-    assert judge(accepted(velocity=1.0), SECOND, 0.0, 0.9) is GoalStatus.SUCCEEDED
-    assert judge(accepted(velocity=-1.0), SECOND, 0.0, 99.0) is GoalStatus.SUCCEEDED
-    assert judge(accepted(time=SECOND), 2 * SECOND - 1, 0.2) is GoalStatus.ACTIVE
-    assert judge(accepted(time=SECOND), 2 * SECOND, 0.2) is GoalStatus.ABORTED
-    assert judge(accepted(time=-1), 10_000 * SECOND, 0.2) is GoalStatus.ACTIVE
+    assert update_goal(accepted(path=0.01), 0, 0.02) is GoalStatus.ABORTED
+    assert update_goal(accepted(path=1.0), 0, 0.9) is GoalStatus.ACTIVE
+    assert update_goal(accepted(path=-1.0), 0, 99.0) is GoalStatus.ACTIVE
+    assert update_goal(accepted(goal=0.01), SECOND, 0.02) is GoalStatus.ACTIVE
+    assert update_goal(accepted(goal=1.0), SECOND, 0.9) is GoalStatus.SUCCEEDED
+    assert update_goal(accepted(goal=-1.0), SECOND, 99.0) is GoalStatus.SUCCEEDED
+    assert update_goal(accepted(velocity=1.0), SECOND, 0.0, 0.9) is GoalStatus.SUCCEEDED
+    assert update_goal(accepted(velocity=-1.0), SECOND, 0.0, 99.0) is GoalStatus.SUCCEEDED
+    assert update_goal(accepted(time=SECOND), 2 * SECOND - 1, 0.2) is GoalStatus.ACTIVE
+    assert update_goal(accepted(time=SECOND), 2 * SECOND, 0.2) is GoalStatus.ABORTED
+    assert update_goal(accepted(time=-1), 10_000 * SECOND, 0.2) is GoalStatus.ACTIVE
 
 
 def test_tolerance_of_nan_is_refused() -> None:
@@ -121,10 +123,10 @@ def test_configured_tolerances_and_goal_time_apply() -> None:
     arm = JointTrajectoryController(JOINTS, settings)
     arm.start(START, 0)
     arm.accept(REQUEST, 0)
-    assert judge(arm, 0, 99.0) is GoalStatus.ACTIVE
-    assert judge(arm, SECOND, 0.4) is GoalStatus.SUCCEEDED
+    assert update_goal(arm, 0, 99.0) is GoalStatus.ACTIVE
+    assert update_goal(arm, SECOND, 0.4) is GoalStatus.SUCCEEDED
     arm.accept(GoalRequest("late", to(START)), SECOND)
-    assert judge(arm, 2 * SECOND, 0.6) is GoalStatus.ABORTED
+    assert update_goal(arm, 2 * SECOND, 0.6) is GoalStatus.ABORTED
 
 
 @pytest.mark.parametrize("by", ["goal", "command", "cancel", "stop"])
@@ -156,15 +158,15 @@ def test_goal_without_points_succeeds_when_joints_rest() -> None:
     arm.command(to(TARGET), 0)
     now = SECOND // 2
     arm.accept(GoalRequest("stop", JointTrajectory(JOINTS, ())), now)
-    assert judge(arm, now + SECOND // 4, 99.0) is GoalStatus.ACTIVE
-    assert judge(arm, now + SECOND // 2, 99.0) is GoalStatus.SUCCEEDED
+    assert update_goal(arm, now + SECOND // 4, 99.0) is GoalStatus.ACTIVE
+    assert update_goal(arm, now + SECOND // 2, 99.0) is GoalStatus.SUCCEEDED
 
 
 def test_goal_is_not_checked_before_its_start() -> None:
     arm = controller()
     arm.accept(GoalRequest("g", to(TARGET, start=SECOND)), 0)
-    assert judge(arm, SECOND - 1, 99.0) is GoalStatus.ACTIVE
-    assert judge(arm, SECOND, 99.0) is GoalStatus.ABORTED
+    assert update_goal(arm, SECOND - 1, 99.0) is GoalStatus.ACTIVE
+    assert update_goal(arm, SECOND, 99.0) is GoalStatus.ABORTED
 
 
 def test_partial_goal_is_checked_by_its_joints() -> None:
@@ -172,8 +174,8 @@ def test_partial_goal_is_checked_by_its_joints() -> None:
     arm.start(START, 0)
     wrist = JointTrajectory(["wrist_3_joint"], [TrajectoryPoint([1.0], time_from_start_ns=SECOND)])
     arm.accept(GoalRequest("g", wrist), 0)
-    assert judge(arm, SECOND // 2, 99.0) is GoalStatus.ACTIVE
-    assert judge(arm, SECOND, 99.0) is GoalStatus.SUCCEEDED
+    assert update_goal(arm, SECOND // 2, 99.0) is GoalStatus.ACTIVE
+    assert update_goal(arm, SECOND, 99.0) is GoalStatus.SUCCEEDED
 
 
 def test_start_discards_goal() -> None:
@@ -194,9 +196,9 @@ def test_start_discards_goal() -> None:
 def test_restored_goal_continues_alike(time: int, error: float, velocity_error: float, goal_time: int) -> None:
     arm = controller()
     arm.accept(GoalRequest("g", to(TARGET), [AskedTolerance("elbow_joint", 0.15)], [], goal_time), 0)
-    judge(arm, time, error, velocity_error)
+    update_goal(arm, time, error, velocity_error)
     other = JointTrajectoryController(JOINTS)
     other.set_state(json.loads(json.dumps(arm.get_state())))
     assert isinstance(other.goal, TrajectoryGoal)
-    assert judge(other, time + SECOND, error) is judge(arm, time + SECOND, error)
+    assert update_goal(other, time + SECOND, error) is update_goal(arm, time + SECOND, error)
     assert other.get_state() == arm.get_state()

@@ -10,12 +10,12 @@ SMALL = (0.01, 0.01, 0.005)
 ON_TRAY: dict[int, Vector3] = {1: (0.3, 3.15, 0.76), 2: (0.3, -3.15, 0.76)}
 
 
-def sensor_with(number: int, faulty: set[str], at: Vector3, noise: float = 0.0) -> QualityControlSensor:
+def sensor_with(number: int, faulty: set[str], place: Vector3, noise: float = 0.0) -> QualityControlSensor:
     """Return a sensor with two parts at a place, and an AGV and tray under them."""
     spec = empty_spec()
     add_agv(spec, number, (0.3, 3.3 if number == 1 else -3.3, 0.0), (0, 0, 0, 1) if number == 1 else (1, 0, 0, 0))
-    add_part(spec, "bin7|piston_rod_part_3", Pose(at), SMALL)
-    add_part(spec, "bin7|piston_rod_part_4", Pose((at[0] + 0.05, at[1], at[2])), SMALL)
+    add_part(spec, "bin7|piston_rod_part_3", Pose(place), SMALL)
+    add_part(spec, "bin7|piston_rod_part_4", Pose((place[0] + 0.05, place[1], place[2])), SMALL)
     simulation = make_simulation(spec)
     tray = f"kit_tray_{number}"
     scene = scene_of(
@@ -47,7 +47,7 @@ def test_good_parts_are_not_reported(faulty: set[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("at", "seen"),
+    ("place", "seen"),
     [
         ((0.3, 3.15, 0.755), True),
         ((0.3, 3.15, 0.79), False),  # held above the plate: nearer than 0.73 m
@@ -58,8 +58,8 @@ def test_good_parts_are_not_reported(faulty: set[str]) -> None:
         ((-0.05, 3.15, 0.76), False),  # and 0.55 m wide along x
     ],
 )
-def test_view_is_thin_slice_over_tray(at: Vector3, seen: bool) -> None:
-    reading = sensor_with(1, {"piston_rod_part_3"}, at).read()
+def test_view_is_thin_slice_over_tray(place: Vector3, seen: bool) -> None:
+    reading = sensor_with(1, {"piston_rod_part_3"}, place).read()
     assert bool(reading.detections) == seen
 
 

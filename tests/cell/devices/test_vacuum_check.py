@@ -21,7 +21,7 @@ def enabled(at: int = 0) -> VacuumCheck:
     return check
 
 
-def look(check: VacuumCheck, *contacts: CupContact) -> str | None:
+def run_check(check: VacuumCheck, *contacts: CupContact) -> str | None:
     """Return the held part after the check."""
     check.check(check.next_look, contacts)
     return check.part
@@ -30,10 +30,10 @@ def look(check: VacuumCheck, *contacts: CupContact) -> str | None:
 def test_part_is_gripped_at_second_check() -> None:
     check = enabled(0)
     assert check.next_look == 0
-    assert look(check, PISTON) is None
+    assert run_check(check, PISTON) is None
     assert check.reason == "waiting for a second check"
     assert check.next_look == CHECK_PERIOD
-    assert look(check, PISTON) == PISTON.name
+    assert run_check(check, PISTON) == PISTON.name
     assert (check.part, check.attached, check.reason) == (PISTON.name, True, "")
 
 
@@ -51,7 +51,7 @@ def test_part_is_gripped_at_second_check() -> None:
 def test_contact_that_is_not_gripped_has_reason(contacts: tuple[CupContact, ...], reason: str) -> None:
     check = enabled()
     for _ in range(4):
-        assert look(check, *contacts) is None
+        assert run_check(check, *contacts) is None
     assert check.reason == reason
 
 
@@ -65,32 +65,32 @@ def test_disabled_gripper_grips_nothing_with_reason() -> None:
 
 def test_contact_with_tray_counts_towards_grip() -> None:
     check = enabled()
-    look(check, TRAY)
-    assert look(check, PISTON) == PISTON.name
+    run_check(check, TRAY)
+    assert run_check(check, PISTON) == PISTON.name
 
 
 def test_checks_without_contact_count_down_to_zero() -> None:
     check = enabled()
-    look(check, PISTON)
-    look(check)
-    look(check, BIN)
+    run_check(check, PISTON)
+    run_check(check)
+    run_check(check, BIN)
     assert check.counter == 0
-    assert look(check, PISTON) is None
-    assert look(check, PISTON) == PISTON.name
+    assert run_check(check, PISTON) is None
+    assert run_check(check, PISTON) == PISTON.name
 
 
 def test_best_aligned_part_is_gripped_then_first_name() -> None:
     check = enabled()
     tilted = CupContact("a", ContactKind.PART, 0.96)
     equal = CupContact("bin7|piston_rod_part_2", ContactKind.PART, 1.0)
-    look(check, tilted)
-    assert look(check, tilted, PISTON, equal) == equal.name
+    run_check(check, tilted)
+    assert run_check(check, tilted, PISTON, equal) == equal.name
 
 
 def test_released_part_is_gripped_again_at_next_check() -> None:
     check = enabled()
     for _ in range(3):
-        look(check, PISTON)
+        run_check(check, PISTON)
     last = 2 * CHECK_PERIOD
     assert check.disable() == PISTON.name
     assert (check.lost_reason, check.reason, check.part) == ("released", "disabled", None)
@@ -99,12 +99,12 @@ def test_released_part_is_gripped_again_at_next_check() -> None:
     check.disable()
     check.enable(last + 5 * CHECK_PERIOD + STEP)
     assert check.next_look == last + 5 * CHECK_PERIOD + STEP
-    assert look(check, PISTON) == PISTON.name
+    assert run_check(check, PISTON) == PISTON.name
 
 
 def test_second_enable_has_no_effect() -> None:
     check = enabled(0)
-    look(check, PISTON)
+    run_check(check, PISTON)
     before = check.get_state()
     check.enable(STEP)
     assert check.get_state() == before
@@ -112,8 +112,8 @@ def test_second_enable_has_no_effect() -> None:
 
 def test_forced_drop_happens_at_check_and_keeps_gripper_enabled() -> None:
     check = enabled()
-    look(check, PISTON)
-    look(check, PISTON)
+    run_check(check, PISTON)
+    run_check(check, PISTON)
     check.check(2 * CHECK_PERIOD, [PISTON])
     assert check.attached
     check.check(3 * CHECK_PERIOD, [PISTON], is_dropped=True)
@@ -126,8 +126,8 @@ def test_lost_part_has_given_reason() -> None:
     check = enabled()
     assert check.lose("pulled off") is None
     assert check.lost_reason == ""
-    look(check, PISTON)
-    look(check, PISTON)
+    run_check(check, PISTON)
+    run_check(check, PISTON)
     assert check.lose("pulled off") == PISTON.name
     assert check.lost_reason == check.reason == "pulled off"
 
@@ -139,7 +139,7 @@ def test_checks_with_phase_keep_to_their_clock(phase: int) -> None:
     looks = []
     for _ in range(3):
         looks.append(check.next_look)
-        look(check, PISTON)
+        run_check(check, PISTON)
     assert looks[0] - 1_234_000_000 < CHECK_PERIOD
     assert [time % CHECK_PERIOD for time in looks] == [phase % CHECK_PERIOD] * 3
     assert looks[2] - looks[0] == 2 * CHECK_PERIOD

@@ -57,8 +57,8 @@ def test_part_under_cup_is_gripped_within_200_ms(floor: Floor, kind: str, phase:
     floor.run(0.3)
     assert not floor.gripper.attached
     floor.gripper.set_enabled(True)
-    took = floor.run_until(lambda: floor.gripper.attached, 0.202)
-    assert 0.1 <= took <= (0.102 if phase is None else 0.202)
+    duration = floor.run_until(lambda: floor.gripper.attached, 0.202)
+    assert 0.1 <= duration <= (0.102 if phase is None else 0.202)
     assert floor.gripper.part == named(kind)
     assert floor.gripper.reason == ""
 

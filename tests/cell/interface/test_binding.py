@@ -69,7 +69,7 @@ def test_topics_have_their_rates_in_simulation_time(timestep: Fraction) -> None:
     trial = with_timestep(WHOLE, timestep)
     cell = Cell(trial, competition=False)
     out = out_rows(trial, competition=False)
-    ears = {name: Ear(cell, name) for name in sorted({row.name for row in out})}
+    logs = {name: Ear(cell, name) for name in sorted({row.name for row in out})}
     send(cell, way(tuple(WHOLE.initial_joint_states.values()), each=10.0))  # so that there is feedback
     ticks = ceil(SECONDS / timestep)
     for _ in range(ticks):
@@ -82,7 +82,7 @@ def test_topics_have_their_rates_in_simulation_time(timestep: Fraction) -> None:
         expected[row.name] += count * (several.get(row.name, 1) if row.node == "/gazebo" else 1)
     expected["/tf_static"] = 1
     expected["/ariac/arm/follow_joint_trajectory/status"] += 1  # immediately, when the goal was accepted
-    assert {name: len(ear) for name, ear in ears.items()} == expected
+    assert {name: len(ear) for name, ear in logs.items()} == expected
 
 
 def test_messages_come_at_first_tick_when_due() -> None:
@@ -95,9 +95,9 @@ def test_messages_come_at_first_tick_when_due() -> None:
 
 def test_clock_comes_before_messages_stamped_with_it() -> None:
     cell = Cell(WHOLE)
-    both = Ear(cell, "joint_states", "/clock", "gripper/state")
+    log = Ear(cell, "joint_states", "/clock", "gripper/state")
     run(cell, 0.02)
-    assert [message.__msgtype__.split("/")[-1] for message in both.messages[-3:]] == [
+    assert [message.__msgtype__.split("/")[-1] for message in log.messages[-3:]] == [
         "Clock",
         "JointState",
         "VacuumGripperState",
@@ -135,9 +135,9 @@ def test_competition_refuses_cheats_from_any_node_name(node: str) -> None:
 def test_competition_silences_trays_without_effect_on_score() -> None:
     """In the original a subscriber to the trays spoilt the score; here watching changes nothing."""
     scores = []
-    for curious in (False, True):
+    for is_subscribed in (False, True):
         cell = Cell(KITTING)
-        ear = Ear(cell, "trays", node="/team") if curious else None
+        ear = Ear(cell, "trays", node="/team") if is_subscribed else None
         start(cell)
         run(cell, 1.1)
         cell.agvs[1].send("order_0_kit_0")

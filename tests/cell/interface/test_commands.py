@@ -90,19 +90,19 @@ def test_command_without_points_stops_arm() -> None:
     assert at_rest == pytest.approx([value + 0.5 + 5 / 16 for value in INITIAL])
 
 
-Spoil = Callable[[JointTrajectory], object]
+Edit = Callable[[JointTrajectory], object]
 
 
-def spoiled(spoil: Spoil) -> JointTrajectory:
+def edited_command(edit: Edit) -> JointTrajectory:
     message = way(AHEAD, INITIAL)
-    return spoil(message) or message  # type: ignore[return-value]
+    return edit(message) or message  # type: ignore[return-value]
 
 
 def points(*values: tuple[float, ...]) -> JointTrajectory:
     return joint_trajectory(JOINTS, [trajectory_point(each, time_from_start=NANOSECONDS) for each in values])
 
 
-REFUSED: dict[str, tuple[Spoil, str]] = {
+REFUSED: dict[str, tuple[Edit, str]] = {
     "a name too many": (lambda m: m.joint_names.append("vacuum_gripper_joint"), "unknown joint 'vacuum_gripper_joint'"),
     "a name too few": (lambda m: m.joint_names.remove("wrist_3_joint"), "joints are missing: wrist_3_joint"),
     "a wrong name": (lambda m: m.joint_names.__setitem__(2, "shoulder_lft_joint"), "did you mean shoulder_lift_joint"),
@@ -135,17 +135,17 @@ REFUSED: dict[str, tuple[Spoil, str]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mistake", REFUSED)
-def test_invalid_command_is_refused_whole_and_counted(mistake: str) -> None:
+@pytest.mark.parametrize("case", REFUSED)
+def test_invalid_command_is_refused_whole_and_counted(case: str) -> None:
     lines: list[str] = []
     cell = Cell(ARM_ONLY, report=lines.append)
     run(cell, 0.1)
     publish(cell, "arm/command", way(AHEAD))
     run(cell, 0.2)
     before = cell.state_hash()
-    spoil, reason = REFUSED[mistake]
+    edit, reason = REFUSED[case]
     with pytest.raises(RejectedCommandError, match=reason):
-        publish(cell, "arm/command", spoiled(spoil), node="/team")
+        publish(cell, "arm/command", edited_command(edit), node="/team")
     assert cell.state_hash() == before
     assert dict(cell.bus.refusals.counts) == {"/ariac/arm/command from /team": 1}
     assert len(lines) == 1

@@ -77,7 +77,7 @@ def in_world(tree: Tree, frame: str) -> Pose:
     return pose
 
 
-def heard(cell: Cell, seconds: float = 0.2) -> Tree:
+def frame_tree(cell: Cell, seconds: float = 0.2) -> Tree:
     ear = Ear(cell, "/tf", "/tf_static")
     run(cell, seconds)
     return tree_of(ear)
@@ -118,7 +118,7 @@ def test_static_sensor_frames_are_named_as_in_original() -> None:
 
 def test_every_frame_is_connected_to_world() -> None:
     cell = Cell(WHOLE)
-    tree = heard(cell)
+    tree = frame_tree(cell)
     for frame in tree:
         assert in_world(tree, frame).is_finite()
     for parent, child in itertools.pairwise(LINKS):
@@ -143,7 +143,7 @@ def test_every_frame_is_connected_to_world() -> None:
 def test_detected_models_have_frames_at_their_poses() -> None:
     """The original's own test of its frames, to the same tolerance of 0.05 m, and tighter."""
     cell = Cell(WHOLE)
-    tree = heard(cell)
+    tree = frame_tree(cell)
     assert in_world(tree, "logical_camera_2_agv1_frame").position == pytest.approx((0.3, 3.3, 0.0), abs=1e-3)
     assert in_world(tree, "logical_camera_2_kit_tray_1_frame").position == pytest.approx((0.3, 3.15, 0.75), abs=0.01)
     part = cell.parts.pose(cell.parts.part("tray1|gear_part_1"))
@@ -153,7 +153,7 @@ def test_detected_models_have_frames_at_their_poses() -> None:
 def test_detected_belt_part_has_frame() -> None:
     cell = Cell(WHOLE)
     cell.parts.place(cell.parts.part("populate_conveyor|gear_part_clone_0"), Pose((-0.3, 0.3, 0.73)))
-    assert "logical_camera_1_gear_part_clone_0_frame" in heard(cell)
+    assert "logical_camera_1_gear_part_clone_0_frame" in frame_tree(cell)
 
 
 def test_arm_frames_have_stamps_at_50_hz_and_one_publisher() -> None:
@@ -190,7 +190,7 @@ def matrix(pose: Pose) -> np.ndarray[Any, np.dtype[np.float64]]:
 def test_arm_frames_agree_with_ur10_kinematics(case: dict[str, Any]) -> None:
     cell = Cell(ARM_ONLY)
     put(cell, case["joints"])
-    tree = heard(cell, 0.02)
+    tree = frame_tree(cell, 0.02)
     for link in ("wrist_3_link", "vacuum_gripper_link"):
         np.testing.assert_allclose(matrix(in_world(tree, link)), case[link], rtol=0.0, atol=1e-6)
 

@@ -96,11 +96,11 @@ def test_malformed_request_is_refused_whole_and_counted(service: str, request_: 
 )
 def test_malformed_message_is_refused_whole_and_counted(message: Any) -> None:
     cell = Cell(ARM_ONLY)
-    heard = Ear(cell, "arm/command")
+    log = Ear(cell, "arm/command")
     with pytest.raises(RejectedCommandError):
         publish(cell, "arm/command", message)
     assert cell.bus.refusals.total == 1
-    assert len(heard) == 0
+    assert len(log) == 0
 
 
 @pytest.mark.slow

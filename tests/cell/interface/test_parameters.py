@@ -11,7 +11,7 @@ from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains,
 from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 
 
-def of_arm(settings: ArmSettings) -> Any:
+def arm_parameters(settings: ArmSettings) -> Any:
     found: Any = parameters(replace(ARM_ONLY, settings=CellSettings(arm=settings)), competition=False)
     return found["ariac"]["arm"]
 
@@ -30,7 +30,7 @@ def test_gazebo_ros_network_is_enabled_outside_competition_only() -> None:
 
 
 def test_default_arm_parameters_are_those_of_original_controller() -> None:
-    arm = of_arm(ArmSettings())
+    arm = arm_parameters(ArmSettings())
     assert arm["type"] == "effort_controllers/JointTrajectoryController"
     assert arm["joints"] == [*JOINTS]
     assert arm["state_publish_rate"] == 25
@@ -62,7 +62,7 @@ def test_joint_state_controller_has_rate_and_gripper_joint() -> None:
 
 
 def test_arm_settings_of_trial_are_parameters() -> None:
-    arm = of_arm(
+    arm = arm_parameters(
         ArmSettings(
             gains={"elbow_joint": JointGains(1, 2, 3, 4)},
             tolerances={"elbow_joint": JointTolerance(0.2, 0.3)},
@@ -86,5 +86,5 @@ def test_cell_without_arm_has_no_controller_parameters() -> None:
 def test_parameters_survive_xml_rpc_round_trip() -> None:
     """It uses XML-RPC, which has no None and no tuples."""
     found = parameters(WHOLE, competition=True)
-    ((back,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
-    assert back == found
+    ((received,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
+    assert received == found

@@ -20,7 +20,7 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.interface.parameters import robot_description
 from cellwright.config.trial.trial import SensorConfig
 from cellwright.util.pose import Pose
-from tests.cell.interface.test_frames import heard, in_world, matrix
+from tests.cell.interface.test_frames import frame_tree, in_world, matrix
 from tests.cell.interface.urdf_chain import joints_of, world_T
 from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 from tests.conftest import DATA
@@ -57,7 +57,7 @@ def test_description_read_by_mujoco_agrees_with_ur10_kinematics(
 
 def test_description_has_frames_of_tf_tree() -> None:
     cell = Cell(WHOLE)
-    tree = heard(cell)
+    tree = frame_tree(cell)
     cell.simulation.refresh()
     model, data = cell.simulation.model, cell.simulation.data
     at_rest = {name: float(data.qpos[model.joint(name).qposadr[0]]) for name in JOINTS}

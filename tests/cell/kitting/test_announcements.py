@@ -5,10 +5,10 @@ from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.referee import NOW, Announcements, count_parts
 from cellwright.config.trial.trial import Order
 from cellwright.engine.clock import NEVER
-from tests.cell.kitting.builders import order, thing
+from tests.cell.kitting.builders import order, tray_object
 
-GEAR, DISK, PULLEY = thing("gear_part"), thing("disk_part"), thing("pulley_part")
-BAD_GEAR = thing("gear_part", faulty=True)
+GEAR, DISK, PULLEY = tray_object("gear_part"), tray_object("disk_part"), tray_object("pulley_part")
+BAD_GEAR = tray_object("gear_part", faulty=True)
 AT_ONCE = (NOW, AnnouncementReason.IDLE)
 BY_WANTED = (NOW, AnnouncementReason.WANTED_PARTS)
 BY_UNWANTED = (NOW, AnnouncementReason.UNWANTED_PARTS)

@@ -28,13 +28,13 @@ def trial(*orders: Order, **more: object) -> Trial:
 
 
 def test_lesson_has_two_thirds_of_points_attainable() -> None:
-    could = attainable_score(load_trial([find_trial("lesson")]).trial)
-    assert (could.total, could.maximum) == (8.0, 12.0)
-    (found,) = could.orders[0].kits
+    bound = attainable_score(load_trial([find_trial("lesson")]).trial)
+    assert (bound.total, bound.maximum) == (8.0, 12.0)
+    (found,) = bound.orders[0].kits
     assert (found.part_presence, found.all_parts_bonus, found.part_pose) == (4.0, 4.0, 0.0)
     assert [part.off_plate for part in found.parts] == pytest.approx([0.49, 0.49, 0.48, 0.49])
     assert [part.nearest for part in found.parts] == pytest.approx([0.351, 0.351, 0.422, 0.432])
-    assert could.sentence() == (
+    assert bound.sentence() == (
         "at most 8 of 12 points are attainable: order_0_kit_0: 4 of 4 places lie 0.48 to 0.49 m off the tray, "
         "at least 351 mm from any part on it"
     )
@@ -43,9 +43,9 @@ def test_lesson_has_two_thirds_of_points_attainable() -> None:
 
 
 def test_order_with_supply_and_places_on_tray_is_fully_attainable() -> None:
-    could = attainable_score(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
-    assert (could.total, could.maximum, could.sentence()) == (6.0, 6.0, "")
-    assert list(could.kit("order_0_kit_0").reasons()) == []
+    bound = attainable_score(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
+    assert (bound.total, bound.maximum, bound.sentence()) == (6.0, 6.0, "")
+    assert list(bound.kit("order_0_kit_0").reasons()) == []
 
 
 def test_place_is_off_tray_only_if_no_part_can_touch_plate() -> None:
@@ -56,10 +56,10 @@ def test_place_is_off_tray_only_if_no_part_can_touch_plate() -> None:
 
 
 def test_type_in_short_supply_costs_points_and_bonus() -> None:
-    could = attainable_score(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
-    assert (could.total, could.orders[0].total) == (4.0, 4.0)
-    assert could.sentence().endswith("order_0_kit_0: the cell has 1 good gear_part too few")
-    assert list(could.kit("order_0_kit_0").reasons()) == [
+    bound = attainable_score(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
+    assert (bound.total, bound.orders[0].total) == (4.0, 4.0)
+    assert bound.sentence().endswith("order_0_kit_0: the cell has 1 good gear_part too few")
+    assert list(bound.kit("order_0_kit_0").reasons()) == [
         "part 3, gear_part: the cell has too few good parts of type gear_part"
     ]
 
@@ -76,9 +76,9 @@ def test_faulty_parts_are_not_supply() -> None:
 
 def test_order_that_is_never_announced_has_no_attainable_points() -> None:
     first, late, behind = order(0, start_time=0.0), order(1, start_time=50.0), order(2, wanted_parts=1)
-    could = attainable_score(trial(first, late, behind, time_limit=40.0))
-    assert [each.total for each in could.orders] == [3.0, 0.0, 0.0]
-    reasons = list(could.kit("order_2_kit_0").reasons())
+    bound = attainable_score(trial(first, late, behind, time_limit=40.0))
+    assert [each.total for each in bound.orders] == [3.0, 0.0, 0.0]
+    reasons = list(bound.kit("order_2_kit_0").reasons())
     assert reasons == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
     assert attainable_score(trial(first, late, behind, time_limit=-1.0)).total == 9.0
     assert "no condition announces order_3" in attainable_score(trial(order(3))).sentence()
@@ -86,9 +86,9 @@ def test_order_that_is_never_announced_has_no_attainable_points() -> None:
 
 
 def test_cell_without_agvs_has_no_attainable_points() -> None:
-    could = attainable_score(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
-    assert (could.total, could.maximum) == (0.0, 3.0)
-    assert "no AGV" in could.sentence()
+    bound = attainable_score(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
+    assert (bound.total, bound.maximum) == (0.0, 3.0)
+    assert "no AGV" in bound.sentence()
 
 
 def test_unknown_kit_raises_key_error() -> None:
@@ -116,6 +116,6 @@ def test_off_plate_is_distance_to_nearest_point(x: float, y: float) -> None:
 @given(st.lists(st.tuples(st.sampled_from(["gear_part", "disk_part"]), st.floats(-1, 1)), max_size=5))
 def test_attainable_total_never_exceeds_maximum(parts: list[tuple[str, float]]) -> None:
     ordered_kit = kit(*(ordered(type_, x) for type_, x in parts))
-    could = attainable_score(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
-    assert 0.0 <= could.total <= could.maximum == 3.0 * len(parts)
-    assert bool(could.sentence()) is (could.total < could.maximum)
+    bound = attainable_score(trial(Order("order_0", (ordered_kit,), start_time=0.0)))
+    assert 0.0 <= bound.total <= bound.maximum == 3.0 * len(parts)
+    assert bool(bound.sentence()) is (bound.total < bound.maximum)

@@ -24,7 +24,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Order, Part, SensorConfig, Trial
 from cellwright.util.pose import Pose
-from tests.cell.kitting.builders import kit, order, ordered, pose, thing
+from tests.cell.kitting.builders import kit, order, ordered, pose, tray_object
 
 SECOND = 1_000_000_000
 KINDS = ("gear_part", "disk_part", "pulley_part")
@@ -51,37 +51,39 @@ def sentences(found: Evidence) -> list[str]:
     return [part.sentence() for kit in kits_of(found) for part in kit.parts]
 
 
-def of_one(found: TrayObject, x: float = 0.0) -> str:
+def sentence_of(found: TrayObject, x: float = 0.0) -> str:
     first = Order("order_0", (kit(ordered("gear_part", x)),), start_time=0.0)
     (sentence,) = sentences(judged(found, first=first))
     return sentence
 
 
 def test_sentence_of_each_verdict_has_measured_values() -> None:
-    assert of_one(thing(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
-    assert of_one(thing(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
-    assert of_one(thing(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
+    assert (
+        sentence_of(tray_object(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
+    )
+    assert sentence_of(tray_object(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
+    assert sentence_of(tray_object(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
     over = TrayObject("bin5|gear_part_1", "gear_part", False, pose(roll=math.pi))
-    assert of_one(over) == "bin5|gear_part_1 lies turned over by 3142 mrad, 2506 mrad too far"
-    assert of_one(thing(faulty=True)) == "only a faulty one, which does not count: bin5|gear_part_1"
-    assert of_one(thing("disk_part")) == "not on the tray at submission"
+    assert sentence_of(over) == "bin5|gear_part_1 lies turned over by 3142 mrad, 2506 mrad too far"
+    assert sentence_of(tray_object(faulty=True)) == "only a faulty one, which does not count: bin5|gear_part_1"
+    assert sentence_of(tray_object("disk_part")) == "not on the tray at submission"
     assert math.degrees(MAX_TILT) == pytest.approx(36.4, abs=0.05)
 
 
 def test_place_off_tray_is_distinct_from_bad_placement() -> None:
-    sentence = of_one(thing(x=0.2), x=0.74)
+    sentence = sentence_of(tray_object(x=0.2), x=0.74)
     assert sentence == (
         "bin5|gear_part_1 lies 540.0 mm from its place, 510.0 mm too far; its place (0.74, 0) lies 0.49 m off the "
         "tray (0.5 x 0.7 m), at least 432 mm from any part on it (at most 30 mm are allowed)"
     )
     first = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
-    found = judged(thing(x=0.2), first=first)
+    found = judged(tray_object(x=0.2), first=first)
     assert [part.cause for each in kits_of(found) for part in each.parts] == ["off tray"]
     assert (found.total, found.attainable.total, found.attainable.maximum) == (2.0, 2.0, 3.0)
 
 
 def test_parts_of_unjudged_kits_are_listed() -> None:
-    found = judged(thing(), first=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
+    found = judged(tray_object(), first=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
     causes = [(each.score.kit_type, [part.cause for part in each.parts]) for each in kits_of(found)]
     assert causes == [
         ("order_0_kit_0", ["placed"]),
@@ -99,7 +101,7 @@ def test_parts_of_unjudged_kits_are_listed() -> None:
 
 def test_missing_bonus_has_reason() -> None:
     first = order(0, start_time=0.0)
-    short, besides = judged(first=first), judged(thing(), thing("disk_part"), first=first)
+    short, besides = judged(first=first), judged(tray_object(), tray_object("disk_part"), first=first)
     assert [each.bonus_sentence for each in kits_of(short)] == ["an ordered part is missing, so there is no bonus"]
     assert [each.bonus_sentence for each in kits_of(besides)] == [
         "the tray holds more than was ordered, so there is no bonus"
@@ -108,7 +110,7 @@ def test_missing_bonus_has_reason() -> None:
 
 def test_points_in_evidence_equal_referee_score() -> None:
     first = order(0, KINDS, start_time=0.0)
-    found = judged(thing(), thing("disk_part", x=0.1), first=first)
+    found = judged(tray_object(), tray_object("disk_part", x=0.1), first=first)
     (each,) = kits_of(found)
     assert sum(part.presence for part in each.parts) == each.score.part_presence == 2.0
     assert sum(part.pose for part in each.parts) == each.score.part_pose == 2.0
@@ -116,7 +118,7 @@ def test_points_in_evidence_equal_referee_score() -> None:
 
 
 def test_json_has_times_costs_and_values_in_si_units() -> None:
-    found = judged(thing(x=0.04, yaw=0.05), first=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
+    found = judged(tray_object(x=0.04, yaw=0.05), first=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
     document = json.loads(json.dumps(evidence_to_json(found)))
     assert (document["total"], document["reachable"], document["best"]) == (2.0, 6.0, 6.0)
     assert (document["process_time"], document["part_travel_time"], document["system_cost"]) == (12.0, 0.0, 600.0)
@@ -155,7 +157,7 @@ def test_fate_of_missing_part_is_in_sentence_and_json() -> None:
 
 
 def test_trial_score_json_has_each_term() -> None:
-    found = judged(thing(), first=order(0, start_time=0.0))
+    found = judged(tray_object(), first=order(0, start_time=0.0))
     sensors = (SensorConfig("a", "logical_camera", Pose()),)
     final = trial_score(sensors, [each.score for each in found.orders], Averages(500.0, (20.0,)))
     document = trial_score_to_json(final)

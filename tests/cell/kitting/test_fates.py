@@ -12,7 +12,7 @@ from cellwright.cell.kitting.fates import Fate, FateKind, HandlingRecord, PartSn
 from cellwright.cell.kitting.inventory import TrayObject, part_type
 from cellwright.cell.kitting.kit_score import Verdict, score_kit
 from cellwright.util.pose import Pose
-from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, kit, ordered, thing
+from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, kit, ordered, tray_object
 
 SECOND = 1_000_000_000
 GEAR, SPARE = "bin5|gear_part_1", "bin5|gear_part_2"
@@ -31,7 +31,7 @@ def gear(
     return PartSnapshot(name, "gear_part", position, tray, above, faulty)
 
 
-def carried(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced: bool = False) -> None:
+def carry(record: HandlingRecord, name: str = GEAR, *, at: int = 5, is_forced: bool = False) -> None:
     """Let the gripper take a part at a time [s], hold it for 3.1 s and release it over a bin."""
     record.take(name, at * SECOND)
     record.let_go(name, OVER_BIN, at * SECOND + 3_100_000_000, is_forced=is_forced)
@@ -65,14 +65,14 @@ def test_parts_removed_by_deletion_wall_are_counted() -> None:
 def test_part_released_above_rest_is_dropped_else_put_down() -> None:
     for position, words in ((IN_BIN, "dropped"), ((-0.3, 0.2, 0.995), "put down")):
         record = HandlingRecord()
-        carried(record)
+        carry(record)
         more = " after 3.1 s in the gripper" if words == "dropped" else ""
         assert sentence_of(record, gear(position)) == f"{GEAR} was {words} at (-0.30, 0.20) m{more}"
 
 
 def test_forced_drop_has_final_position_of_part() -> None:
     record = HandlingRecord()
-    carried(record, is_forced=True)
+    carry(record, is_forced=True)
     assert sentence_of(record, gear((0.8, 1.0, 0.0))) == (
         f"{GEAR} was lost to a forced drop at (-0.30, 0.20) m after 3.1 s in the gripper; it lay at (0.80, 1.00) m"
     )
@@ -80,11 +80,11 @@ def test_forced_drop_has_final_position_of_part() -> None:
 
 def test_part_on_other_tray_or_fallen_off_tray_is_reported() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     record.report(TRAY_2, [GEAR])
     assert sentence_of(record, gear(tray=TRAY_2)) == f"{GEAR} was on agv2's tray"
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     record.report(TRAY_1, [GEAR])
     assert sentence_of(record, gear((0.9, 2.9, 0.0))) == f"{GEAR} fell off agv1's tray; it lay at (0.90, 2.90) m"
 
@@ -99,7 +99,7 @@ def test_part_lifted_from_tray_did_not_fall_off() -> None:
 
 def test_part_on_other_part_is_stacked() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     assert sentence_of(record, gear((0.19, 3.1, 0.76), above=TRAY_1)) == (
         f"{GEAR} lay above agv1's tray without touching its plate, at (0.19, 3.10) m"
     )
@@ -107,7 +107,7 @@ def test_part_on_other_part_is_stacked() -> None:
 
 def test_part_put_down_after_last_report_is_unreported() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     assert sentence_of(record, gear(OVER_BIN, tray=TRAY_1)) == (
         f"{GEAR} was put down at (-0.30, 0.20) m, after the tray's last report"
     )
@@ -122,7 +122,7 @@ def test_part_in_gripper_or_out_of_cell_is_reported() -> None:
         (Removal.CLEARING, "was cleared from agv2's tray"),
     ):
         record = HandlingRecord()
-        carried(record)
+        carry(record)
         record.report(TRAY_2, [GEAR])
         record.remove(GEAR, by)
         assert sentence_of(record, gear()) == f"{GEAR} {words}"
@@ -130,10 +130,10 @@ def test_part_in_gripper_or_out_of_cell_is_reported() -> None:
 
 def test_latest_part_is_named_first_and_faulty_last() -> None:
     record = HandlingRecord()
-    carried(record, SPARE, at=4)
-    carried(record, GEAR, at=9)
+    carry(record, SPARE, at=4)
+    carry(record, GEAR, at=9)
     bad = "bin5|gear_part_3"
-    carried(record, bad, at=12)
+    carry(record, bad, at=12)
     found = fates(record, gear(), gear(name=SPARE), gear(name=bad, faulty=True), count=4)
     assert [fate.part for fate in found] == [GEAR, SPARE, bad, ""]
     assert found[2].sentence().startswith(f"{bad} (faulty) was dropped")
@@ -141,14 +141,14 @@ def test_latest_part_is_named_first_and_faulty_last() -> None:
 
 def test_part_of_earlier_kit_or_delivery_is_not_named_again() -> None:
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     assert fates(record, gear())[0].part == GEAR
     later = score_kit(kit(ordered("gear_part"), kit_type="order_0_kit_1"), ())
     (fate,) = record.judge(later, TRAY_2, (), [gear()], NOW)
     assert fate is not None
     assert fate.kind is FateKind.NEVER_HELD
     record = HandlingRecord()
-    carried(record)
+    carry(record)
     record.remove(GEAR, Removal.DELIVERY)
     assert sentence_of(record, gear()) == "never gripped"
 
@@ -159,7 +159,7 @@ EVENTS = st.lists(
 )
 
 
-def played(events: list[tuple[str, str]]) -> HandlingRecord:
+def record_of(events: list[tuple[str, str]]) -> HandlingRecord:
     record = HandlingRecord()
     for number, (event, name) in enumerate(events):
         now = number * SECOND
@@ -179,12 +179,12 @@ def played(events: list[tuple[str, str]]) -> HandlingRecord:
 def test_missing_parts_have_one_fate_each_also_after_restore(
     events: list[tuple[str, str]], types: list[str], on_tray: set[str], is_restored: bool
 ) -> None:
-    record = played(events)
+    record = record_of(events)
     if is_restored:
         kept = json.loads(json.dumps(record.get_record()))
-        record = played([("take", NAMES[0])])
+        record = record_of([("take", NAMES[0])])
         record.set_record(kept)
-    contents: tuple[TrayObject, ...] = tuple(thing(part_type(name), name=name) for name in sorted(on_tray))
+    contents: tuple[TrayObject, ...] = tuple(tray_object(part_type(name), name=name) for name in sorted(on_tray))
     score = score_kit(kit(*(ordered(each, 0.1 * n) for n, each in enumerate(types))), contents)
     now = [PartSnapshot(name, part_type(name), Pose().position) for name in NAMES]
 
@@ -198,7 +198,7 @@ def test_missing_parts_have_one_fate_each_also_after_restore(
         assert fate is None or not fate.part or part_type(fate.part) == part.type
         assert fate is None or fate.sentence()
     assert record.fates(score.kit_type) == found
-    assert played(events).judge(score, TRAY_1, on_tray, now, NOW) == found
+    assert record_of(events).judge(score, TRAY_1, on_tray, now, NOW) == found
     restored = HandlingRecord()
     restored.set_record(json.loads(json.dumps(record.get_record())))
     assert restored.fates(score.kit_type) == found

@@ -22,7 +22,7 @@ from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
 from cellwright.engine.clock import NEVER
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
-from tests.cell.kitting.builders import TRAY_1, TRAY_2, filling, order, thing
+from tests.cell.kitting.builders import TRAY_1, TRAY_2, full_tray, order, tray_object
 
 SECOND = 1_000_000_000
 TICK = 2_000_000
@@ -215,7 +215,7 @@ def test_one_order_is_announced_per_step() -> None:
 def test_last_kit_ends_trial() -> None:
     judge = going(FIRST)
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, filling(FIRST))
+    judge.tray_changed(TRAY_1, full_tray(FIRST))
     assert judge.next_deadline == NEVER
     submitted = judge.submit(TRAY_1, "order_0_kit_0", 5 * SECOND)
     assert (submitted.tray_id, submitted.kit_type, submitted.is_repeated) == (TRAY_1, "order_0_kit_0", False)
@@ -231,9 +231,9 @@ def test_last_kit_ends_trial() -> None:
 def test_wanted_parts_interrupt_order_that_is_resumed_later() -> None:
     judge = going(FIRST, URGENT)
     judge.update(TICK)
-    judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part", faulty=True)])
+    judge.tray_changed(TRAY_2, [tray_object("disk_part"), tray_object("pulley_part", faulty=True)])
     assert judge.next_deadline == NEVER
-    judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part")])
+    judge.tray_changed(TRAY_2, [tray_object("disk_part"), tray_object("pulley_part")])
     assert short(judge.update(2 * TICK)) == [("order_1", AnnouncementReason.WANTED_PARTS, "order_0")]
     judge.submit(TRAY_2, "order_1_kit_0", SECOND)
     assert short(judge.update(SECOND)) == [("order_1", "complete", "order_0")]
@@ -244,9 +244,9 @@ def test_wanted_parts_interrupt_order_that_is_resumed_later() -> None:
 def test_unwanted_parts_interrupt_order() -> None:
     judge = going(FIRST, UNWANTING)
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part")])
+    judge.tray_changed(TRAY_1, [tray_object("disk_part"), tray_object("pulley_part")])
     assert judge.next_deadline == NEVER
-    judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part"), thing("gear_part")])
+    judge.tray_changed(TRAY_1, [tray_object("disk_part"), tray_object("pulley_part"), tray_object("gear_part")])
     assert short(judge.update(2 * TICK)) == [("order_2", AnnouncementReason.UNWANTED_PARTS, "order_0")]
 
 
@@ -284,7 +284,7 @@ def test_order_without_kits_is_announced_and_closed_in_one_step() -> None:
 def test_repeated_submission_returns_first_score() -> None:
     judge = going(order(0, ("gear_part",), kits=2, start_time=0.0))
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, [thing()])
+    judge.tray_changed(TRAY_1, [tray_object()])
     first = judge.submit(TRAY_1, "order_0_kit_0", SECOND)
     again = judge.submit(TRAY_2, "order_0_kit_0", SECOND)
     assert first.score.total == 3.0
@@ -346,7 +346,7 @@ def test_reset_referee_equals_new_one() -> None:
 def test_referee_state_survives_json() -> None:
     judge, copy = going(FIRST, URGENT, limit=60.0), referee(FIRST, URGENT, limit=60.0)
     judge.update(TICK)
-    judge.tray_changed(TRAY_1, [thing("pulley_part", x=0.01)])
+    judge.tray_changed(TRAY_1, [tray_object("pulley_part", x=0.01)])
     judge.update(2 * TICK)
     copy.set_state(json.loads(json.dumps(judge.get_state(), sort_keys=True)))
     assert copy.get_state() == judge.get_state()

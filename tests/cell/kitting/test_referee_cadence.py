@@ -31,7 +31,7 @@ class Input:
     kind: str
     tray: str = TRAY_1
     kit_type: str = ""
-    things: TrayContents = ()
+    tray_objects: TrayContents = ()
     carrying: bool = False
 
 
@@ -116,7 +116,7 @@ class Run:
                 case "end":
                     self.take(self.referee.end(now), now)
                 case "tray":
-                    self.referee.tray_changed(each.tray, each.things)
+                    self.referee.tray_changed(each.tray, each.tray_objects)
                 case "gripper":
                     self.referee.scorer.gripper_changed(now, enabled=True, attached=each.carrying)
                 case _:
@@ -158,7 +158,7 @@ def play_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
             case "start" | "end":
                 naive.command(each.kind, now)
             case "tray":
-                naive.trays[each.tray] = each.things
+                naive.trays[each.tray] = each.tray_objects
             case "gripper":
                 naive.carrying = each.carrying
             case _:

@@ -5,7 +5,7 @@ import pytest
 from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.scorer import Scorer
 from cellwright.util.errors import UnknownNameError, UsageError
-from tests.cell.kitting.builders import filling, order, thing
+from tests.cell.kitting.builders import full_tray, order, tray_object
 
 ONE = order(0, ("gear_part", "disk_part"), kits=2)
 TWO = order(1, ("gear_part",))
@@ -22,12 +22,12 @@ def scorer() -> Scorer:
 def test_first_submission_of_kit_counts(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     assert not scorer.is_submitted("order_0_kit_0")
-    first = scorer.submit("order_0_kit_0", (thing(),), 200)
+    first = scorer.submit("order_0_kit_0", (tray_object(),), 200)
     assert first.total == 2.0
     assert scorer.is_submitted("order_0_kit_0")
-    assert scorer.submit("order_0_kit_0", filling(ONE), 300) == first
+    assert scorer.submit("order_0_kit_0", full_tray(ONE), 300) == first
     assert scorer.game_score(300).total == 2.0
-    assert scorer.submit("order_0_kit_1", filling(ONE), 300).total == 6.0
+    assert scorer.submit("order_0_kit_1", full_tray(ONE), 300).total == 6.0
     assert scorer.game_score(300).total == 8.0
 
 
@@ -48,7 +48,7 @@ def test_kit_of_no_order_in_progress_scores_zero_with_reason(
         scorer.submit(kit.kit_type, (), 105)
     scorer.withdraw("order_1", 110)
     before = scorer.get_state()
-    score = scorer.submit(kit_type, filling(ONE), 120)
+    score = scorer.submit(kit_type, full_tray(ONE), 120)
     assert score.total == 0.0
     assert not score.is_submitted
     assert score.refusal is not None
@@ -86,7 +86,7 @@ def test_order_without_kits_is_complete_at_once(scorer: Scorer) -> None:
 
 def test_withdrawn_order_keeps_points_and_clock(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
-    scorer.submit("order_0_kit_0", filling(ONE), 200)
+    scorer.submit("order_0_kit_0", full_tray(ONE), 200)
     assert scorer.withdraw("order_0", 300).total == 6.0
     assert scorer.game_score(400).orders[0].time_taken == 300
     assert scorer.withdraw("order_1", 400).total == 0.0
@@ -95,7 +95,7 @@ def test_withdrawn_order_keeps_points_and_clock(scorer: Scorer) -> None:
 def test_kit_of_withdrawn_order_is_scored_when_submitted_later(scorer: Scorer) -> None:
     scorer.announce("order_0", 100)
     scorer.withdraw("order_0", 200)
-    assert scorer.submit("order_0_kit_0", filling(ONE), 300).total == 6.0
+    assert scorer.submit("order_0_kit_0", full_tray(ONE), 300).total == 6.0
     for kit in ONE.kits[1:]:
         scorer.submit(kit.kit_type, (), 400)
     score = scorer.game_score(900).orders[0]
@@ -137,7 +137,7 @@ def test_scorer_state_survives_json_with_evidence(scorer: Scorer) -> None:
     scorer.announce("order_1", 100)
     scorer.announce("order_0", 110)
     scorer.gripper_changed(115, enabled=True, attached=True)
-    first = scorer.submit("order_0_kit_0", (thing(x=0.02, yaw=0.1), thing("disk_part", faulty=True)), 120)
+    first = scorer.submit("order_0_kit_0", (tray_object(x=0.02, yaw=0.1), tray_object("disk_part", faulty=True)), 120)
     scorer.withdraw("order_1", 130)
     copy = Scorer([ONE, TWO, NO_KITS])
     copy.set_state(json.loads(json.dumps(scorer.get_state())))
@@ -145,7 +145,7 @@ def test_scorer_state_survives_json_with_evidence(scorer: Scorer) -> None:
     for each in (scorer, copy):
         assert each.submit("order_0_kit_0", (), 140) == first
         assert each.submit("order_1_kit_0", (), 140).refusal is None
-        each.submit("order_0_kit_1", filling(ONE), 150)
+        each.submit("order_0_kit_1", full_tray(ONE), 150)
         each.end(160)
     assert copy.game_score(999) == scorer.game_score(999)
     assert copy.game_score(999).part_travel_time == 45

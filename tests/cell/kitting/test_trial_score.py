@@ -7,7 +7,7 @@ from cellwright.cell.kitting.scorer import Averages, OrderScore, system_cost, tr
 from cellwright.config.trial.trial import SensorConfig, SensorType
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cell.kitting.builders import filling, order
+from tests.cell.kitting.builders import full_tray, order
 
 SECOND = 1_000_000_000
 
@@ -20,7 +20,7 @@ def earned(number: int, parts: int, time_taken: int) -> OrderScore:
     """Return an order that earned three points for each of its parts."""
     announced = order(number, ("gear_part",) * parts)
     return OrderScore(
-        announced.order_id, (score_kit(announced.kits[0], filling(announced)),), time_taken, is_complete=True
+        announced.order_id, (score_kit(announced.kits[0], full_tray(announced)),), time_taken, is_complete=True
     )
 
 

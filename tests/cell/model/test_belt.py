@@ -6,7 +6,7 @@ import pytest
 
 from cellwright.cell.model.frames import BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
-from tests.cell.model.bench import MM, Bench, cell, lying
+from tests.cell.model.bench import MM, Bench, cell, part_on
 
 SPEED = 0.2
 
@@ -14,7 +14,7 @@ SPEED = 0.2
 @pytest.fixture
 def bench() -> Bench:
     """One part of each type at rest and asleep on the belt."""
-    parts = (lying(k, 1.21, 3.0 + 0.6 * n, BELT_SURFACE, name=k) for n, k in enumerate(PART_TYPES))
+    parts = (part_on(k, 1.21, 3.0 + 0.6 * n, BELT_SURFACE, name=k) for n, k in enumerate(PART_TYPES))
     bench = Bench(cell(*parts))
     bench.run(0.5)
     assert all(bench.asleep(part) for part in bench.world.parts)

@@ -11,7 +11,7 @@ from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import BY_BELT, ON_BELT, PICK, READY
-from tests.cell.model.bench import Bench, cell, lying
+from tests.cell.model.bench import Bench, cell, part_on
 
 
 def drive(bench: Bench, start: dict[str, float], goal: dict[str, float], seconds: float) -> None:
@@ -80,7 +80,7 @@ def test_pick_pushed_into_part_lays_cup_flat(shift: float) -> None:
 
 def test_pick_from_belt_meets_mark_of_gear() -> None:
     """1.5 s after the gear breaks the beam the cup rests on its mark, 3 mm high, while the belt runs."""
-    bench = Bench(cell(lying("gear_part", 1.21, 2.6, BELT_SURFACE), has_arm=True))
+    bench = Bench(cell(part_on("gear_part", 1.21, 2.6, BELT_SURFACE), has_arm=True))
     bench.put_arm(BY_BELT)
     bench.set_belt(0.2)
     part = bench.world.parts[0]
@@ -99,7 +99,7 @@ def test_pick_from_belt_meets_mark_of_gear() -> None:
 
 def test_contact_within_gap_has_no_force() -> None:
     """Within the gap of 1 mm a contact exists, with a positive distance and no force."""
-    bench = Bench(cell(lying("disk_part", 0.0, 0.0, 0.0), has_arm=True), sleep=False)
+    bench = Bench(cell(part_on("disk_part", 0.0, 0.0, 0.0), has_arm=True), sleep=False)
     part, cup = bench.world.parts[0], bench.model.geom(CUP_GEOM).id
     world_T_gripper = bench.body_pose(GRIPPER)
     seen = {}

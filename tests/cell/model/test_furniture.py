@@ -25,7 +25,7 @@ def bench() -> Bench:
     return bench
 
 
-def look(bench: Bench, start: Vector3, direction: Vector3) -> float:
+def cast_ray(bench: Bench, start: Vector3, direction: Vector3) -> float:
     """Return the distance [m] to the first hit of a ray; -1 without a hit."""
     hit = np.zeros(1, dtype=np.int32)
     origin, ray = np.array(start, dtype=float), np.array(direction, dtype=float)
@@ -33,7 +33,7 @@ def look(bench: Bench, start: Vector3, direction: Vector3) -> float:
 
 
 def height(bench: Bench, x: float, y: float, start: float = 1.9) -> float:
-    return start - look(bench, (x, y, start), (0.0, 0.0, -1.0))
+    return start - cast_ray(bench, (x, y, start), (0.0, 0.0, -1.0))
 
 
 @pytest.mark.parametrize("name", BIN_CENTRES)
@@ -44,9 +44,9 @@ def test_bins_have_original_floor_and_walls(bench: Bench, name: str) -> None:
     inside = BIN_SURFACE + 0.03
     for side in (1.0, -1.0):
         # walls across y over the whole length; across x only in the corners, open in the middle
-        assert look(bench, (x + 0.1, y, inside), (0.0, side, 0.0)) == pytest.approx(0.3175, abs=1e-4)
-        assert look(bench, (x, y + 0.25, inside), (side, 0.0, 0.0)) == pytest.approx(0.3175, abs=1e-4)
-        assert not 0.0 <= look(bench, (x, y + 0.1, inside), (side, 0.0, 0.0)) < 0.4
+        assert cast_ray(bench, (x + 0.1, y, inside), (0.0, side, 0.0)) == pytest.approx(0.3175, abs=1e-4)
+        assert cast_ray(bench, (x, y + 0.25, inside), (side, 0.0, 0.0)) == pytest.approx(0.3175, abs=1e-4)
+        assert not 0.0 <= cast_ray(bench, (x, y + 0.1, inside), (side, 0.0, 0.0)) < 0.4
         assert height(bench, x, y + 0.3215 * side) == pytest.approx(0.79089, abs=1e-4)
         assert height(bench, x + 0.3215 * side, y + 0.25) == pytest.approx(0.79089, abs=1e-4)
 
@@ -56,8 +56,8 @@ def test_trays_have_original_surface_and_rim(bench: Bench, side: float) -> None:
     x, y = 0.3, 3.15 * side
     assert height(bench, x, y) == pytest.approx(TRAY_SURFACE, abs=1e-6)
     assert height(bench, x + 0.24, y + 0.34) == pytest.approx(TRAY_SURFACE, abs=1e-6)
-    assert look(bench, (x, y, 0.77), (1.0, 0.0, 0.0)) == pytest.approx(0.2495, abs=4e-3)
-    assert look(bench, (x + 0.15, y, 0.77), (0.0, 1.0, 0.0)) == pytest.approx(0.3495, abs=4e-3)
+    assert cast_ray(bench, (x, y, 0.77), (1.0, 0.0, 0.0)) == pytest.approx(0.2495, abs=4e-3)
+    assert cast_ray(bench, (x + 0.15, y, 0.77), (0.0, 1.0, 0.0)) == pytest.approx(0.3495, abs=4e-3)
     assert height(bench, x + 0.2529, y) == pytest.approx(0.7754, abs=1e-4)
 
 
@@ -82,10 +82,10 @@ def test_shelf_has_its_surface(bench: Bench) -> None:
 def test_workcell_frames_are_solid_at_original_positions(bench: Bench) -> None:
     assert height(bench, -0.31, 0.0, 2.5) == pytest.approx(2.025)
     assert height(bench, 1.21, 0.5, 3.5) == pytest.approx(3.025)
-    assert look(bench, (1.4, 2.0, 1.5), (1.0, 0.0, 0.0)) == pytest.approx(0.275 + 0.0016, abs=1e-4)
+    assert cast_ray(bench, (1.4, 2.0, 1.5), (1.0, 0.0, 0.0)) == pytest.approx(0.275 + 0.0016, abs=1e-4)
     for y, x in ((1.5, -0.3131), (-2.0, -0.3159)):  # positions of the original's posts
-        assert look(bench, (0.0, y, 1.5), (-1.0, 0.0, 0.0)) == pytest.approx(-x - 0.025, abs=1e-4)
+        assert cast_ray(bench, (0.0, y, 1.5), (-1.0, 0.0, 0.0)) == pytest.approx(-x - 0.025, abs=1e-4)
 
 
 def test_deletion_wall_does_not_stop_rays(bench: Bench) -> None:
-    assert look(bench, (1.2, 0.0, 1.4), (0.0, -1.0, 0.0)) == -1.0
+    assert cast_ray(bench, (1.2, 0.0, 1.4), (0.0, -1.0, 0.0)) == -1.0

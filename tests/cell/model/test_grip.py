@@ -35,14 +35,14 @@ def holding(kind: str, servo: ServoProfile = "precise") -> tuple[Bench, WorldPar
     return bench, part
 
 
-def swing(bench: Bench, amplitude: float, rate: float, seconds: float, look: Callable[[], None]) -> None:
+def swing(bench: Bench, amplitude: float, rate: float, seconds: float, on_step: Callable[[], None]) -> None:
     """Swing the shoulder back and forth."""
     timestep, start = bench.model.opt.timestep, ABOVE_BIN["shoulder_pan_joint"]
     for k in range(round(seconds / timestep)):
         position = start + amplitude * (1 - math.cos(rate * k * timestep))
         bench.command("shoulder_pan_joint", position, amplitude * rate * math.sin(rate * (k + 1) * timestep))
         mujoco.mj_step(bench.model, bench.data)
-        look()
+        on_step()
 
 
 @pytest.mark.slow
@@ -54,11 +54,11 @@ def test_held_part_slips_less_than_0_3_mm_in_swing(kind: str, servo: ServoProfil
     slips: list[float] = []
     path: list[tuple[float, float, float]] = []
 
-    def look() -> None:
+    def on_step() -> None:
         slips.append(distance(bench.relative(part, GRIPPER), rest))
         path.append(bench.body_pose(GRIPPER).position)
 
-    swing(bench, 0.35, 7.2, 1.8, look)
+    swing(bench, 0.35, 7.2, 1.8, on_step)
     accelerations = np.linalg.norm(np.diff(np.array(path), 2, axis=0), axis=1) / bench.model.opt.timestep**2
     assert np.percentile(accelerations, 99) > 13.0
     assert max(slips) < 0.3 * MM

@@ -6,9 +6,9 @@ from cellwright.cell.model.own_models import read_mjcf
 from cellwright.config.models.files import ModelFileError
 
 
-def model(folder: Path, inside: str) -> Path:
+def model(folder: Path, content: str) -> Path:
     path = folder / "model.xml"
-    path.write_text(f"<mujoco><worldbody>{inside}</worldbody></mujoco>", encoding="utf-8")
+    path.write_text(f"<mujoco><worldbody>{content}</worldbody></mujoco>", encoding="utf-8")
     return path
 
 
@@ -21,7 +21,7 @@ def test_mjcf_shapes_are_in_frame_of_single_outermost_body(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("inside", "why"),
+    ("content", "message"),
     [
         ('<body><geom size="1e300"/></body>', "must be finite"),
         ('<body pos="nan 0 0"><geom size=".1"/></body>', "must be finite"),
@@ -31,6 +31,6 @@ def test_mjcf_shapes_are_in_frame_of_single_outermost_body(tmp_path: Path) -> No
         ('<body><geom size="-1"/></body>', "size"),
     ],
 )
-def test_unusable_mjcf_is_refused(tmp_path: Path, inside: str, why: str) -> None:
-    with pytest.raises(ModelFileError, match=why):
-        read_mjcf(model(tmp_path, inside))
+def test_unusable_mjcf_is_refused(tmp_path: Path, content: str, message: str) -> None:
+    with pytest.raises(ModelFileError, match=message):
+        read_mjcf(model(tmp_path, content))

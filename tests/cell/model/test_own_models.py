@@ -99,7 +99,7 @@ def test_all_shape_kinds_are_built() -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         ("<mujoco><worldbody><geom type='bx' size='1'/></worldbody></mujoco>", "invalid keyword: 'bx'"),
         ("<mujoco/>", "no shapes; add a geom"),
@@ -122,13 +122,13 @@ def test_all_shape_kinds_are_built() -> None:
         ),
     ],
 )
-def test_file_that_engine_refuses_is_reported_with_path(content: str, said: str, tmp_path: Path) -> None:
+def test_file_that_engine_refuses_is_reported_with_path(content: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(content)
     (tmp_path / "t.yaml").write_text("cellwright: {parts: {my_part: {file: a.xml}}}")
     trial = load_trial([tmp_path / "t.yaml"]).trial
     (found,) = model_problems(trial)
     assert found.startswith(f"{tmp_path / 'a.xml'}: ")
-    assert said in found
+    assert message in found
     with pytest.raises(ModelFileError, match=r"a\.xml: "):
         build_world(trial)
 

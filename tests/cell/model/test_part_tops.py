@@ -59,8 +59,8 @@ def test_cylinder_has_flat_top_only_upright() -> None:
     (spot,) = top(upright).spots
     assert spot.position == pytest.approx((0.0, 0.0, 0.12), abs=0.001)
     assert spot.radius == pytest.approx(0.035, abs=0.001)
-    lying = ModelShape("cylinder", (0.035, 0.12, 0.0), Pose.from_rpy((0.0, 0.0, 0.035), (0.0, math.pi / 2, 0.0)))
-    assert all(spot.radius < 0.005 for spot in top(lying).spots)
+    part_on = ModelShape("cylinder", (0.035, 0.12, 0.0), Pose.from_rpy((0.0, 0.0, 0.035), (0.0, math.pi / 2, 0.0)))
+    assert all(spot.radius < 0.005 for spot in top(part_on).spots)
 
 
 @pytest.mark.parametrize("shape", [ModelShape("sphere", (0.03, 0.0, 0.0)), ModelShape("capsule", (0.03, 0.05, 0.0))])

@@ -9,7 +9,7 @@ from cellwright.cell.model.frames import AGV_T_TRAY, BELT_SURFACE, BIN_CENTRES, 
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.trial.trial import Part
 from cellwright.util.pose import Pose
-from tests.cell.model.bench import MM, Bench, cell, lying
+from tests.cell.model.bench import MM, Bench, cell, part_on
 
 ON_TRAY = {
     "gear_part": ("agv1", -0.15, -0.2),
@@ -28,8 +28,8 @@ def everywhere() -> Iterator[Part]:
     """Yield one part of each type in a bin, on the belt, and on a tray."""
     for number, kind in enumerate(PART_TYPES):
         x, y = BIN_CENTRES[f"bin{number % 8 + 1}"]
-        yield lying(kind, x + 0.2 * (number // 8), y, BIN_SURFACE, name=f"bin|{kind}")
-        yield lying(kind, 1.21, -3.0 + 0.8 * number, BELT_SURFACE, name=f"belt|{kind}")
+        yield part_on(kind, x + 0.2 * (number // 8), y, BIN_SURFACE, name=f"bin|{kind}")
+        yield part_on(kind, 1.21, -3.0 + 0.8 * number, BELT_SURFACE, name=f"belt|{kind}")
         agv, tx, ty = ON_TRAY[kind]
         z = TRAY_SURFACE - AGV_T_TRAY.position[2] - part_type(kind).bottom + 1e-4
         yield Part(f"tray|{kind}", kind, Pose((tx, ty, z)), TRAY_IDS[agv])
@@ -71,7 +71,7 @@ def test_parts_sink_less_than_tolerance() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_part_at_rest_stands_on_its_bounding_box(kind: str) -> None:
-    bench = Bench(cell(lying(kind, 1.21, 0.0, BELT_SURFACE)))
+    bench = Bench(cell(part_on(kind, 1.21, 0.0, BELT_SURFACE)))
     bench.run(0.5)
     part = bench.world.parts[0]
     assert bench.position(part)[2] + part_type(kind).bottom == pytest.approx(BELT_SURFACE, abs=0.2 * MM)

@@ -10,7 +10,7 @@ from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.trial.trial import BeltPart, Options, Part, Trial
 from cellwright.util.pose import Pose
 from tests.cell.model.arm_poses import PICK, READY
-from tests.cell.model.bench import Bench, cell, lying
+from tests.cell.model.bench import Bench, cell, part_on
 
 POOL = tuple(BeltPart(float(n), kind, Pose()) for n, kind in enumerate(PART_TYPES))
 
@@ -21,7 +21,7 @@ def pooled(cycles: int = 1) -> Bench:
 
 def test_parts_at_rest_sleep_within_quarter_second() -> None:
     parts = (
-        lying(kind, *BIN_CENTRES[f"bin{n % 8 + 1}"], BIN_SURFACE + 0.2 * (n // 8), name=kind, above=0.002)
+        part_on(kind, *BIN_CENTRES[f"bin{n % 8 + 1}"], BIN_SURFACE + 0.2 * (n // 8), name=kind, above=0.002)
         for n, kind in enumerate(PART_TYPES[:8])
     )
     bench = Bench(cell(*parts))
@@ -37,7 +37,7 @@ def test_arm_does_not_sleep() -> None:
 
 def test_arm_wakes_only_parts_that_it_touches() -> None:
     touched = Part("touched", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, BIN_SURFACE), (0, 0, 0.785)))
-    bench = Bench(cell(touched, lying("gear_part", -0.1, 0.4, BIN_SURFACE, name="far"), has_arm=True))
+    bench = Bench(cell(touched, part_on("gear_part", -0.1, 0.4, BIN_SURFACE, name="far"), has_arm=True))
     bench.put_arm(READY)
     bench.run(0.5)
     part, far = bench.part("touched"), bench.part("far")
@@ -56,8 +56,8 @@ def test_arm_wakes_only_parts_that_it_touches() -> None:
 
 
 def test_falling_part_wakes_part_that_it_hits() -> None:
-    lower = lying("disk_part", 1.21, 0.0, BELT_SURFACE, name="lower")
-    upper = lying("gear_part", 1.21, 0.02, BELT_SURFACE + 0.2, name="upper")
+    lower = part_on("disk_part", 1.21, 0.0, BELT_SURFACE, name="lower")
+    upper = part_on("gear_part", 1.21, 0.02, BELT_SURFACE + 0.2, name="upper")
     bench = Bench(cell(lower, upper))
     bench.run(0.15)
     assert bench.asleep(bench.part("lower"))

@@ -138,7 +138,8 @@ class ModelSnapshot:
     def boxes(self, state: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
 
-        They are those of a stored state; None is now. They are exact for boxes, cylinders, balls and the own boxes of meshes.
+        They are those of a stored state; None is now. They are exact for boxes, cylinders, balls and the own boxes of
+        meshes.
         """
         self._load(state)
         return self._boxes

@@ -51,6 +51,19 @@ class SensorPlugin:
         make: makes the device from a sensor's description and the scene of models that it sees.
         row: the topic of its readings, with `{sensor}` in place of the sensor's name.
         message: converts a reading to a message of the row's type.
+
+    Example:
+        >>> from cellwright import SensorPlugin
+        >>> from cellwright.cell.devices.range_sensors import BreakBeam
+        >>> from cellwright.middleware.interface.table import Availability, publishes
+        >>> from cellwright.middleware.messages.standard import Float32
+        >>> plugin = SensorPlugin(
+        ...     make=lambda description, scene: BreakBeam(description.name, description.pose),
+        ...     row=publishes("/ariac/{sensor}", "std_msgs/Float32", 20, Availability.ALWAYS, "Range of the beam [m]."),
+        ...     message=lambda reading, sensor: Float32(reading.range),
+        ... )
+        >>> plugin.row.of("beam_1").name
+        '/ariac/beam_1'
     """
 
     make: Callable[[SensorConfig, ModelSnapshot], Sensor[Any]]
