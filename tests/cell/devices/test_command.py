@@ -148,7 +148,7 @@ def test_delayed_commands_beyond_maximum_of_segments_are_refused(monkeypatch: py
         try:
             busy.command(replace(with_times(SECOND), start_ns=2 * SECOND + number), 0)
         except RejectedTrajectoryError as error:
-            assert "other segments to follow before it starts" in str(error)  # noqa: PT017
+            assert "segments are queued before the trajectory starts" in str(error)  # noqa: PT017
             refused += 1
     assert 0 < refused < 10
     busy.command(with_times(SECOND), 0)  # a command that begins now replaces all

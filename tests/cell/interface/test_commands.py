@@ -117,15 +117,15 @@ REFUSED: dict[str, tuple[Edit, str]] = {
     ),
     "not a number": (
         lambda _: points((math.nan, *AHEAD[1:])),
-        "point 0: position of elbow_joint must be finite .got nan",
+        r"point 0: position of linear_arm_actuator_joint must be finite \(got nan\)",
     ),
     "infinity": (
         lambda _: points((*AHEAD[:6], math.inf)),
-        "point 0: position of wrist_3_joint must be finite .got inf",
+        r"point 0: position of wrist_3_joint must be finite \(got inf\)",
     ),
     "a velocity that is no number": (
         lambda _: joint_trajectory(JOINTS, [trajectory_point(AHEAD, (math.nan,) * 7, time_from_start=NANOSECONDS)]),
-        "point 0: velocity of elbow_joint must be finite .got nan",
+        r"point 0: velocity of linear_arm_actuator_joint must be finite \(got nan\)",
     ),
     "numbers beyond computing": (
         lambda _: joint_trajectory(JOINTS, [trajectory_point((1e308,) * 7, (-1e308,) * 7, time_from_start=1)]),
