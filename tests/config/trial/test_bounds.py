@@ -125,7 +125,7 @@ cellwright: {{parts: {{my_part: {{mass: 1, shapes: [{", ".join([SPHERE] * 50)}]}
 
 def test_shapes_of_all_parts_are_limited_in_total(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "MAX_SHAPES", 99)
-    with pytest.raises(DescriptionError, match="text: its parts have 100 shapes together; at most 99 are built"):
+    with pytest.raises(DescriptionError, match=r"the parts may have at most 99 shapes in total \(got 100\)"):
         Cell(load_trial(text=parts(2)).trial)
 
 
