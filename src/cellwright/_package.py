@@ -2,6 +2,6 @@
 
 import os
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 """Absolute path of the folder `cellwright`."""
