@@ -184,8 +184,8 @@ def check(path: Path, words: dict[str, str], report: Report) -> None:
                 count = sum(any(map(str.isalnum, word)) for word in sentence.split())
                 report.sentences.append(count)
                 if count > MAX_WORDS:
-                    told = f"a sentence of {count} words (at most {MAX_WORDS}); split it: {sentence[:50]!r}"
-                    report.findings.append(Finding(path, text.line, "sentence", told))
+                    split = f"a sentence of {count} words (at most {MAX_WORDS}); split it: {sentence[:50]!r}"
+                    report.findings.append(Finding(path, text.line, "sentence", split))
 
 
 def files(root: Path = ROOT) -> list[Path]:
@@ -196,7 +196,7 @@ def files(root: Path = ROOT) -> list[Path]:
 
 
 def is_skipped(path: Path, root: Path = ROOT) -> bool:
-    """Whether the check leaves a file out."""
+    """Return whether the check leaves a file out."""
     return path.is_relative_to(root) and str(path.relative_to(root)).startswith(SKIPPED)
 
 
