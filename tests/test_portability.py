@@ -176,7 +176,7 @@ def test_runs_are_judged_and_a_stuck_one_is_ended(cellwright: Elsewhere, tmp_pat
     assert (tmp_path / "results" / "report.html").is_file()
     stuck = cellwright(*asked, "agents.py:Stuck", "--time-limit", "1", status=1)
     assert "wall limit" in stuck.stdout + stuck.stderr
-    assert "memory of a run is not limited" in stuck.stdout + stuck.stderr
+    assert "cannot limit the memory of a run" in stuck.stdout + stuck.stderr
 
 
 @pytest.mark.slow

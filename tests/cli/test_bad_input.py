@@ -60,7 +60,7 @@ def refused(ran: object) -> str:
         ("--agent", "wrong.py:Agent", "wrong.py:1: cannot be imported: SyntaxError: '(' was never closed"),
         ("--agent", "exits.py:Agent", "exits.py:1: cannot be imported: SystemExit: 3"),
         ("--agent", "nowhere:Agent", "nowhere: cannot be imported: ModuleNotFoundError: No module named 'nowhere'"),
-        ("--agent", "none", "--agent none: without an agent a run has no end; say --until SECONDS"),
+        ("--agent", "none", "--agent none requires --until SECONDS: without an agent a run has no end"),
         ("--seed", "-1", "--seed -1: give a whole number from 0 to 2**63 - 1"),
         ("--seed", str(2**63), f"--seed {2**63}: give a whole number from 0 to 2**63 - 1"),
         ("--seed", "x", "Invalid value for '--seed'"),
@@ -127,7 +127,7 @@ def test_topics(cellwright: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("run",), "give a trial, such as lesson"),
+        (("run",), "no trial given; name one such as lesson"),
         (("rn",), "No such command 'rn'"),
         (("check",), "Missing argument 'TRIAL'"),
     ],

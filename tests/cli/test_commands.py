@@ -30,4 +30,4 @@ def test_no_other_can_be_put_in() -> None:
 def test_the_former_command_of_benchmarks_says_what_to_run(cellwright: CommandLine) -> None:
     ran = cellwright("bench", "step")
     assert ran.status == 2
-    assert ran.err == "error: bench: is no command any more; run `python -m benchmarks` in a checkout of Cellwright\n"
+    assert ran.err == "error: bench: command removed; run `python -m benchmarks` in a checkout of Cellwright\n"

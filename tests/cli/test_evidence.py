@@ -89,7 +89,10 @@ def test_points_in_no_time_have_no_score_in_the_finals(capsys: pytest.CaptureFix
     order = OrderScore("order_0", (KitScore("order_0_kit_0", is_submitted=True, parts=(placed,)),))
     trial = Trial("t", sensors=(SensorConfig("a", "break_beam", Pose()),))
     assert finals_score(trial, GameScore((order,)), Averages(100.0, (1.0,))) is None
-    assert capsys.readouterr().err == "warning: the trial has no score: order 'order_0' earned 3.0 points in 0.0 s\n"
+    assert (
+        capsys.readouterr().err
+        == "warning: the trial has no finals score: order 'order_0' earned 3.0 points in 0.0 s\n"
+    )
     timed = replace(order, time_taken=10**9)
     found = finals_score(trial, GameScore((timed,)), Averages(100.0, (1.0,)))
     assert found is not None

@@ -32,7 +32,7 @@ def test_files_are_printed_a_line_each_and_names_in_brackets_stay() -> None:
     [
         (1.0, False, "real time"),
         (2.5, False, "2.5 x real time"),
-        (None, False, "as fast as it goes"),
+        (None, False, "as fast as possible"),
         (None, True, "lockstep"),
     ],
 )
@@ -51,8 +51,8 @@ def test_a_default_port_in_use_is_reported() -> None:
 
 def test_the_pace_has_its_unit() -> None:
     stood = PaceFigures(0.5, 0.0123, 2.04)
-    assert output.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
-    assert output.pace_text(PaceFigures(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
+    assert output.pace_text(stood).endswith(" ms late, 2.0 s paused for slow clients")
+    assert output.pace_text(PaceFigures(0.99996, 0.0123)) == "1.0000 x real time, latest step 12.3 ms late"
 
 
 def test_a_line_is_said_as_it_is() -> None:

@@ -96,7 +96,7 @@ def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, 
     )
     try:
         url = process.wait_for(r"^page: (\S+)$")[1]
-        process.wait_for("^state hash(.*\n)+^the page stays open; Ctrl-C ends$")
+        process.wait_for("^state hash(.*\n)+^the page stays open until Ctrl-C$")
         with urllib.request.urlopen(url, timeout=TIMEOUT) as answer:
             assert answer.status == 200
         process.signal(getattr(signal, number))

@@ -67,8 +67,8 @@ def test_a_trial_without_an_arm_names_the_remedy(cellwright: CommandLine) -> Non
     ran = cellwright("run", "final01", "--agent", "lesson")
     assert (ran.status, ran.out) == (2, "")
     assert ran.err == (
-        "error: final01: the trial has no arm for the agent lesson to work with; "
-        "give a file with one as well, such as: cellwright run final01 kitter_sensors\n"
+        "error: final01: the trial has no arm, and agent lesson requires one; "
+        "add a file with one, such as: cellwright run final01 kitter_sensors\n"
     )
 
 

@@ -27,7 +27,7 @@ SMALL = ("--video-size", "64x48")
         (["--video", "a.mp4", "--video-speed", "0"], "--video-speed: the speed of a video is a number above 0"),
         (["--video", "a.mp4", "--video-size", "64"], "--video-size 64: give width and height"),
         (["--video", "a.mp4", "--video-size", "65x48"], "the width of a video is an even number from 16 to 4096"),
-        (["--video-speed", "2"], "go with --video FILE.mp4"),
+        (["--video-speed", "2"], "require --video FILE.mp4"),
     ],
 )
 def test_bad_input_is_one_line(command: str, options: list[str], reason: str, cellwright: CommandLine) -> None:
@@ -126,4 +126,4 @@ def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path:
     assert ran.err == "error: --start 50: run.mcap ends at 0.280 s\n"
     for other in ("--serve", "--verify"):
         ran = cellwright("replay", "run.mcap", "--video", "c.mp4", other)
-        assert (ran.status, "make the video alone" in ran.err) == (2, True)
+        assert (ran.status, "--video excludes playback and --verify" in ran.err) == (2, True)

@@ -201,7 +201,7 @@ def physics_rate(text: str) -> Fraction:
         value = Fraction(text)
     except (ValueError, ZeroDivisionError):
         value = Fraction(0)
-    remedy = f"a number of steps a second from {MIN_RATE} to {MAX_RATE}, such as 240"
+    remedy = f"a rate from {MIN_RATE} to {MAX_RATE} Hz, such as 240"
     return in_range("--rate", value, MIN_RATE, MAX_RATE, remedy, text)
 
 

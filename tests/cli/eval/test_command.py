@@ -58,7 +58,7 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
         assert set(recording.sources) == set(recording.header.facts["files"])
     again = tiny(*work, "--min-score", "7", "--json")
     assert again.status == 1
-    assert "1 of them has a result from before" in again.err
+    assert "1 of them has a result already" in again.err
     document = json.loads(again.out)
     assert document["results"][0]["shortcoming"] == "6 of 6 points, but 7 points were asked for"
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
@@ -101,7 +101,7 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
         (["tiny.yaml", "--memory-limit", "nan"], "--memory-limit nan: give a number from 256"),
         (["tiny.yaml", "--seeds", "0"], "--seeds 0: give a number from 1"),
         (["tiny.yaml", "--jobs", "0"], "--jobs 0: give a number from 1"),
-        (["tiny.yaml", "--out", "tiny.yaml"], "--out tiny.yaml: cannot be written to"),
+        (["tiny.yaml", "--out", "tiny.yaml"], "--out tiny.yaml: cannot be written"),
         ([], "Missing argument"),
     ],
 )

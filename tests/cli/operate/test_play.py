@@ -33,7 +33,7 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     assert document["messages"] >= 3 + 15
     ran = cellwright("operate", "record", "did.jsonl", "--duration", "0.1", "--connect", address)
     assert (ran.status, ran.err) == (0, "")
-    assert " moments, 0.1 s, in did.jsonl" in ran.out
+    assert " samples, 0.1 s, in did.jsonl" in ran.out
     last = json.loads((tmp_path / "did.jsonl").read_text().splitlines()[-1])["positions"]
     assert last["right_1"] == pytest.approx(0.2, abs=0.01)
     assert last["left_2"] == pytest.approx(0.5, abs=0.01)
@@ -82,7 +82,7 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
         (["play", "strange.csv"], "unknown joint 'rigth_1'; did you mean right_1"),
         (["play", "motion.csv", "--speed", "0"], "--speed 0: give a factor above 0"),
         (["play", "motion.csv", "--approach", "-1"], "--approach -1: give a time"),
-        (["play", "motion.csv", "--topic", "/arm"], "--topic: only a bag has topics"),
+        (["play", "motion.csv", "--topic", "/arm"], "--topic requires a bag"),
         (["play", "."], "cannot be read as a bag"),
         (["record", "motion.txt"], "give a file whose name ends in .csv"),
         (["record", "no/motion.csv"], "there is no folder no"),

@@ -29,7 +29,7 @@ def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, a
     ]
     assert ran.out.count("━ target  ━ measured") == 2
     heads, *rows = [line.split() for line in ran.out.splitlines() if line.strip()][-3:]
-    assert heads == ["joint", "RMS", "greatest", "delay", "rise", "settled", "over", "rest"]
+    assert heads == ["joint", "RMS", "max", "delay", "rise", "settling", "overshoot", "rest"]
     assert [row[0] for row in rows] == ["right_6", "right_5"]
     assert all(abs(float(row[2]) - 0.1) < 0.002 and 20 <= float(row[3]) <= 70 for row in rows)
 
@@ -47,7 +47,7 @@ def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
     assert ran.err.splitlines() == [UNCHECKED.strip(), *document["failures"]]
     assert [line.partition(",")[2] for line in document["failures"]] == [
         " and 0.01 was allowed",
-        " and 10 ms was allowed",
+        " ms exceeds --max-delay 10",
     ]
     rows = list(csv.DictReader((tmp_path / "samples.csv").read_text().splitlines()))
     errors = [float(row["error"]) for row in rows]
@@ -61,7 +61,7 @@ def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: Com
     # a finger cannot go below its lower limit, which the operator does not know
     few = ("right_finger", "--amplitude", "-0.04", "--wave", "ramp", *QUICK)
     ran = cellwright("operate", "signal", *few, "--connect", address, "--max-delay", "1000")
-    assert (ran.status, ran.err) == (1, UNCHECKED + "right_finger: it does not follow\n")
+    assert (ran.status, ran.err) == (1, UNCHECKED + "right_finger: does not follow its target\n")
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_a_figure_in_the_folder_in_which_one_works(
 
 def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "score.SVG"
-    assert cellwright("plot", str(recording), "--what", "score, commands", "--out", str(out)).status == 0
+    assert cellwright("plot", str(recording), "--panels", "score, commands", "--out", str(out)).status == 0
     text = out.read_text()
     assert "points" in text
     assert "Tool" not in text
@@ -60,10 +60,10 @@ def test_a_recording_that_was_cut_is_drawn_and_reported(
     [
         (("nowhere.mcap",), "nowhere.mcap: cannot be read: No such file"),
         (("{text}",), "it is no MCAP file"),
-        (("{run}", "--what", "scores"), "--what: unknown part of a figure 'scores'; did you mean score"),
+        (("{run}", "--panels", "scores"), "--panels: unknown panel 'scores'; did you mean score"),
         (("{run}", "--out", "a.jpg"), "--out a.jpg: give a file whose name ends in .png, .svg or .pdf"),
         (("{run}", "--out", "no/where/a.png"), "there is no folder"),
-        (("{run}", "--what", "trays"), "holds nothing of trays that could be drawn"),
+        (("{run}", "--panels", "trays"), "has nothing to plot in trays"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -43,7 +43,7 @@ def test_a_table_of_what_is_in_it(cellwright: CommandLine, path: Path) -> None:
     )
     assert re.search(r"^/ariac/arm/command +in +1 +trajectory_msgs/JointTrajectory *$", ran.out, re.MULTILINE)
     assert "/cellwright/frame" not in ran.out
-    assert re.search(r"^ended +as it should: done$", ran.out, re.MULTILINE)
+    assert re.search(r"^ended +complete: done$", ran.out, re.MULTILINE)
     assert re.search(r"^versions +cellwright ", ran.out, re.MULTILINE)
     assert re.search(r"^verify +\d+ state hash", ran.out, re.MULTILINE)
 
@@ -72,7 +72,7 @@ def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tm
     ran = cellwright("replay", str(cut))
 
     assert ran.status == 0
-    assert re.fullmatch(rf"warning: {re.escape(str(cut))}: was cut short; it goes on to \d+\.\d{{3}} s\n", ran.err)
+    assert re.fullmatch(rf"warning: {re.escape(str(cut))}: cut short; ends at \d+\.\d{{3}} s\n", ran.err)
     assert re.search(r"^ended +cut short", ran.out, re.MULTILINE)
 
 
@@ -86,18 +86,18 @@ def test_a_file_that_was_cut_is_reported(cellwright: CommandLine, path: Path, tm
         (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
         (["PATH", "--serve", "--start", "500"], "--start 500: PATH ends at "),
-        (["PATH", "--view", "--start", "0.2", "--until", "0.1"], "--until 0.1: that is before --start 0.2"),
+        (["PATH", "--view", "--start", "0.2", "--until", "0.1"], "--until 0.1: is before --start 0.2"),
         (["PATH", "--video", "run.mp4", "--start", "500"], "--start 500: PATH ends at "),
-        (["PATH", "--loop"], "--loop: say to whom it is to be played"),
-        (["PATH", "--start", "1"], "--start: say to whom it is to be played: add --view, --serve or --ros1, or --bag"),
+        (["PATH", "--loop"], "--loop requires --view, --serve or --ros1"),
+        (["PATH", "--start", "1"], "--start requires --view, --serve or --ros1, or --bag"),
         (["PATH", "--bag", "run.bag", "--start", "1000"], "--start 1000: PATH ends at "),
-        (["PATH", "--verify", "--view"], "--verify runs it again and plays nothing"),
+        (["PATH", "--verify", "--view"], "--verify plays nothing"),
         (["PATH", "--bag", "run.txt"], "--bag run.txt: give a file whose name ends in .bag"),
         (["PATH", "--bag", "no/run.bag"], "--bag no/run.bag: there is no folder no"),
         (["PATH", "--mcap", "run.txt"], "--mcap run.txt: give a file whose name ends in .mcap"),
         (["PATH", "--mcap", "PATH"], "is the recording itself"),
         (["PATH", "--mcap", "out.mcap", "--start", "100"], "--start 100: PATH ends at "),
-        (["PATH", "--view-port", "8080"], "--view-port: there is no page"),
+        (["PATH", "--view-port", "8080"], "--view-port requires --view"),
         (["PATH", "--serve", "--loop", "--hold"], "--loop and --hold: give one of them"),
     ],
 )

@@ -90,7 +90,7 @@ def test_link_frames_follow_a_posture(cellwright: CommandLine, small: str) -> No
     [
         (
             "{",
-            "--pose: no valid JSON (Expecting property name enclosed in double quotes, at character 2); give positions",
+            "--pose: invalid JSON (Expecting property name enclosed in double quotes, at character 2); give positions",
         ),
         ("[1]", "--pose: no posture; give positions by joint, such as '{\"elbow\": 1.57}'"),
         ('{"lft": 1}', "--pose: unknown joint 'lft'; did you mean lift (known: lift, r1, r2, "),
@@ -99,8 +99,8 @@ def test_link_frames_follow_a_posture(cellwright: CommandLine, small: str) -> No
         ('{"r1": true}', "--pose: r1: must be a finite number [rad; m], not true"),
         ('{"r1": "1"}', '--pose: r1: must be a finite number [rad; m], not "1"'),
         ('{"r1": 1e300}', "--pose: r1: must be a finite number [rad; m], not 1e+300"),
-        ("[" * 100_000, "--pose: no valid JSON (no JSON); give positions"),
-        (f'{{"r1": {"9" * 5000}}}', "--pose: no valid JSON (no JSON); give positions"),
+        ("[" * 100_000, "--pose: invalid JSON (no JSON); give positions"),
+        (f'{{"r1": {"9" * 5000}}}', "--pose: invalid JSON (no JSON); give positions"),
     ],
 )
 def test_a_pose_that_is_none(pose: str, said: str, cellwright: CommandLine, small: str) -> None:
@@ -157,8 +157,8 @@ def test_warnings_are_no_part_of_the_table(cellwright: CommandLine, small: str, 
     [
         (("no.yml",), "no.yml: there is no such file"),
         (("qinglnog",), "unknown robot 'qinglnog'; did you mean qinglong (known: "),
-        (("--pose", "{}"), "--pose: give a robot as well"),
-        (("qinglong", "--pose", "{}"), "--pose: the poses of links are printed with --json"),
+        (("--pose", "{}"), "--pose requires a robot"),
+        (("qinglong", "--pose", "{}"), "--pose requires --json"),
         (("broken.yml",), "broken.yml:1: urdf_path: there is no file no.urdf in "),
     ],
 )
@@ -188,11 +188,11 @@ def test_a_configuration_is_begun(cellwright: CommandLine, small: str, tmp_path:
     (tmp_path / "new").mkdir()
     ran = cellwright("robot", "robot.urdf", "--init", "new/vr_configs.yml")
     assert (ran.status, ran.err) == (0, "")
-    assert ran.out.endswith("all guessed; go through it, then: cellwright check new/vr_configs.yml\n")
+    assert ran.out.endswith("all guessed; review the file, then run: cellwright check new/vr_configs.yml\n")
     assert cellwright("check", "new").out == "ok\n"
     assert "urdf_path: ../robot.urdf" in (tmp_path / "new" / "vr_configs.yml").read_text()
     again = cellwright("robot", "robot.urdf", "--init", "new/vr_configs.yml")
-    assert refusal(again) == "--init new/vr_configs.yml: is there already; take another name, or remove it"
+    assert refusal(again) == "--init new/vr_configs.yml: file exists; choose another name, or remove it"
 
 
 @pytest.mark.parametrize(

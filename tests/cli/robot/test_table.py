@@ -47,7 +47,7 @@ def test_at_100_columns_names_are_whole(tandem: RobotConfig, monkeypatch: pytest
     assert lines[2].split() == ["#", "joint", "type", "link", "on", "lower", "upper", "group", "home"]
     assert [line.split()[1] for line in lines[4:25]] == [joint.name for joint in tandem.robot.joints]
     assert max(map(len, lines[2:25])) <= 100
-    assert "left out    effort and speed, for which a terminal needs 108 columns, or `| cat`" in lines
+    assert "left out    effort and speed; they need a terminal of 108 columns, or `| cat`" in lines
 
 
 @pytest.mark.parametrize("width", [40, 60, 80])
@@ -73,5 +73,5 @@ def test_ends_and_bounds_of_the_file_are_shown(tandem: RobotConfig, monkeypatch:
     changed = replace(tandem, grippers=(replace(right, open_ends=ends), left), max_accelerations={"lift": 0.5})
     lines = shown(changed, 120, monkeypatch)
     assert "gripper R   open at the upper limits of its joints" in lines
-    assert "bounds      of accelerations, rad/s² and m/s²: lift 0.5" in lines
+    assert "bounds      accelerations [rad/s²; m/s²]: lift 0.5" in lines
     assert not any(line.startswith("gripper L") for line in lines)

@@ -36,7 +36,7 @@ def test_missing_programs_are_reported_before_anything_is_written(cellwright: Co
 def test_a_file_is_no_workspace(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "ws").touch()
     ran = cellwright("ros1-workspace", "ws", "--no-build")
-    assert (ran.status, ran.err) == (2, "error: ws: is no folder\n")
+    assert (ran.status, ran.err) == (2, "error: ws: is not a folder\n")
 
 
 def test_a_build_that_fails_ends_with_what_was_said(

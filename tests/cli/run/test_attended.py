@@ -279,4 +279,4 @@ def test_a_camera_behind_view_is_refused_with_its_new_place(cellwright: CommandL
 def test_options_of_a_page_need_one(cellwright: CommandLine) -> None:
     for more in (["--view-port", "8080"], ["--view-host", "127.0.0.1"], ["--open"]):
         ran = cellwright("run", "lesson", *more)
-        assert (ran.status, ran.err) == (2, f"error: {more[0]}: there is no page; say --view as well\n")
+        assert (ran.status, ran.err) == (2, f"error: {more[0]} requires --view\n")

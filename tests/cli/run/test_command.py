@@ -65,7 +65,7 @@ def test_the_usual_facts_are_printed(cellwright: CommandLine, agents: str) -> No
         r"^order_0, kit order_0_kit_0: not submitted, no points$",
         r"^outcome     done$",
         r"^score       0 of 12 points$",
-        r"^not enough  1 points were asked for$",
+        r"^not enough  below --min-score 1$",
         r"^simulated   \d+\.\d s in \d+\.\d s: \d+\.\d x real time$",
         r"^state hash  [0-9a-f]{64}$",
         r"^versions    cellwright \S+, mujoco \S+, numpy \S+$",

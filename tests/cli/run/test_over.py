@@ -52,7 +52,7 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
         assert ran.status == 1
         assert ran.out.startswith(f"trial lesson, agent {agents}:Ends, at {at}\n")
         assert "score       0 of 12 points\n" in ran.out
-        assert "not enough  1 points were asked for\n" in ran.out
+        assert "not enough  below --min-score 1\n" in ran.out
         again = cellwright("run", "--connect", at, "--agent", f"{agents}:Crashes", "--json")
         result = json.loads(again.out)
         assert (again.status, result["competition_state"], result["trial"]) == (1, "done", "lesson")
@@ -68,10 +68,10 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
         (["--connect", "localhost"], "give a host and a port, such as 127.0.0.1:11399"),
         (["--connect", "localhost:0"], "give a host and a port"),
         (["--connect", "127.0.0.1:1"], "nobody answers at 127.0.0.1:1: "),
-        (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the one who serves it"),
-        (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
+        (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the process that serves the cell"),
+        (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the process that serves the cell"),
         (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
-        (["lesson", "--lockstep"], "say over what as well"),
+        (["lesson", "--lockstep"], "--lockstep requires --over"),
         (["lesson", "--over", "socket", "--agent", "missing"], "unknown agent 'missing'"),
         ([], "give a trial"),
     ],

@@ -48,7 +48,7 @@ def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_pa
     assert (ran.status, result["simulated"], result["outcome"], result["agent"]) == (0, 0.5, "until", "served")
     assert result["pace"] is None
     assert ran.err.startswith("ready: lesson at 127.0.0.1:")
-    assert ran.err.endswith(", as fast as it goes\n")
+    assert ran.err.endswith(", as fast as possible\n")
     log = [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
     assert (log[0], log[-1]) == ("run", "result")
 

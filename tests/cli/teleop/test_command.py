@@ -29,14 +29,14 @@ COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0"
     [
         (["tandme"], "unknown robot 'tandme'; did you mean tandem"),
         (["no/vr_configs.yml"], "no/vr_configs.yml: there is no such file"),
-        (["tandem", "--rate", "99"], "--rate 99: give a number of steps a second from 100 to 10000"),
-        (["tandem", "--rate", "1/0"], "--rate 1/0: give a number of steps"),
-        (["tandem", "--speed", "2"], "--speed 2: time other than the wall clock's has to be told: add --sim-time"),
+        (["tandem", "--rate", "99"], "--rate 99: give a rate from 100 to 10000 Hz"),
+        (["tandem", "--rate", "1/0"], "--rate 1/0: give a rate"),
+        (["tandem", "--speed", "2"], "--speed 2 requires --sim-time"),
         (["tandem", "--watchdog", "0"], "watchdog: give a number above 0, not 0"),
         (["tandem", "--max-age", "nan"], "max age: give a number above 0, not nan"),
         (["tandem", "--max-speed", "fast"], "--max-speed fast: give a speed above 0"),
         (["tandem", "--max-speed", "no_*=1", "--port", "0"], "unknown joint 'no_*'"),
-        (["tandem", "--start-guard-then", "blend"], "add --start-guard 0.8"),
+        (["tandem", "--start-guard-then", "blend"], "requires --start-guard (for example --start-guard 0.8)"),
         (["tandem", "--port", "70000"], "a port is from 0 to 65535"),
         (["tandem", "--record", "run.txt"], "--record run.txt: give a file such as run.mcap"),
         (["tandem", "--check", "--record", "run.mcap"], "--check: leave out --record"),
@@ -54,7 +54,7 @@ def test_bad_input_is_one_line_and_status_2(arguments: list[str], reason: str, c
 def test_the_summary_for_people(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0", "-v")
     assert ran.status == 0
-    assert "as fast as it goes" in ran.out
+    assert "as fast as possible" in ran.out
     assert "commands    0 taken, 0 refused, 0 ignored" in ran.out
     assert "simulated   0.2 s" in ran.out
     assert "state hash" in ran.out
@@ -122,7 +122,7 @@ def test_an_agent_of_a_cell_is_refused(cellwright: CommandLine) -> None:
         host, port = connection.getpeername()
         ran = cellwright("run", "--connect", f"{host}:{port}")
     assert ran.status == 2
-    assert ran.err == f"error: --connect {host}:{port}: no cell is served there, but tandem, a robot's node\n"
+    assert ran.err == f"error: --connect {host}:{port}: serves tandem, a robot's node; give the address of a cell\n"
 
 
 @pytest.mark.slow

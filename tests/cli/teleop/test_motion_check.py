@@ -23,7 +23,7 @@ def printed(report: MotionReport) -> list[str]:
 
 def test_a_row_for_each_finding_with_its_verdict() -> None:
     lines = printed(MotionReport("shy", "/somewhere/reference_motion.json", (GOOD, BAD)))
-    assert lines[0] == "shy in its node, against its recorded motion, reference_motion.json"
+    assert lines[0] == "shy in its node, compared with its recorded motion, reference_motion.json"
     rows = [line.split() for line in lines]
     assert ["J_elbow,", "step", "0", "to", "1", "6.50", "5", "%", "0.050", "s", "ok"] in rows
     assert ["J_wrist", "-", "1", "s", "late", "its", "effort", "limit", "is", "0", "FAILS"] in rows
@@ -70,11 +70,11 @@ def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.Mon
         (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
         (["--video", "x.mp4"], "--video"),
         (["--view"], "--view"),
-        (["--watchdog", "0.5"], "the options of safety"),
+        (["--watchdog", "0.5"], "the safety options"),
     ],
 )
 def test_options_of_a_running_node_are_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check", *arguments)
     assert (ran.status, ran.out) == (2, "")
-    assert f"--check: leave out {name}, meant for a node that goes on running" in ran.err
+    assert f"--check cannot be combined with {name}" in ran.err
     assert ran.err.count("\n") == 1

@@ -38,18 +38,15 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
     [
         (["--driver", "my_driver.py"], "a driver is given as path.py:Class"),
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
-        (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot keeps real time"),
+        (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot runs in real time"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport"], "leave out --motion teleport"),
         (
             ["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport", "--self-collision"],
-            "moves as it does: leave out --motion teleport and --self-collision",
+            "simulates nothing; leave out --motion teleport and --self-collision",
         ),
-        (["--check-driver"], "name the driver"),
+        (["--check-driver"], "--check-driver requires --driver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--check"], "give one of them"),
-        (
-            ["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--max-speed", "0.1"],
-            "leave out the options of safety",
-        ),
+        (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--max-speed", "0.1"], "leave out the safety options"),
     ],
 )
 def test_no_driver(cellwright: CommandLine, arguments: list[str], said: str) -> None:

@@ -58,5 +58,5 @@ def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path: Path, monkeypatch: 
 
 def test_files_of_a_trial_are_joined_and_nothing_else_is() -> None:
     assert kind_of(["final01", "kitter_sensors"]) is TargetKind.TRIAL
-    with pytest.raises(UsageError, match="qinglong: one thing at a time"):
+    with pytest.raises(UsageError, match="qinglong: cannot be joined"):
         kind_of(["lesson", "qinglong"])

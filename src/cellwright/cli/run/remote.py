@@ -30,7 +30,7 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     if not any(each["name"] == _STATE for each in transport.welcome["topics"]):
         transport.close()
         options.refuse(
-            f"--connect {address}: no cell is served there, but {transport.welcome['trial']}, a robot's node"
+            f"--connect {address}: serves {transport.welcome['trial']}, a robot's node; give the address of a cell"
         )
     console.print(f"trial {transport.welcome['trial']}, agent {agent}, at {address}", markup=False, soft_wrap=True)
     worked = run_agent(worker, transport, _wait_for_kits_over_topics)
@@ -38,7 +38,7 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     try:
         asking = SocketTransport(where, node=NODE)
     except UsageError:
-        typer.echo("the cell is gone; where it was served its score has been printed", err=True)
+        typer.echo("the cell has ended; its server has printed the score", err=True)
         raise typer.Exit(NOT_DONE) from None
     result = asking.ask_server(RESULT)
     asking.close()
@@ -52,7 +52,7 @@ def run_connected(agent: str, address: str, *, as_json: bool, min_score: float |
     else:
         typer.echo(result["text"], nl=False)
         if not enough:
-            console.print(f"not enough  {min_score:g} points were asked for", markup=False)
+            console.print(f"not enough  below --min-score {min_score:g}", markup=False)
     raise typer.Exit(status)
 
 

@@ -125,7 +125,7 @@ def test_a_place_that_cannot_be_written_is_reported_once(tmp_path: Path) -> None
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.close()
     assert len(said) == 1
-    assert "there will be no score log: " in said[0]
+    assert "score log cannot be written: " in said[0]
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")

@@ -65,7 +65,7 @@ def test_arguments_of_roslaunch_are_dropped(scripts: Path) -> None:
 def test_names_that_cannot_be_changed_are_reported(scripts: Path) -> None:
     said: list[str] = []
     command(str(scripts / "openloong_controller_node.py"), ["/io_teleop/joint_cmd:=/mine"], said.append)
-    assert said == ["/io_teleop/joint_cmd:=/mine is not followed: the names of topics and services are absolute"]
+    assert said == ["/io_teleop/joint_cmd:=/mine: remapping ignored; names of topics and services are absolute"]
 
 
 def test_a_file_anywhere(scripts: Path, tmp_path: Path) -> None:
