@@ -67,7 +67,9 @@ def refused(ran: object) -> str:
         ("--bogus", "1", "No such option: --bogus"),
     ],
 )
-def test_options(option: str, value: str, said: str, cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
+def test_run_with_invalid_option_is_refused(
+    option: str, value: str, said: str, cellwright: CommandLine, agents: str, tmp_path: Path
+) -> None:
     (tmp_path / "raises.py").write_text("import os\nimport nowhere\n")
     (tmp_path / "wrong.py").write_text("x = (\n")
     (tmp_path / "exits.py").write_text("raise SystemExit(3)\n")
@@ -91,7 +93,9 @@ def test_options(option: str, value: str, said: str, cellwright: CommandLine, ag
     ],
 )
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_files(command: str, name: str, said: str, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_unusable_trial_file_is_refused(
+    command: str, name: str, said: str, cellwright: CommandLine, tmp_path: Path
+) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "latin.yaml").write_bytes("options: {}\n# für\n".encode("latin-1"))
     (tmp_path / "broken.yaml").write_text("options: [")
@@ -103,12 +107,12 @@ def test_files(command: str, name: str, said: str, cellwright: CommandLine, tmp_
         assert (ran.status, ran.out, ran.err) == (2, f"error: {said}\n1 error\n", "")
 
 
-def test_a_folder_does_not_hide_a_bundled_trial(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_bundled_trial_wins_over_folder_of_same_name(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "lesson").mkdir()
     assert cellwright("check", "lesson").out == "ok\n"
 
 
-def test_every_error_has_its_line(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_each_error_of_a_file_is_printed_with_its_line(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("option: {}\ntime_limit: x\n")
     ran = cellwright("run", "a.yaml")
     assert ran.status == 2
@@ -119,7 +123,7 @@ def test_every_error_has_its_line(cellwright: CommandLine, tmp_path: Path) -> No
     ]
 
 
-def test_topics(cellwright: CommandLine) -> None:
+def test_unknown_topic_of_listen_is_refused_with_suggestion(cellwright: CommandLine) -> None:
     said = refused(cellwright("run", "lesson", *UNTIL, "--listen", "/ariac/order"))
     assert said.startswith("--listen: unknown topic '/ariac/order'; did you mean /ariac/orders (known: ")
 
@@ -132,11 +136,13 @@ def test_topics(cellwright: CommandLine) -> None:
         (("check",), "Missing argument 'TRIAL'"),
     ],
 )
-def test_commands(arguments: tuple[str, ...], said: str, cellwright: CommandLine) -> None:
+def test_invalid_arguments_of_a_command_are_refused(
+    arguments: tuple[str, ...], said: str, cellwright: CommandLine
+) -> None:
     assert refused(cellwright(*arguments)).startswith(said)
 
 
-def test_checkpoints_of_another_cell(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_checkpoint_of_another_cell_is_refused(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("arm: {type: ur10}\n")
     assert cellwright("run", "a.yaml", *UNTIL, "--checkpoint", "0.05:a.npz").status == 0
     ran = cellwright("run", "lesson", *UNTIL, "--resume", "a.npz")
@@ -145,7 +151,7 @@ def test_checkpoints_of_another_cell(cellwright: CommandLine, tmp_path: Path) ->
     assert cellwright("run", "lesson", *UNTIL, "--resume", "no.npz").err.startswith("error: no.npz: not a checkpoint")
 
 
-def test_a_model_that_the_engine_refuses(cellwright: CommandLine, tmp_path: Path) -> None:
+def test_model_refused_by_engine_is_reported_as_error(cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "knob.xml").write_text("<mujoco><worldbody><geom type='bx'/></worldbody></mujoco>")
     (tmp_path / "a.yaml").write_text("cellwright: {parts: {knob_part: {file: knob.xml}}}\n")
     ran = cellwright("check", "a.yaml")

@@ -8,7 +8,7 @@ from cellwright.middleware.messages.conversions import joint_state
 from tests.cli.conftest import CommandLine
 
 
-def test_each_word_is_carried_out_and_a_refusal_printed(cellwright: CommandLine, address: str) -> None:
+def test_each_command_is_executed_and_refusal_is_printed(cellwright: CommandLine, address: str) -> None:
     def said(word: str) -> tuple[int, str, str]:
         ran = cellwright("operate", "call", word, "--connect", address)
         return ran.status, ran.out, ran.err
@@ -40,7 +40,7 @@ def test_each_word_is_carried_out_and_a_refusal_printed(cellwright: CommandLine,
 
 
 @pytest.mark.parametrize("arguments", [["jump"], ["home", "--connect", "127.0.0.1:1"]])
-def test_bad_input_is_one_line(arguments: list[str], cellwright: CommandLine) -> None:
+def test_invalid_input_prints_one_line(arguments: list[str], cellwright: CommandLine) -> None:
     ran = cellwright("operate", "call", *arguments)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith("error: ")

@@ -27,7 +27,7 @@ def said() -> Iterator[dict[str, Any]]:
         thread.join()
 
 
-def test_limits_are_those_of_the_urdf(said: dict[str, Any]) -> None:
+def test_limits_of_description_are_those_of_urdf(said: dict[str, Any]) -> None:
     said["parameter"] = (1, "", URDF)
     limits = described_limits({"ROS_MASTER_URI": said["uri"]})
     assert limits.source == "robot_description"
@@ -35,11 +35,11 @@ def test_limits_are_those_of_the_urdf(said: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("answer", [(-1, "is not set", 0), (1, "", 5), (1, "", "<robot"), (1, "", ""), "nonsense"])
-def test_without_a_sound_description_nothing_is_known(answer: Any, said: dict[str, Any]) -> None:
+def test_limits_of_invalid_description_are_unknown(answer: Any, said: dict[str, Any]) -> None:
     said["parameter"] = answer
     assert not described_limits({"ROS_MASTER_URI": said["uri"]}).joints
 
 
-def test_without_a_master_nothing_is_known() -> None:
+def test_limits_without_ros_master_are_unknown() -> None:
     assert not described_limits({"ROS_MASTER_URI": "http://127.0.0.1:1"}).joints
     assert not described_limits({"ROS_MASTER_URI": "nonsense"}).joints

@@ -78,7 +78,7 @@ def is_raw(terminal: Terminal) -> bool:
 
 
 @pytest.mark.slow
-def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() -> None:
+def test_keys_drive_robot_and_terminal_is_restored_at_any_end() -> None:
     with served(RobotNode(robot())) as (host, port):
         session = NodeClient(SocketTransport((host, port), node="/watcher"))
         there = OperatedRobot(session)
@@ -102,7 +102,7 @@ def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() ->
 
 
 @pytest.mark.slow
-def test_the_end_of_the_node_ends_it() -> None:
+def test_keyboard_ends_when_node_ends() -> None:
     with ExitStack() as stack:
         with served(RobotNode(robot())) as (host, port):
             keyboard = stack.enter_context(terminal(f"{host}:{port}"))
@@ -111,7 +111,7 @@ def test_the_end_of_the_node_ends_it() -> None:
         assert termios.tcgetattr(keyboard.other) == keyboard.before
 
 
-def test_without_a_terminal_it_says_what_else_there_is(cellwright: CommandLine, address: str) -> None:
+def test_keyboard_without_terminal_names_other_commands(cellwright: CommandLine, address: str) -> None:
     ran = cellwright("operate", "keyboard", "--connect", address)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith(

@@ -22,9 +22,7 @@ def motion(tmp_path: Path) -> str:
     return "motion.csv"
 
 
-def test_a_file_is_played_and_what_the_robot_does_recorded(
-    motion: str, cellwright: CommandLine, address: str, tmp_path: Path
-) -> None:
+def test_file_is_played_and_motion_recorded(motion: str, cellwright: CommandLine, address: str, tmp_path: Path) -> None:
     quick = ("--approach", "0.2", "--speed", "2", "--connect", address)
     ran = cellwright("operate", "play", motion, "--json", *quick)
     document = json.loads(ran.out)
@@ -45,7 +43,7 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     assert ran.out.endswith(" messages sent\n")
 
 
-def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None:
+def test_loop_ends_on_signal(motion: str, cellwright: CommandLine) -> None:
     node = RobotNode(robot())
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # the shell may ignore it
 
@@ -63,7 +61,7 @@ def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None
     assert ran.out.startswith("stopped: ")
 
 
-def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
+def test_play_stops_if_robot_does_not_reach_first_targets(
     cellwright: CommandLine, address: str, tmp_path: Path
 ) -> None:
     (tmp_path / "far.csv").write_text("time,right_1\n0,9\n1,0\n")
@@ -89,7 +87,7 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
         (["record", "did.csv", "--duration", "0"], "--duration 0: give a time above 0 s"),
     ],
 )
-def test_bad_input_is_one_line_and_moves_nothing(
+def test_invalid_input_prints_one_line_and_moves_nothing(
     arguments: list[str], said: str, motion: str, cellwright: CommandLine, address: str, tmp_path: Path
 ) -> None:
     (tmp_path / "bad.csv").write_text("time,right_1\n0,x\n")

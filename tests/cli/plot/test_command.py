@@ -26,7 +26,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_figure_in_the_folder_in_which_one_works(
+def test_figure_is_written_to_working_folder(
     recording: Path, cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -35,7 +35,7 @@ def test_a_figure_in_the_folder_in_which_one_works(
     assert (tmp_path / "run-plot.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_panels_and_out_select_content_and_file(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "score.SVG"
     assert cellwright("plot", str(recording), "--panels", "score, commands", "--out", str(out)).status == 0
     text = out.read_text()
@@ -44,9 +44,7 @@ def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine
 
 
 @pytest.mark.slow
-def test_a_recording_that_was_cut_is_drawn_and_reported(
-    recording: Path, cellwright: CommandLine, tmp_path: Path
-) -> None:
+def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
     data = recording.read_bytes()
     cut.write_bytes(data[:-2000])
@@ -66,7 +64,7 @@ def test_a_recording_that_was_cut_is_drawn_and_reported(
         (("{run}", "--panels", "trays"), "has nothing to plot in trays"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_invalid_input_prints_one_line(
     arguments: tuple[str, ...], said: str, recording: Path, cellwright: CommandLine, tmp_path: Path
 ) -> None:
     text = tmp_path / "text.mcap"

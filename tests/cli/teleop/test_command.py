@@ -43,7 +43,9 @@ COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0"
         (["tandem", "--until", "-1"], "--until -1: give a time"),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
+def test_invalid_input_prints_one_line_and_exits_with_2(
+    arguments: list[str], reason: str, cellwright: CommandLine
+) -> None:
     ran = cellwright("teleop", *arguments)
     assert ran.status == 2
     assert ran.out == ""
@@ -51,7 +53,7 @@ def test_bad_input_is_one_line_and_status_2(arguments: list[str], reason: str, c
     assert ran.err.count("\n") == 1
 
 
-def test_the_summary_for_people(cellwright: CommandLine) -> None:
+def test_summary_lists_commands_and_pace(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0", "-v")
     assert ran.status == 0
     assert "as fast as possible" in ran.out
@@ -60,12 +62,12 @@ def test_the_summary_for_people(cellwright: CommandLine) -> None:
     assert "state hash" in ran.out
 
 
-def test_a_node_that_takes_no_commands_yet_says_so(cellwright: CommandLine) -> None:
+def test_node_started_disabled_prints_it(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--start-disabled", "--sim-time", "--until", "0.01", "--port", "0")
     assert ran.out.splitlines()[0].endswith(", real time, takes no commands until /io_teleop/set_enabled says so")
 
 
-def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
+def test_same_run_has_same_state_hash(cellwright: CommandLine) -> None:
     arguments = ("--sim-time", "--speed", "max", "--until", "0.1", "--rate", "1000", "--port", "0", "--json")
     first, second = (json.loads(cellwright("teleop", "tandem", *arguments).out) for _ in range(2))
     assert first["steps"] == 100
@@ -95,7 +97,7 @@ def running(*arguments: str) -> Iterator[tuple[WarmProcess, socket.socket, Decod
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
-def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
+def test_ctrl_c_during_motion_ends_node_with_summary() -> None:
     with running() as (process, connection, decoder):
         message = to_cdr(joint_state(["no joint"], [1.0], time=0))
         connection.sendall(Frame(FrameKind.PUBLISH, 1, "/io_teleop/joint_cmd", payload=message).encode())
@@ -117,7 +119,7 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
 
 
 @pytest.mark.slow
-def test_an_agent_of_a_cell_is_refused(cellwright: CommandLine) -> None:
+def test_agent_connected_to_robot_node_is_refused(cellwright: CommandLine) -> None:
     with running("--lockstep") as (_, connection, _):
         host, port = connection.getpeername()
         ran = cellwright("run", "--connect", f"{host}:{port}")
@@ -127,7 +129,7 @@ def test_an_agent_of_a_cell_is_refused(cellwright: CommandLine) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
-def test_in_lockstep_time_stands_until_it_is_asked_for() -> None:
+def test_lockstep_time_advances_only_on_request() -> None:
     with running("--lockstep") as (process, connection, decoder):
         connection.sendall(advance(1, 500_000_000, each_tick=False).encode())
         (answer,) = hear(connection, decoder)
