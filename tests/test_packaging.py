@@ -202,9 +202,9 @@ def test_types_of_wheel_are_used_by_mypy(scripts: Path, tmp_path: Path) -> None:
         "from cellwright.util.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
     )
     options = ["--strict", "--cache-dir", os.devnull, "--python-executable", str(scripts / "python")]
-    said = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)
-    assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in said
-    assert "Found 1 error" in said
+    output = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)
+    assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in output
+    assert "Found 1 error" in output
 
 
 @pytest.mark.ros1

@@ -21,7 +21,7 @@ def refused(ran: object) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("option", "value", "said"),
+    ("option", "value", "message"),
     [
         ("--speed", "0", "--speed 0: give a factor above 0, such as 1 for real time, or max"),
         ("--speed", "nan", "--speed nan: give a factor above 0, such as 1 for real time, or max"),
@@ -68,19 +68,19 @@ def refused(ran: object) -> str:
     ],
 )
 def test_run_with_invalid_option_is_refused(
-    option: str, value: str, said: str, cellwright: CommandLine, agents: str, tmp_path: Path
+    option: str, value: str, message: str, cellwright: CommandLine, agents: str, tmp_path: Path
 ) -> None:
     (tmp_path / "raises.py").write_text("import os\nimport nowhere\n")
     (tmp_path / "wrong.py").write_text("x = (\n")
     (tmp_path / "exits.py").write_text("raise SystemExit(3)\n")
     for folder in ("folder.png", "folder.py"):
         (tmp_path / folder).mkdir()
-    assert refused(cellwright("run", "lesson", "--no-picture", option, value)).startswith(said)
+    assert refused(cellwright("run", "lesson", "--no-picture", option, value)).startswith(message)
     assert not (tmp_path / "lesson.png").exists()
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("no.yaml", "no.yaml: there is no such file"),
         ("no/trial", "no/trial: there is no such file"),
@@ -94,7 +94,7 @@ def test_run_with_invalid_option_is_refused(
 )
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_unusable_trial_file_is_refused(
-    command: str, name: str, said: str, cellwright: CommandLine, tmp_path: Path
+    command: str, name: str, message: str, cellwright: CommandLine, tmp_path: Path
 ) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "latin.yaml").write_bytes("options: {}\n# für\n".encode("latin-1"))
@@ -102,9 +102,9 @@ def test_unusable_trial_file_is_refused(
     (tmp_path / "wrong.yaml").write_text("options:\n  belt_population_cycles: many\n")
     ran = cellwright(command, name)
     if command == "run":
-        assert refused(ran) == said
+        assert refused(ran) == message
     else:
-        assert (ran.status, ran.out, ran.err) == (2, f"error: {said}\n1 error\n", "")
+        assert (ran.status, ran.out, ran.err) == (2, f"error: {message}\n1 error\n", "")
 
 
 def test_bundled_trial_wins_over_folder_of_same_name(cellwright: CommandLine, tmp_path: Path) -> None:
@@ -124,12 +124,12 @@ def test_each_error_of_a_file_is_printed_with_its_line(cellwright: CommandLine, 
 
 
 def test_unknown_topic_of_listen_is_refused_with_suggestion(cellwright: CommandLine) -> None:
-    said = refused(cellwright("run", "lesson", *UNTIL, "--listen", "/ariac/order"))
-    assert said.startswith("--listen: unknown topic '/ariac/order'; did you mean /ariac/orders (known: ")
+    message = refused(cellwright("run", "lesson", *UNTIL, "--listen", "/ariac/order"))
+    assert message.startswith("--listen: unknown topic '/ariac/order'; did you mean /ariac/orders (known: ")
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("run",), "no trial given; name one such as lesson"),
         (("rn",), "No such command 'rn'"),
@@ -137,9 +137,9 @@ def test_unknown_topic_of_listen_is_refused_with_suggestion(cellwright: CommandL
     ],
 )
 def test_invalid_arguments_of_a_command_are_refused(
-    arguments: tuple[str, ...], said: str, cellwright: CommandLine
+    arguments: tuple[str, ...], message: str, cellwright: CommandLine
 ) -> None:
-    assert refused(cellwright(*arguments)).startswith(said)
+    assert refused(cellwright(*arguments)).startswith(message)
 
 
 def test_checkpoint_of_another_cell_is_refused(cellwright: CommandLine, tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "said"),
+    ("option", "value", "message"),
     [
         ("--log", "a.txt", "--log a.txt: give a file whose name ends in .jsonl"),
         ("--log", "no/a.jsonl", "--log no/a.jsonl: there is no folder no"),
@@ -77,9 +77,9 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
     ],
 )
 @pytest.mark.usefixtures("agents")
-def test_invalid_log_or_averages_are_refused(option: str, value: str, said: str, cellwright: CommandLine) -> None:
+def test_invalid_log_or_averages_are_refused(option: str, value: str, message: str, cellwright: CommandLine) -> None:
     ran = cellwright(*GIVES_UP, option, value)
-    assert (ran.status, ran.out, ran.err) == (2, "", f"error: {said}\n")
+    assert (ran.status, ran.out, ran.err) == (2, "", f"error: {message}\n")
 
 
 def test_finals_score_of_points_in_zero_time_is_missing_with_warning(capsys: pytest.CaptureFixture[str]) -> None:

@@ -29,7 +29,7 @@ def on_a_full_disk(name: str) -> str:
 @pytest.mark.slow
 @full
 @pytest.mark.parametrize(
-    ("option", "name", "said"),
+    ("option", "name", "message"),
     [
         ("--log", "a.jsonl", "warning: a.jsonl: can be written no more: No space left on device"),
         ("--record", "a.mcap", "warning: a.mcap: can be written no more: No space left on device"),
@@ -38,11 +38,11 @@ def on_a_full_disk(name: str) -> str:
     ],
 )
 @pytest.mark.usefixtures("small_pictures")
-def test_file_on_full_disk_is_reported(option: str, name: str, said: str, cellwright: CommandLine) -> None:
+def test_file_on_full_disk_is_reported(option: str, name: str, message: str, cellwright: CommandLine) -> None:
     file = on_a_full_disk(name)
     ran = cellwright(*RUN, "--no-picture", "--json", option, file if option in PLAIN else f"0.1:{file}")
     assert ran.status == 1
-    assert ran.err.count(said) == 1
+    assert ran.err.count(message) == 1
     document = json.loads(ran.out)  # the result is whole
     assert document["exit_status"] == 1
     assert document["simulated"] == pytest.approx(0.2)

@@ -121,8 +121,8 @@ OpenPage = Annotated[bool, flag("--open", "Open the page in this desktop's brows
 def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
     """Return the options of the page; None for no page."""
     if not view:
-        said = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
-        if given := [option for option, is_given in said.items() if is_given]:
+        page_flags = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
+        if given := [option for option, is_given in page_flags.items() if is_given]:
             refuse(f"{given[0]} requires --view")
         return None
     host, port = LOOPBACK if host is None else host, DEFAULT_PORT if port is None else port

@@ -307,13 +307,13 @@ def signal(
     options.output_file("--plot", plot, ".svg")
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
-    with link.robot() as there:
-        chosen = _chosen(there, joints)
-        limits = link.limits(there)
-        for warning in check_signal(there, chosen, full_wave, limits):
+    with link.robot() as operated:
+        chosen = _chosen(operated, joints)
+        limits = link.limits(operated)
+        for warning in check_signal(operated, chosen, full_wave, limits):
             warn(warning)
         warn_of_unknown(limits)
-        exercises, failure = _exercise(there, chosen, full_wave, console)
+        exercises, failure = _exercise(operated, chosen, full_wave, console)
     failures = _failures(exercises, max_error, max_delay) + ([failure] if failure else [])
     if csv is not None:
         failures += write_result(csv, csv_text(exercises))
@@ -461,14 +461,16 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(highlight=False)
     ended = ""
-    with link.robot() as there, closing(ServiceCaller(lambda: link.session("_services"))) as services:
-        limits = link.limits(there)
-        operator = Keyboard(there, Jog(there, limits), services)
-        name = link.name(there)
+    with link.robot() as operated, closing(ServiceCaller(lambda: link.session("_services"))) as services:
+        limits = link.limits(operated)
+        operator = Keyboard(operated, Jog(operated, limits), services)
+        name = link.name(operated)
         live = Live(console=console, screen=True, auto_refresh=False)
 
         def draw() -> None:
-            shown = panel(there, operator.jog, limits, name=name, message=operator.message, height=console.size.height)
+            shown = panel(
+                operated, operator.jog, limits, name=name, message=operator.message, height=console.size.height
+            )
             live.update(shown, refresh=True)
 
         try:
@@ -480,7 +482,7 @@ def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = Non
             ended = str(error)
     if ended:
         typer.echo(f"error: {ended}", err=True)
-    print_line(console, f"{there.sent} messages sent; the robot holds its last targets")
+    print_line(console, f"{operated.sent} messages sent; the robot holds its last targets")
     raise typer.Exit(NOT_DONE if ended else DONE)
 
 
@@ -584,15 +586,15 @@ def play(
     link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     failure, rounds = "", 0
-    with link.robot() as there:
-        limits = link.limits(there)
-        playback.check(there, targets, limits)
+    with link.robot() as operated:
+        limits = link.limits(operated)
+        playback.check(operated, targets, limits)
         warn_of_unknown(limits)
         stop = StopCondition()
         with stopped_by_signals(stop.request):
             try:
                 while loop or rounds == 0:
-                    _play_once(there, targets, speed, approach, console, stop)
+                    _play_once(operated, targets, speed, approach, console, stop)
                     rounds += 1
             except (CellwrightError, RunEndedError) as error:
                 failure = str(error)
@@ -609,14 +611,14 @@ def play(
             "duration": targets.duration,
             "outcome": outcome,
             "rounds": rounds,
-            "messages": there.sent,
+            "messages": operated.sent,
             "error": failure,
             "exit_status": status,
         }
         typer.echo(json.dumps(document, indent=2))
     elif not failure:
         times = f"{rounds} times, " if loop else ""
-        print_line(console, f"{outcome}: {times}{there.sent} messages sent")
+        print_line(console, f"{outcome}: {times}{operated.sent} messages sent")
     raise typer.Exit(status)
 
 

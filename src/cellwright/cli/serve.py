@@ -92,8 +92,8 @@ def run_served(
     pictures = Pictures(camera, [], output.warn)
     # After the score, since it takes a while; not if a signal asks for the end at once, before the work is done.
     if picture is not None and (result.outcome is Outcome.DONE or not session.stop.is_requested):
-        with progress_bar(console, f"drawing {picture}", 1.0) as tell:
-            pictures.take(picture, session.node, tell)
+        with progress_bar(console, f"drawing {picture}", 1.0) as show:
+            pictures.take(picture, session.node, show)
     return summary.show_files(
         console,
         session,
@@ -172,9 +172,9 @@ def serve(
     kept = arguments.record_options(record, agent="served")
     is_default = speed is None and not lockstep
     rate = options.default_speed(os.environ) if is_default else options.speed("max" if speed is None else speed)
-    root, place = options.seed(seed), options.camera(camera)
+    seed_value, place = options.seed(seed), options.camera(camera)
     console = Console(stderr=as_json, highlight=False)
-    target = options.cell_of(files, console, seed=root, servo=servo, is_varied=vary, competition=not development)
+    target = options.cell_of(files, console, seed=seed_value, servo=servo, is_varied=vary, competition=not development)
     session = served_session(
         target,
         console,

@@ -157,13 +157,13 @@ class RunProgress:
 class _LineHandler(logging.Handler):
     """Logging handler that passes records on, a line at a time."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, on_line: Callable[[str], None]) -> None:
         super().__init__()
-        self._say = say
+        self._on_line = on_line
 
     def emit(self, record: logging.LogRecord) -> None:
         for line in self.format(record).splitlines():
-            self._say(line)
+            self._on_line(line)
 
 
 def effect_sentence(effect: effects.Effect) -> str:

@@ -90,7 +90,7 @@ def test_trial_without_arm_gets_bundled_arm(tiny: CommandLine) -> None:
 @QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["no.yaml"], "no.yaml: there is no such file"),
         (["nothing"], "unknown trial 'nothing'"),
@@ -105,10 +105,10 @@ def test_trial_without_arm_gets_bundled_arm(tiny: CommandLine) -> None:
         ([], "Missing argument"),
     ],
 )
-def test_invalid_input_starts_nothing(arguments: list[str], said: str, tiny: CommandLine) -> None:
+def test_invalid_input_starts_nothing(arguments: list[str], message: str, tiny: CommandLine) -> None:
     ran = tiny("eval", *arguments)
     assert ran.status == 2
-    assert said in ran.err
+    assert message in ran.err
     assert "[1/1]" not in ran.out
 
 

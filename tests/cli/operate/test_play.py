@@ -73,7 +73,7 @@ def test_play_stops_if_robot_does_not_reach_first_targets(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["play", "none.csv"], "none.csv: cannot be read: No such file or directory"),
         (["play", "bad.csv"], "bad.csv:2: right_1: 'x' is no number"),
@@ -88,12 +88,12 @@ def test_play_stops_if_robot_does_not_reach_first_targets(
     ],
 )
 def test_invalid_input_prints_one_line_and_moves_nothing(
-    arguments: list[str], said: str, motion: str, cellwright: CommandLine, address: str, tmp_path: Path
+    arguments: list[str], message: str, motion: str, cellwright: CommandLine, address: str, tmp_path: Path
 ) -> None:
     (tmp_path / "bad.csv").write_text("time,right_1\n0,x\n")
     (tmp_path / "strange.csv").write_text("time,rigth_1\n0,0\n")
     ran = cellwright("operate", *arguments, "--connect", address)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith("error: ")
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.count("\n") == 1

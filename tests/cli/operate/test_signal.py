@@ -65,7 +65,7 @@ def test_joint_that_does_not_follow_exceeds_max_delay(cellwright: CommandLine, a
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["rigth_1"], "unknown joint 'rigth_1'; did you mean right_1"),
         (["nothing_*"], "unknown joint 'nothing_*'"),
@@ -86,13 +86,13 @@ def test_joint_that_does_not_follow_exceeds_max_delay(cellwright: CommandLine, a
     ],
 )
 def test_invalid_input_prints_one_line_and_moves_nothing(
-    arguments: list[str], said: str, cellwright: CommandLine, address: str
+    arguments: list[str], message: str, cellwright: CommandLine, address: str
 ) -> None:
     where = [] if "--connect" in arguments else ["--connect", address]
     ran = cellwright("operate", "signal", *arguments, *where)
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith("error: ")
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.count("\n") == 1
 
 

@@ -54,7 +54,7 @@ def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("nowhere.mcap",), "nowhere.mcap: cannot be read: No such file"),
         (("{text}",), "it is no MCAP file"),
@@ -65,13 +65,13 @@ def test_truncated_recording_is_plotted_with_warning(recording: Path, cellwright
     ],
 )
 def test_invalid_input_prints_one_line(
-    arguments: tuple[str, ...], said: str, recording: Path, cellwright: CommandLine, tmp_path: Path
+    arguments: tuple[str, ...], message: str, recording: Path, cellwright: CommandLine, tmp_path: Path
 ) -> None:
     text = tmp_path / "text.mcap"
     text.write_text("orders: {}")
     ran = cellwright("plot", *(each.format(run=recording, text=text) for each in arguments))
     assert (ran.status, ran.out) == (2, "")
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.startswith("error: ")
     assert ran.err.count("\n") == 1
     assert list(tmp_path.iterdir()) == [text]

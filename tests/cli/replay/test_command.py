@@ -154,8 +154,8 @@ def test_bag_of_time_range_contains_only_that_range(cellwright: CommandLine, pat
     with Reader("run.bag") as bag, RecordingFile(path) as recording:
         times = [time for _, time, _ in bag.messages()]
         found = sum(each.msgcount for each in bag.connections if each.topic == "/ariac/joint_states")
-        said = recording.messages(["/ariac/joint_states"], start=200_000_000, until=400_000_001)
-        assert found == len(list(said)) > 5
+        recorded = recording.messages(["/ariac/joint_states"], start=200_000_000, until=400_000_001)
+        assert found == len(list(recorded)) > 5
     assert min(times) >= 200_000_000
     assert max(times) <= 400_000_000
 

@@ -86,7 +86,7 @@ def test_link_frames_follow_a_posture(cellwright: CommandLine, small: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("pose", "said"),
+    ("pose", "message"),
     [
         (
             "{",
@@ -103,8 +103,8 @@ def test_link_frames_follow_a_posture(cellwright: CommandLine, small: str) -> No
         (f'{{"r1": {"9" * 5000}}}', "--pose: invalid JSON (no JSON); give positions"),
     ],
 )
-def test_invalid_pose_is_refused(pose: str, said: str, cellwright: CommandLine, small: str) -> None:
-    assert refusal(cellwright("robot", small, "--json", "--pose", pose)).startswith(said)
+def test_invalid_pose_is_refused(pose: str, message: str, cellwright: CommandLine, small: str) -> None:
+    assert refusal(cellwright("robot", small, "--json", "--pose", pose)).startswith(message)
 
 
 @pytest.fixture(scope="module")
@@ -153,7 +153,7 @@ def test_warnings_go_to_stderr_and_not_into_table(cellwright: CommandLine, small
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("no.yml",), "no.yml: there is no such file"),
         (("qinglnog",), "unknown robot 'qinglnog'; did you mean qinglong (known: "),
@@ -163,10 +163,10 @@ def test_warnings_go_to_stderr_and_not_into_table(cellwright: CommandLine, small
     ],
 )
 def test_invalid_options_are_refused(
-    arguments: tuple[str, ...], said: str, cellwright: CommandLine, tmp_path: Path
+    arguments: tuple[str, ...], message: str, cellwright: CommandLine, tmp_path: Path
 ) -> None:
     (tmp_path / "broken.yml").write_text("urdf_path: no.urdf\n")
-    assert refusal(cellwright("robot", *arguments)).startswith(said)
+    assert refusal(cellwright("robot", *arguments)).startswith(message)
 
 
 def test_check_accepts_robot_configurations(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
@@ -200,7 +200,7 @@ def test_init_writes_draft_configuration(cellwright: CommandLine, small: str, tm
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("--init", "no/a.yml"), "--init no/a.yml: there is no folder no"),
         (("--init", "a.json"), "--init a.json: give a file such as vr_configs.yml, and no --json"),
@@ -208,5 +208,5 @@ def test_init_writes_draft_configuration(cellwright: CommandLine, small: str, tm
         (("--init", "."), "--init .: give a file such as vr_configs.yml"),
     ],
 )
-def test_init_with_unusable_file_is_refused(arguments: tuple[str, ...], said: str, cellwright: CommandLine) -> None:
-    assert refusal(cellwright("robot", "tandem", *arguments)).startswith(said)
+def test_init_with_unusable_file_is_refused(arguments: tuple[str, ...], message: str, cellwright: CommandLine) -> None:
+    assert refusal(cellwright("robot", "tandem", *arguments)).startswith(message)

@@ -48,17 +48,17 @@ def test_dir_option_sets_folder(cellwright: CommandLine, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         (["--shell", "tcsh"], "error: --shell tcsh: give one of sh, fish\n"),
         (["--dir", "file"], "error: file: ROS packages cannot be laid out here: "),
     ],
 )
-def test_error_of_ros1_env_is_one_line(given: list[str], said: str, cellwright: CommandLine, tmp_path: Path) -> None:
+def test_error_of_ros1_env_is_one_line(given: list[str], message: str, cellwright: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     ran = cellwright("ros1-env", *given)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err.startswith(said)
+    assert ran.err.startswith(message)
     assert len(ran.err.splitlines()) == 1
 
 

@@ -165,11 +165,11 @@ def test_unknown_option_of_file_is_a_warning(cellwright: CommandLine, tmp_path: 
     (tmp_path / "a.yaml").write_text("options:\n  insert_agv: true\n")
     ran = cellwright("run", "a.yaml", *UNTIL)
     assert ran.status == 0
-    said = "a.yaml:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs"
-    assert ran.err == f"warning: {said}\n"
-    assert cellwright("check", "a.yaml").out == f"warning: {said}\nok\n"
+    message = "a.yaml:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs"
+    assert ran.err == f"warning: {message}\n"
+    assert cellwright("check", "a.yaml").out == f"warning: {message}\nok\n"
     document = json.loads(cellwright("check", "a.yaml", "--json").out)
-    assert (document["ok"], document["errors"], document["warnings"]) == (True, [], [said])
+    assert (document["ok"], document["errors"], document["warnings"]) == (True, [], [message])
 
 
 def test_check_of_missing_file_prints_error_as_json(cellwright: CommandLine) -> None:

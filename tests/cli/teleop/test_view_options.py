@@ -34,7 +34,7 @@ def test_own_driver_runs_in_robot_node(cellwright: CommandLine) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--driver", "my_driver.py"], "a driver is given as path.py:Class"),
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
@@ -49,10 +49,10 @@ def test_own_driver_runs_in_robot_node(cellwright: CommandLine) -> None:
         (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--max-speed", "0.1"], "leave out the safety options"),
     ],
 )
-def test_invalid_driver_options_are_refused(cellwright: CommandLine, arguments: list[str], said: str) -> None:
+def test_invalid_driver_options_are_refused(cellwright: CommandLine, arguments: list[str], message: str) -> None:
     ran = cellwright("teleop", "tandem", *SHORT, *arguments)
     assert ran.status == 2
-    assert said in ran.err
+    assert message in ran.err
     assert ran.err.count("\n") == 1
 
 

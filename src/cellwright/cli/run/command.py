@@ -157,8 +157,9 @@ def run(
         # no agent: the cell alone, with a picture of the belt after ten seconds
         cellwright run lesson --agent none --until 10 --camera belt
 
-    Exit status: 0 done; 1 not done (time limit, the time of --until came before the agent was done, agent gave up or
-    crashed, stopped, below --min-score), or a requested file is incomplete; 2 bad input, and nothing was started.
+    Exit status: 0 done; 1 not done, or a requested file is incomplete; 2 bad input, and nothing was started. Not done
+    are runs that end by a time limit, by --until before the agent, by a signal, by an agent that gave up or crashed, or
+    below --min-score.
     """
     threshold = options.min_score(min_score)
     if connect is not None:
@@ -191,7 +192,7 @@ def run(
     )
     console = Console(stderr=as_json, highlight=False)
     progress = RunProgress(console, until=options.until(until), verbose=verbose)
-    say = partial(console.print, markup=False, soft_wrap=True)
+    print_out = partial(console.print, markup=False, soft_wrap=True)
     session = Session(
         options.cell_of(
             *(files, console), seed=seed, servo=servo, is_varied=vary, competition=not development, agent=agent
@@ -226,7 +227,9 @@ def run(
         if worker is not None and not cell.trial.has_arm:
             _warn_of_missing_arm(cell.trial.name, agent)
         varied = ", varied" if vary else ""
-        say(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False)
+        print_out(
+            f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", soft_wrap=False
+        )
         while True:
             with nullcontext() if over else ended_as_by_ctrl_c():
                 result = cell_result(session.run(worker))
@@ -241,20 +244,20 @@ def run(
                 end = Path(f"{cell.trial.name}.png") if picture and result.outcome is not Outcome.INTERRUPTED else None
                 to = out if as_json else None
                 status = show_files(console, session, agent, status, pictures, end, final, out=to)
-            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, say, keeps=not as_json):
+            if result.outcome is Outcome.INTERRUPTED or not _wait_for_restart(session, print_out, keeps=not as_json):
                 raise typer.Exit(status)
             worker = program()
 
 
-def _wait_for_restart(session: Session, say: Callable[[str], None], *, keeps: bool) -> bool:
+def _wait_for_restart(session: Session, print_out: Callable[[str], None], *, keeps: bool) -> bool:
     """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; return whether to start the run again instead."""
     if session.restart_requested:
-        say("run restarted")
+        print_out("run restarted")
         return True
     if session.page is None or not keeps:
         return False
     with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
-        say("the page stays open until Ctrl-C")  # once the handlers of signals are set
+        print_out("the page stays open until Ctrl-C")  # once the handlers of signals are set
         return session.wait()
     return False
 
@@ -270,10 +273,10 @@ def _program(agent: str, over: str | None, *, has_end: bool, is_verbose: bool) -
         return make
     from cellwright.running.remote.hosting import RemoteAgent
 
-    def say(line: str) -> None:
+    def print_line(line: str) -> None:
         sys.stdout.write(f"{line}\n")
 
-    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, say=say)
+    remote = RemoteAgent(agent, level=logging.INFO if is_verbose else logging.WARNING, say=print_line)
     return lambda: remote
 
 

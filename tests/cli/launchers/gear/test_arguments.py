@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from cellwright.cli.launchers.gear.launcher import OUTPUT, parse, without_remappings
 
 
-def said(arguments: list[str]) -> tuple[object, ...]:
+def parsed(arguments: list[str]) -> tuple[object, ...]:
     found = parse(arguments, {})
     return found.config, found.file, found.dry_run, found.verbose, found.output, found.competition
 
 
 def test_empty_command_line_is_competition_without_configuration() -> None:
-    assert said([]) == ("", [], False, False, Path("/tmp/ariac"), True)
+    assert parsed([]) == ("", [], False, False, Path("/tmp/ariac"), True)
     assert Path("/tmp/ariac") == OUTPUT
 
 
@@ -23,7 +23,7 @@ def test_empty_command_line_is_competition_without_configuration() -> None:
 @pytest.mark.parametrize("file", ["-f", "--file"])
 def test_options_are_parsed(development: str, file: str) -> None:
     given = [development, file, "a.yaml", "b.yaml", "-n", "--verbose", "-o", "/there", "--no-gui"]
-    assert said(given) == ("", ["a.yaml", "b.yaml"], True, True, Path("/there"), False)
+    assert parsed(given) == ("", ["a.yaml", "b.yaml"], True, True, Path("/there"), False)
 
 
 def test_repeated_file_options_are_joined() -> None:

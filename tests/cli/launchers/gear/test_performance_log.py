@@ -120,18 +120,18 @@ def test_new_log_replaces_old_link(tmp_path: Path) -> None:
 
 def test_unwritable_log_is_reported_once(tmp_path: Path) -> None:
     (tmp_path / ".ariac").touch()
-    said: list[str] = []
-    log = PerformanceLog(log_path(tmp_path), said.append)
+    warnings: list[str] = []
+    log = PerformanceLog(log_path(tmp_path), warnings.append)
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.close()
-    assert len(said) == 1
-    assert "score log cannot be written: " in said[0]
+    assert len(warnings) == 1
+    assert "score log cannot be written: " in warnings[0]
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
 def test_full_disk_is_reported_once(tmp_path: Path) -> None:
-    said: list[str] = []
-    log = PerformanceLog(Path("/dev/full"), said.append)
+    warnings: list[str] = []
+    log = PerformanceLog(Path("/dev/full"), warnings.append)
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.effect(StateChanged(CompetitionState.DONE), 1)
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert warnings == ["/dev/full: can be written no more: No space left on device"]

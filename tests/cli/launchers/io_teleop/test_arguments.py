@@ -63,9 +63,9 @@ def test_roslaunch_arguments_set_only_the_node_name(scripts: Path) -> None:
 
 
 def test_remapped_topic_is_ignored_with_warning(scripts: Path) -> None:
-    said: list[str] = []
-    command(str(scripts / "openloong_controller_node.py"), ["/io_teleop/joint_cmd:=/mine"], said.append)
-    assert said == ["/io_teleop/joint_cmd:=/mine: remapping ignored; names of topics and services are absolute"]
+    lines: list[str] = []
+    command(str(scripts / "openloong_controller_node.py"), ["/io_teleop/joint_cmd:=/mine"], lines.append)
+    assert lines == ["/io_teleop/joint_cmd:=/mine: remapping ignored; names of topics and services are absolute"]
 
 
 def test_robot_given_by_path_is_found(scripts: Path, tmp_path: Path) -> None:
