@@ -67,13 +67,13 @@ def test_agent_works_served_cell_with_connect(cellwright: CommandLine, agents: s
     [
         (["--connect", "localhost"], "give a host and a port, such as 127.0.0.1:11399"),
         (["--connect", "localhost:0"], "give a host and a port"),
-        (["--connect", "127.0.0.1:1"], "nobody answers at 127.0.0.1:1: "),
+        (["--connect", "127.0.0.1:1"], "no server answers at 127.0.0.1:1: "),
         (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the process that serves the cell"),
         (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the process that serves the cell"),
         (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
         (["lesson", "--lockstep"], "--lockstep requires --over"),
         (["lesson", "--over", "socket", "--agent", "missing"], "unknown agent 'missing'"),
-        ([], "give a trial"),
+        ([], "no trial given"),
     ],
 )
 def test_invalid_input_prints_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:

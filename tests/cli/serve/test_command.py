@@ -81,7 +81,7 @@ def test_verbose_prints_pace(cellwright: CommandLine) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize(
-    ("arguments", "request"),
+    ("arguments", "message"),
     [
         ([], b""),
         (["--lockstep"], hello("/me", "cdr").encode() + advance(1, 10**15, each_tick=False).encode()),
@@ -89,12 +89,12 @@ def test_verbose_prints_pace(cellwright: CommandLine) -> None:
     ],
     ids=["at once", "while a client waits", "while a client listens"],
 )
-def test_ctrl_c_at_any_time_ends_with_result(arguments: list[str], request: bytes, tmp_path: Path) -> None:
+def test_ctrl_c_at_any_time_ends_with_result(arguments: list[str], message: bytes, tmp_path: Path) -> None:
     """While it serves; it prints the score, and the status is 0."""
     with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as client:
-        if request:
+        if message:
             client.settimeout(TIMEOUT)
-            client.sendall(request)
+            client.sendall(message)
             assert hear(client, Decoder())
         status, out, _ = ended(process)
     assert status == 0
