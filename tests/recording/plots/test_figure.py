@@ -74,7 +74,7 @@ def test_units_stand_on_the_axes() -> None:
 
 def test_what_is_not_there_is_not_drawn() -> None:
     empty = PlotData("lesson", "", 0.0, 0.0)
-    with pytest.raises(UsageError, match="lesson: holds nothing of score, tool that could be drawn"):
+    with pytest.raises(UsageError, match="lesson: has nothing to plot in score, tool"):
         draw_figure(empty, ["score", "tool"])
     assert titles(draw_figure(replace(cell(), tools=(), commands=(), states={}, tray_parts=()))) == [
         "Score",

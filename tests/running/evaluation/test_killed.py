@@ -94,13 +94,13 @@ def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes
     status, out = here("Noted")
     assert status == 0, out
     verb = "has" if len(before) == 1 else "have"
-    assert f"{len(before)} of them {verb} a result from before".encode() in out
+    assert f"{len(before)} of them {verb} a result already".encode() in out
     after = results(folder)
     assert after[: len(before)] == before
     seeds = [json.loads(line)["seed"] for line in after]
     assert sorted(seeds) == [1, 2, 3, 4]
     _, out = here("Noted")
-    assert b"4 of them have a result from before" in out
+    assert b"4 of them have a result already" in out
     assert results(folder) == after
 
 
