@@ -59,8 +59,8 @@ def test_a_bridge_that_is_killed_is_started_again(master: Ground) -> None:
     before = simulated(master)
     killed = bridge_of(process)
     os.kill(killed, signal.SIGKILL)
-    process.wait_for("the ROS 1 bridge was ended by SIGKILL; it is started again")
-    process.wait_for("everything is registered again")
+    process.wait_for("the ROS 1 bridge was ended by SIGKILL; restarting it")
+    process.wait_for("all topics and services are registered again")
     wait_until(
         lambda: master.ask("lookupNode", "/gazebo") and bridge_of_or_none(process) not in (None, killed), "bridge"
     )
@@ -95,7 +95,7 @@ def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None
     assert "parameters" in lost
     assert process.running
     master.start_master()
-    process.wait_for("everything is registered again at")
+    process.wait_for("all topics and services are registered again at")
     wait_until(lambda: is_whole(master), "registration at the new master", seen=master.log)
     wait_until(lambda: is_answering(master), "answer of the bridge")
     assert master.ask("getParam", "/use_sim_time") is True

@@ -83,11 +83,11 @@ def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
     robot = master.teleop("qinglong", "--node", "openloong_controller_node")
     second = master.cellwright("teleop", "qinglong", "--ros1", "--port", "0", "--node", "openloong_controller_node")
     assert second.finish() == 2
-    assert "a node /openloong_controller_node is there already" in second.err
+    assert "node /openloong_controller_node already runs" in second.err
     master.stop_master()
     robot.wait_for("the ROS master at .* is gone")
     master.start_master()
-    robot.wait_for("everything is registered again")
+    robot.wait_for("all topics and services are registered again")
     assert "/openloong_controller_node" in master.tool("rosnode", "list").split()
     assert '<robot name="QingLong">' in master.ask("getParam", "/robot_description")
     assert not master.ask("hasParam", "/use_sim_time")

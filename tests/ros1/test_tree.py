@@ -85,7 +85,7 @@ def test_a_generator_that_fails_leaves_nothing(fake_system: RosSystem, tmp_path:
 
 def test_a_folder_that_is_a_file(fake_system: RosSystem, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(UsageError, match=r"file: ROS packages cannot be laid out here: "):
+    with pytest.raises(UsageError, match=r"file: cannot write ROS packages: "):
         ensure_tree(fake_system, tmp_path / "file")
 
 

@@ -81,12 +81,14 @@ def test_what_is_missing_is_named_with_its_remedy(fake_system: RosSystem, tmp_pa
     by_architecture.mkdir(parents=True)
     (by_architecture / "roscppConfig.cmake").touch()
     assert set(absent) - set(missing(fake_system)) == {"catkin", "roscpp"}
-    with pytest.raises(UsageError, match=r"for want of actionlib_msgs, .*apt-get install .*libroscpp-dev"):
+    with pytest.raises(
+        UsageError, match=r"cannot build: actionlib_msgs, .* missing; on Debian, run: apt-get install .*libroscpp-dev"
+    ):
         build(fake_system, tmp_path)
-    assert lack(["catkin"]).startswith("catkin cannot build here, for want of catkin; on Debian: apt-get install ")
+    assert lack(["catkin"]).startswith("catkin cannot build: catkin missing; on Debian, run: apt-get install ")
 
 
 def test_a_folder_that_cannot_be_written(fake_system: RosSystem, tmp_path: Path) -> None:
     (tmp_path / "src").touch()
-    with pytest.raises(UsageError, match="a workspace cannot be laid out here: Not a directory"):
+    with pytest.raises(UsageError, match="cannot write a workspace: Not a directory"):
         lay_out(fake_system, tmp_path)

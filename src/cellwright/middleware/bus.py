@@ -170,11 +170,11 @@ class Subscription:
     """Subscription of a callback to every message of a topic, until it is cancelled."""
 
     def __init__(
-        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, along: bool
+        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, passive: bool
     ) -> None:
         self._topic = topic
         self.since = since  # simulation time [ns] of its start, or -1 after time has restarted
-        self.along = along  # passive: it gets what is built for others, and does not count as a listener
+        self.is_passive = passive  # it gets what is built for others, and does not count as a listener
         self.callback = callback
         self.node = node
         self.origin = origin
@@ -196,7 +196,7 @@ class Publisher:
 
     def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
         if latch and on_listeners is not None:
-            raise UsageError(f"{topic.name}: a latched topic is published whoever listens; leave out on_listeners")
+            raise UsageError(f"{topic.name}: a latched topic is published even without listeners; omit on_listeners")
         self._topic = topic
         self._class = topic.message_class
         self._callbacks: tuple[Callback, ...] = ()
@@ -219,7 +219,7 @@ class Publisher:
 
     @property
     def listeners(self) -> int:
-        """Number of listeners to this publisher, without passive ones (`along`)."""
+        """Number of listeners to this publisher, without passive ones."""
         return self._count
 
     def publish(self, message: Message, *, measured: int | None = None) -> None:
@@ -263,7 +263,7 @@ class Publisher:
         before = self._callbacks
         subscriptions = self._topic.subscriptions_to(self.node)
         self._callbacks = tuple(each.callback for each in subscriptions)
-        self._count = sum(not each.along for each in subscriptions)
+        self._count = sum(not each.is_passive for each in subscriptions)
         if self.on_listeners is not None and self._callbacks != before:
             self.on_listeners(self._count)
 
@@ -287,7 +287,8 @@ class Topic:
         message_class = message_type(type_name)
         if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
             raise UsageError(
-                f"{self.name} carries {self.type} {self.direction.value}, not {type_name} {direction.value} as well"
+                f"{self.name} is declared as {self.direction.value}put of {self.type}, "
+                f"not as {direction.value}put of {type_name}"
             )
         self.type = short_name(message_class.__msgtype__)
         self.message_class = message_class
@@ -389,7 +390,7 @@ class Bus:
         """
         entry = self._topic(topic)
         if entry.direction is not None:
-            raise UsageError(f"{topic} is taken: it carries {entry.type} {entry.direction.value}")
+            raise UsageError(f"{topic} is already declared as {entry.direction.value}put of {entry.type}")
         entry.declare(type_name, Direction.IN, "")
         entry.handler, entry.handling_node = handler, node
 
@@ -404,7 +405,7 @@ class Bus:
             UsageError: the name is not absolute, or the service is served already.
         """
         if absolute(service) in self._services:
-            raise UsageError(f"the service {service} is served already")
+            raise UsageError(f"service {service} already exists")
         self._services[service] = Service(service, service_type(type_name), handler, node)
 
     def forget_latched(self) -> None:
@@ -433,7 +434,7 @@ class Bus:
                 publisher.newest = None if text is None or known is None else from_cdr(b64decode(text), known)
 
     def subscribe(
-        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, along: bool = False
+        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, passive: bool = False
     ) -> Subscription:
         """Call `callback(message)` for each message of a topic, in either direction.
 
@@ -444,14 +445,13 @@ class Bus:
             callback: takes a message.
             node: name of the subscribing node.
             origin: deliver only what publishers of this node publish.
-            along: passive: get what is built for others. Messages that are built only for listeners are not built
-                for it.
+            passive: get what is built for others. Messages that are built only for listeners are not built for it.
 
         Raises:
             UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
-        subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
+        subscription = Subscription(entry, callback, node, origin, self._now(), passive=passive)
         entry.add(subscription)
         return subscription
 
@@ -600,5 +600,5 @@ def _validated(message: M, message_class: type[Message], name: str, is_decoded: 
 def absolute(name: str) -> str:
     """Return the name itself; a UsageError unless it is absolute."""
     if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
-        raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
+        raise UsageError(f"{name!r} is not an absolute name; write it like '/ariac/orders'")
     return name

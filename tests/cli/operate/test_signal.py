@@ -79,7 +79,7 @@ def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: Com
         (["right_1", "--csv", "no/such.csv"], "there is no folder no"),
         (["right_1", "--connect", "nowhere"], "--connect nowhere: give a host and a port"),
         (["right_1", "--ros1"], "--connect and --ros1: give one of them"),
-        (["right_1", "--node", "no name"], "is no name for a node"),
+        (["right_1", "--node", "no name"], "is not a node name"),
         (["right_1", "--robot", "qinglon"], "unknown robot 'qinglon'; did you mean qinglong"),
         (["right_1", "--robot", "qinglong"], "--robot: "),
         ([], "Missing argument"),

@@ -139,7 +139,7 @@ def test_publishers_hear_of_every_change(bus: Bus) -> None:
 
 
 def test_latched_topic_is_published_without_listeners(bus: Bus) -> None:
-    with pytest.raises(UsageError, match="/camera: a latched topic is published whoever listens"):
+    with pytest.raises(UsageError, match="/camera: a latched topic is published even without listeners"):
         bus.advertise("/camera", "std_msgs/String", latch=True, on_listeners=lambda _count: None)
 
 
@@ -230,14 +230,14 @@ def test_only_the_topics_class_is_published(bus: Bus) -> None:
 def test_a_topic_has_one_type_and_one_direction(bus: Bus) -> None:
     bus.advertise("/state", "std_msgs/String")
     bus.advertise("/state", "std_msgs/msg/String")
-    with pytest.raises(UsageError, match="/state carries std_msgs/String out, not osrf_gear/Order out as well"):
+    with pytest.raises(UsageError, match="/state is declared as output of std_msgs/String"):
         bus.advertise("/state", "osrf_gear/Order")
-    with pytest.raises(UsageError, match="/state is taken"):
+    with pytest.raises(UsageError, match="/state is already declared"):
         bus.listen("/state", "std_msgs/String", lambda _message, _node: None)
     bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
-    with pytest.raises(UsageError, match="/command carries std_msgs/String in, not std_msgs/String out as well"):
+    with pytest.raises(UsageError, match="/command is declared as input of std_msgs/String"):
         bus.advertise("/command", "std_msgs/String")
-    with pytest.raises(UsageError, match="/command is taken"):
+    with pytest.raises(UsageError, match="/command is already declared"):
         bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
     with pytest.raises(UnknownNameError, match="unknown message"):
         bus.advertise("/other", "osrf_gear/Shipment")
@@ -245,11 +245,11 @@ def test_a_topic_has_one_type_and_one_direction(bus: Bus) -> None:
 
 @pytest.mark.parametrize("name", ["", "/", "orders", "ariac/orders", "/ariac/", "//orders", "/my orders", "/a\n"])
 def test_names_are_absolute(bus: Bus, name: str) -> None:
-    with pytest.raises(UsageError, match="no absolute name"):
+    with pytest.raises(UsageError, match="not an absolute name"):
         bus.subscribe(name, lambda _message: None)
-    with pytest.raises(UsageError, match="no absolute name"):
+    with pytest.raises(UsageError, match="not an absolute name"):
         bus.advertise(name, "std_msgs/String")
-    with pytest.raises(UsageError, match="no absolute name"):
+    with pytest.raises(UsageError, match="not an absolute name"):
         bus.serve(name, "std_srvs/Trigger", lambda _request, _node: None)
 
 
@@ -337,9 +337,9 @@ def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
 
 def test_passive_subscription_gets_messages_and_does_not_count(bus: Bus) -> None:
     counts: list[int] = []
-    along: list[Any] = []
+    received: list[Any] = []
     publisher = bus.advertise("/picture", "std_msgs/String", on_listeners=counts.append)
-    quiet = bus.subscribe("/picture", along.append, along=True)
+    quiet = bus.subscribe("/picture", received.append, passive=True)
     assert publisher.listeners == 0
     assert not any(counts)
     listening = bus.subscribe("/picture", lambda _: None)
@@ -348,5 +348,5 @@ def test_passive_subscription_gets_messages_and_does_not_count(bus: Bus) -> None
     listening.cancel()
     assert (publisher.listeners, counts[-1]) == (0, 0)
     quiet.cancel()
-    assert along == [String("a")]
+    assert received == [String("a")]
     assert max(counts) == 1

@@ -112,7 +112,7 @@ def test_unknown_names_list_what_there_is() -> None:
 
 @pytest.mark.parametrize("name", ["Order", "", "/", "a//b", "a/b/c", "a/b/c/d", "osrf_gear/", "/Order"])
 def test_malformed_names(name: str) -> None:
-    with pytest.raises(UsageError, match="no name of a type"):
+    with pytest.raises(UsageError, match="not a type name"):
         message_type(name)
 
 

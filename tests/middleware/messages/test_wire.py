@@ -109,9 +109,9 @@ def test_bytes_by_hand() -> None:
 
 
 def test_bytes_of_another_type_are_refused() -> None:
-    with pytest.raises(MessageError, match="these 2 bytes are no osrf_gear/Order"):
+    with pytest.raises(MessageError, match="invalid osrf_gear/Order in 2 bytes"):
         from_ros1(b"\x01\x00", Order)
-    with pytest.raises(MessageError, match="no std_msgs/String"):
+    with pytest.raises(MessageError, match="invalid std_msgs/String"):
         from_cdr(b"\x00\x01\x00\x00\xff\xff\xff\xff", String)
     with pytest.raises(MessageError):
         from_cdr(b"", String)
@@ -126,7 +126,7 @@ def test_a_message_that_cannot_be_written_names_its_field() -> None:
 
 def test_a_list_of_numbers_is_to_be_checked_first() -> None:
     message = JointState(header(), ["a"], [1.0], [], [])  # type: ignore[arg-type]
-    with pytest.raises(MessageError, match="cannot be written"):
+    with pytest.raises(MessageError, match="cannot encode"):
         to_cdr(message)
     assert same(from_cdr(to_cdr(checked(message)), JointState), joint_state(["a"], [1.0], time=0))
 
@@ -134,7 +134,7 @@ def test_a_list_of_numbers_is_to_be_checked_first() -> None:
 def test_types_with_another_form_in_ros1_are_refused_there() -> None:
     marker_array: Any = message_type("visualization_msgs/MarkerArray")
     assert from_cdr(to_cdr(marker_array([])), marker_array) == marker_array([])
-    with pytest.raises(UsageError, match="another form in ROS 1"):
+    with pytest.raises(UsageError, match="different fields in ROS 1"):
         to_ros1(marker_array([]))
-    with pytest.raises(UsageError, match="another form in ROS 1"):
+    with pytest.raises(UsageError, match="different fields in ROS 1"):
         from_ros1(b"\0\0\0\0", marker_array)

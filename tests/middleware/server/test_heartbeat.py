@@ -99,7 +99,7 @@ def test_time_stands_for_a_client_that_requested_pings(monkeypatch: pytest.Monke
         loop.run()
         assert loop.pacer.stood > 0.2
         assert loop.pacer.factor < 0.9
-        assert hall.lines == ["time stands while /silent is more than 0.1 s behind; this is said once"]
+        assert hall.lines == ["time stands while /silent is more than 0.1 s behind (reported once)"]
 
 
 @pytest.mark.parametrize(("rate", "can_wait"), [(None, True), (1.0, False)])

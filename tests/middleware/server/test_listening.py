@@ -26,7 +26,7 @@ def busy() -> Iterator[int]:
 
 
 def test_a_port_in_use_is_refused_or_the_next_one_taken(busy: int) -> None:
-    with pytest.raises(UsageError, match=f"{LOOPBACK}:{busy}: cannot be listened at: "):
+    with pytest.raises(UsageError, match=f"{LOOPBACK}:{busy}: cannot listen: "):
         open_listener(LOOPBACK, busy)
     with open_listener(LOOPBACK, busy, tries=20) as listener:
         assert busy < listener.getsockname()[1] < busy + 20

@@ -169,7 +169,7 @@ def test_who_leaves_listens_no_more() -> None:
 
 def test_a_port_in_use_is_one_clear_line() -> None:
     cell = Cell(KITTING)
-    with served(cell) as hall, pytest.raises(UsageError, match=f"127.0.0.1:{hall.server.address[1]}: cannot be"):
+    with served(cell) as hall, pytest.raises(UsageError, match=f"127.0.0.1:{hall.server.address[1]}: cannot listen"):
         Server(cell, port=hall.server.address[1])
 
 

@@ -55,17 +55,17 @@ def test_garbage_is_refused_or_waited_out(data: bytes) -> None:
 def test_what_came_before_garbage_is_given_out() -> None:
     feed = Decoder().feed(Frame(FrameKind.DONE, 7).encode() + struct.pack("<I", 3) + b"abc")
     assert next(feed) == Frame(FrameKind.DONE, 7)
-    with pytest.raises(FrameError, match="3 bytes long"):
+    with pytest.raises(FrameError, match="3 bytes"):
         next(feed)
 
 
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (struct.pack("<I", MAX_FRAME_BYTES + 1), "bytes long"),
-        (struct.pack("<IBIHHH", 11, FrameKind.CALL, 1, 5, 0, 0), "longer than itself"),
+        (struct.pack("<I", MAX_FRAME_BYTES + 1), "invalid frame length"),
+        (struct.pack("<IBIHHH", 11, FrameKind.CALL, 1, 5, 0, 0), "longer than the frame"),
         (struct.pack("<IBIHHH", 11, 200, 1, 0, 0, 0), "200"),
-        (struct.pack("<IBIHHH", 12, FrameKind.CALL, 1, 1, 0, 0) + b"\xff", "no frame"),
+        (struct.pack("<IBIHHH", 12, FrameKind.CALL, 1, 1, 0, 0) + b"\xff", "invalid frame"),
     ],
 )
 def test_bad_frames_are_named(data: bytes, reason: str) -> None:
@@ -75,7 +75,7 @@ def test_bad_frames_are_named(data: bytes, reason: str) -> None:
 
 @pytest.mark.parametrize("frame", [Frame(FrameKind.CALL, -1), Frame(FrameKind.CALL, name="x" * 70_000)])
 def test_what_does_not_fit_is_not_written(frame: Frame) -> None:
-    with pytest.raises(FrameError, match="cannot be written"):
+    with pytest.raises(FrameError, match="cannot encode"):
         frame.encode()
 
 
@@ -91,7 +91,7 @@ def test_hello_says_who_and_how() -> None:
 
 @pytest.mark.parametrize("payload", [b"", b"[]", b"\xff", b"[" * 100_000])
 def test_a_payload_that_is_no_object_is_refused(payload: bytes) -> None:
-    with pytest.raises(FrameError, match="no JSON object"):
+    with pytest.raises(FrameError, match="not a JSON object"):
         Frame(FrameKind.HELLO, payload=payload).json()
 
 
@@ -107,7 +107,7 @@ def test_time_goes_there_and_back(time: int, each_tick: bool) -> None:
 
 @pytest.mark.parametrize("read", [read_advance, read_time])
 def test_a_time_of_another_length_is_refused(read: object) -> None:
-    with pytest.raises(FrameError, match="wrong"):
+    with pytest.raises(FrameError, match="invalid payload"):
         read(Frame(FrameKind.TIME, payload=b"abc"))  # type: ignore[operator]
 
 
@@ -126,9 +126,9 @@ def test_data_frame_holds_json_and_bytes(said: dict[str, object], data: bytes) -
         (b"\0\0\0", "longer than its payload"),
         (struct.pack("<I", 3) + b"{}", "longer than its payload"),
         (struct.pack("<I", 2**32 - 1) + b"{}", "longer than its payload"),
-        (struct.pack("<I", 0) + b"{}", "no JSON object"),
-        (struct.pack("<I", 1) + b"{}", "no JSON object"),
-        (struct.pack("<I", 2) + b"[]", "no JSON object"),
+        (struct.pack("<I", 0) + b"{}", "not a JSON object"),
+        (struct.pack("<I", 1) + b"{}", "not a JSON object"),
+        (struct.pack("<I", 2) + b"[]", "not a JSON object"),
     ],
 )
 def test_data_frame_with_wrong_length_or_json_is_refused(payload: bytes, reason: str) -> None:

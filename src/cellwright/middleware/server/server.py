@@ -36,13 +36,13 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
         UsageError: the socket cannot listen at the address.
     """
     if not 0 <= port <= 65535:
-        raise UsageError(f"a port is from 0 to 65535, not {port}")
+        raise UsageError(f"port must be from 0 to 65535, not {port}")
     for candidate in range(port, min(port + (tries if port else 1), 65536)):
         try:
             family, kind, protocol, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[0]
             listener = socket.socket(family, kind, protocol)
         except OSError as error:
-            raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
+            raise UsageError(f"{host}: cannot listen: {error.strerror or error}") from None
         try:
             if os.name == "posix":  # elsewhere it would let two servers share a port
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -53,7 +53,7 @@ def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) ->
             reason = error.strerror or str(error)
         else:
             return listener
-    raise UsageError(f"{host}:{port}: cannot be listened at: {reason}")
+    raise UsageError(f"{host}:{port}: cannot listen: {reason}")
 
 
 class ListeningSocket:

@@ -150,5 +150,5 @@ def test_defect_is_reported_in_a_line_and_ends_nothing(capsys: pytest.CaptureFix
     loop.call(fail)
     loop.call(loop.stop, 0)
     assert loop.run() == 0
-    assert capsys.readouterr().err == "a defect, please report it: KeyError: 'x'\n"
+    assert capsys.readouterr().err == "internal error, please report it: KeyError: 'x'\n"
     loop.close()

@@ -164,7 +164,7 @@ def test_slow_subscriber_blocks_no_other_and_loses_the_oldest(master: Ground, ma
     for number in range(count):
         cell.say_heard("/words", text(f"{number} {filler}"))
         assert word(reading).startswith(f"{number} ")
-    bridge.wait_for(r"\d+ messages for /stalled on /words dropped")
+    bridge.wait_for(r"subscriber /stalled on /words is too slow: \d+ messages dropped")
     got = [int(word(stalled).split()[0])]
     while got[-1] < count - 1:
         got.append(int(word(stalled).split()[0]))

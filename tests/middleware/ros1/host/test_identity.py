@@ -27,7 +27,7 @@ def test_robot_uses_wall_time_by_default() -> None:
 
 @pytest.mark.parametrize("name", ["", "/", "2arms", "left arm", "a//b", "a/", "~own", "roboter_ä", "a\n", "a" * 300])
 def test_names_that_ros_does_not_take(name: str) -> None:
-    with pytest.raises(UsageError, match="is no name for a node"):
+    with pytest.raises(UsageError, match="is not a node name"):
         node_name(name)
 
 

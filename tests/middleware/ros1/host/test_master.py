@@ -92,7 +92,7 @@ def answering(talk: Callable[[socket.socket], None]) -> Iterator[str]:
     "uri", ["", "localhost", "localhost:11311", "http://", "http://a", "https://a:1", "http://a:x"]
 )
 def test_what_is_no_address_is_refused(uri: str) -> None:
-    with pytest.raises(UsageError, match="which is no address like http://localhost:11311"):
+    with pytest.raises(UsageError, match="not an address like http://localhost:11311"):
         MasterClient(uri)
 
 

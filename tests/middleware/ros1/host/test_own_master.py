@@ -76,8 +76,8 @@ def test_master_of_another_program_is_left_alone(own: Own, no_master: Ground) ->
         return len(said) == 2
 
     wait_until(has_said_both, "two reports")
-    assert "was ended by SIGKILL; it is started again" in said[0]
-    assert "somebody else listens" in said[1]
+    assert "was ended by SIGKILL; restarting it" in said[0]
+    assert "another program listens" in said[1]
     made.poll()
     made.stop()
     assert master.answers()

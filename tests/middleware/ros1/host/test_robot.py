@@ -83,7 +83,7 @@ def test_a_node_of_the_same_name_is_not_driven_out(master: Ground) -> None:
     other.wait_for("there")
     with (
         Ros1(print, environment=master.environment, identity=robot_identity("arm")) as ros,
-        pytest.raises(UsageError, match=r"a node /arm is there already at .*; end it, or give another name"),
+        pytest.raises(UsageError, match=r"node /arm already runs at .*; stop it, or choose another name"),
     ):
         ros.prepare()
     assert other.running

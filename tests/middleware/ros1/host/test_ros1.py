@@ -103,7 +103,7 @@ def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_maste
     assert no_master.ask("hasParam", "/run_id")
     (rosout,) = [pid for pid in cell.relatives() if re.search("/rosout", command_of(pid))]
     os.kill(rosout, signal.SIGKILL)
-    cell.wait_for("the node /rosout was ended by SIGKILL; it is started again")
+    cell.wait_for("the node /rosout was ended by SIGKILL; restarting it")
     wait_until(lambda: any(re.search("/rosout", command_of(pid)) for pid in cell.relatives()), "another")
     check_end(cell)
     with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
@@ -122,7 +122,7 @@ def test_other_machines_have_no_access(no_master: Ground) -> None:
 def test_a_second_simulator_at_the_same_master_is_refused(served: tuple[Ground, Process]) -> None:
     master, first = served
     said = refused(master)
-    assert re.match(r"error: a simulator is there already at http://\S+: its node /gazebo answers at http://", said)
+    assert re.match(r"error: a simulator already runs at http://\S+: its node /gazebo answers at http://", said)
     assert first.running
     assert GAZEBO in nodes(master)
 
@@ -150,7 +150,7 @@ def test_a_master_elsewhere_must_be_there(no_master: Ground) -> None:
 def test_something_else_at_the_master_s_address(no_master: Ground) -> None:
     other = no_master.start(["python3", "-m", "http.server", "--bind", "127.0.0.1", str(no_master.port)])
     other.wait_for("Serving HTTP")
-    assert f"what listens at http://127.0.0.1:{no_master.port} is no ROS master" in refused(no_master)
+    assert f"the program at http://127.0.0.1:{no_master.port} is not a ROS master" in refused(no_master)
 
 
 def test_a_bad_file_is_refused_before_a_master_is_started(no_master: Ground) -> None:
@@ -173,8 +173,8 @@ def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) 
     cell = no_master.serve("lesson")
     run = parameter(no_master, "/run_id")
     os.kill(pid_of(cell, "rosmaster"), signal.SIGKILL)
-    cell.wait_for("the ROS master at .* was ended by SIGKILL; it is started again")
-    cell.wait_for("everything is registered again at")
+    cell.wait_for("the ROS master at .* was ended by SIGKILL; restarting it")
+    cell.wait_for("all topics and services are registered again at")
     assert nodes(no_master) >= {GAZEBO, PUBLISHER}
     assert parameter(no_master, "/run_id") != run
 
@@ -182,7 +182,7 @@ def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) 
 def test_node_ended_by_rosnode_kill_comes_back(master: Ground) -> None:
     cell = master.serve("lesson")
     master.tool("rosnode", "kill", GAZEBO)
-    cell.wait_for("everything is registered again")
+    cell.wait_for("all topics and services are registered again")
     assert GAZEBO in nodes(master)
 
 
@@ -191,12 +191,12 @@ def test_another_simulator_that_takes_the_name_is_given_way_to(master: Ground) -
     program = "import rospy; rospy.init_node('gazebo'); print('there', flush=True); rospy.spin()"
     usurper = master.client(program)
     usurper.wait_for("there")
-    cell.wait_for("another node has taken the place of /gazebo")
+    cell.wait_for("another node has the name /gazebo now")
     assert cell.running
-    assert "registered again" not in cell.out
+    assert "are registered again" not in cell.out
     usurper.signal(signal.SIGKILL)
     usurper.finish()
-    cell.wait_for("everything is registered again")
+    cell.wait_for("all topics and services are registered again")
 
 
 def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:

@@ -134,7 +134,7 @@ class EventLoop:
             function(*arguments)
         except Exception as defect:
             logging.getLogger("rospy.cellwright").exception("a defect")
-            report(f"a defect, please report it: {type(defect).__name__}: {defect}")
+            report(f"internal error, please report it: {type(defect).__name__}: {defect}")
 
 
 def nothing(*_arguments: object) -> None:

@@ -135,7 +135,7 @@ class Relay:
             for frame in self._decoder.feed(data):
                 self._act(frame)
         except FrameError as error:
-            report(f"what the client says makes no sense: {error}")
+            report(f"invalid data from the client: {error}")
             self._send(_refusal(0, "UsageError", str(error)))
             self._connection.close_when_empty()
             self._loop.stop(1)
@@ -150,7 +150,7 @@ class Relay:
             FrameKind.ADVANCE: self._advance,
         }
         if frame.kind not in acts:
-            raise FrameError(f"{frame.kind.name} is nothing that a client may say")
+            raise FrameError(f"a client cannot send {frame.kind.name}")
         try:
             answer = acts[frame.kind](frame)
         except TimeStandsError as error:
@@ -182,7 +182,7 @@ class Relay:
 
     def _greet(self, frame: Frame) -> Frame:
         if frame.json().get("encoding") != "ros1":
-            return _refusal(0, "UsageError", "a relay passes messages on in the form of ROS 1 only")
+            return _refusal(0, "UsageError", "a relay supports the encoding ros1 only")
         return Frame(FrameKind.WELCOME, payload=json.dumps(self._welcome).encode())
 
     def _subscribe(self, frame: Frame) -> Frame:
@@ -218,20 +218,22 @@ class Relay:
     def _publish(self, frame: Frame) -> Frame | None:
         if frame.name not in self._hearers:
             known = ", ".join(sorted(self._hearers))
-            return _refusal(frame.number, "UnknownNameError", f"unknown topic to publish on {frame.name!r} ({known})")
+            return _refusal(
+                frame.number, "UnknownNameError", f"unknown topic to publish on {frame.name!r} (known: {known})"
+            )
         topic = self._spoken.get(frame.name)
         if topic is None:
             theirs, known_type = self._types.get(frame.name, frame.type), self._definitions.get(frame.type)
             if theirs not in (frame.type, "", "*"):
                 return _refusal(frame.number, "MessageError", f"{frame.name} takes {theirs}, not {frame.type}")
             if known_type is None:
-                return _refusal(frame.number, "UsageError", f"the type {frame.type} has not been declared")
+                return _refusal(frame.number, "UsageError", f"type {frame.type} is not declared")
             topic = PublishedTopic(frame.name, frame.type, known_type["md5"], known_type["definition"])
             self._spoken[frame.name] = topic
         elif topic.type != frame.type:
             return _refusal(frame.number, "MessageError", f"{frame.name} takes {topic.type}, not {frame.type}")
         if not _wait(lambda: topic.is_connected):
-            return _refusal(frame.number, "RejectedCommandError", f"nobody hears {frame.name}")
+            return _refusal(frame.number, "RejectedCommandError", f"no subscriber on {frame.name}")
         topic.publish(frame.payload)
         return Frame(FrameKind.DONE, frame.number) if frame.number else None
 
@@ -257,7 +259,9 @@ class Relay:
     def _advance(self, frame: Frame) -> Frame:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
-            return _refusal(frame.number, "UsageError", "time passes by itself here")
+            return _refusal(
+                frame.number, "UsageError", "ADVANCE requires lockstep; time advances without requests here"
+            )
         while self._now < until:
             if self._step(1) or each_tick:  # a nanosecond: advances to the next tick
                 break
@@ -273,12 +277,12 @@ class Relay:
             raise TimeStandsError(f"the cell has ended: {error}") from None
         failure, now, sent = read_step_response(data) if succeeded else (data.decode(errors="replace"), 0, [])
         if failure:
-            raise TimeStandsError(f"time does not pass: {failure}")
+            raise TimeStandsError(f"time cannot advance: {failure}")
         self._now = now
         for name, count in sent:
             topic = self._heard.get(name)
             if topic is not None and not topic.wait_for(count, PUBLISHER_TIMEOUT):
-                raise TimeStandsError(f"not all messages on {name} have come in {PUBLISHER_TIMEOUT:g} s")
+                raise TimeStandsError(f"messages on {name} are missing after {PUBLISHER_TIMEOUT:g} s")
         return self._deliver([name for name, _ in sent])
 
     def _deliver(self, order: list[str]) -> bool:
@@ -328,7 +332,7 @@ def serve(node: str, timeout: float, sign: str) -> int:
     master = Master(node)
     master.wait(timeout)
     welcome = _wait_for_simulator(master, node, end, sign)
-    tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
+    tally = ThrottledLog(loop, "{count} messages on {subject} dropped: too long")
     limit_messages(tally.count, MAX_FRAME_BYTES // 2)
     begin_node(node)
     rospy.on_shutdown(lambda: loop.stop(0))
@@ -358,7 +362,7 @@ def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dic
         if welcome is not None:
             return welcome
         if time.monotonic() > end:
-            raise MissingError(f"there is no simulator at {master.uri}: nobody publishes {sign}")
+            raise MissingError(f"no simulator at {master.uri}: {sign} has no publisher")
         time.sleep(_SIMULATOR_NAP)
 
 
@@ -376,7 +380,7 @@ def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int
     subscriber = rospy.Subscriber(CLOCK, raw_type("rosgraph_msgs/Clock"), lambda message: heard.append(message.data))
     while not heard:
         if time.monotonic() > end:
-            raise MissingError(f"time stands still: nothing comes on {CLOCK}")
+            raise MissingError(f"simulation time stands still: no message on {CLOCK}")
         time.sleep(_SIMULATOR_NAP / 10)
     subscriber.unregister()
     data = heard[-1][:_CLOCK_BYTES]
@@ -384,13 +388,13 @@ def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="relay", description="A client's way to a cell in ROS 1.")
+    parser = argparse.ArgumentParser(prog="relay", description="Connect a client to a cell in ROS 1.")
     parser.add_argument("--node", metavar="/NODE", default="/agent", help="name of the client's node (%(default)s)")
     parser.add_argument(
-        "--wait", metavar="S", type=float, default=30.0, help="how long a simulator may take to appear (%(default)s)"
+        "--wait", metavar="S", type=float, default=30.0, help="timeout for a simulator to appear (%(default)s)"
     )
     parser.add_argument(
-        "--sign", metavar="/TOPIC", default=CLOCK, help="what is published where there is one (%(default)s)"
+        "--sign", metavar="/TOPIC", default=CLOCK, help="topic that a present simulator publishes (%(default)s)"
     )
     options = parser.parse_args()
     run_process(lambda: serve(options.node, options.wait, options.sign))
