@@ -72,7 +72,7 @@ def test_a_robot_that_is_fastened_takes_no_such_command() -> None:
 
 
 def test_three_numbers_where_the_configuration_says_so() -> None:
-    talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "delta"}))
+    talk = Talk(replace(two_arms(), others={"base_command_mode": "delta"}))
     talk.base(QUARTER, 0.2, 0.1)
     assert talk.node.base.pose.position == pytest.approx((0.2, 0.1, 0.5))
     with pytest.raises(RejectedCommandError, match=r"3 numbers are needed, not 2: turn .rad., move along x and y"):
@@ -80,7 +80,7 @@ def test_three_numbers_where_the_configuration_says_so() -> None:
 
 
 def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> None:
-    talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "velocity"}))
+    talk = Talk(replace(two_arms(), others={"base_command_mode": "velocity"}))
     for _ in range(10):
         talk.base(0.0, 0.5, -0.25)
         talk.seconds(0.1)
