@@ -76,7 +76,7 @@ def rude(hall: Hall, data: bytes) -> Talker:
         ),
     ],
 )
-def test_invalid_bytes_are_refused_and_disconnect(data: bytes, reason: str) -> None:
+def test_invalid_bytes_are_refused_and_disconnect_client(data: bytes, reason: str) -> None:
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
         client = rude(hall, data)
@@ -104,7 +104,7 @@ def watch(monkeypatch: pytest.MonkeyPatch) -> PeriodicCallback:
     return made
 
 
-def test_who_is_cut_off_is_reported_once_a_second(watch: PeriodicCallback) -> None:
+def test_disconnected_clients_are_reported_once_a_second(watch: PeriodicCallback) -> None:
     with served(Cell(KITTING)) as hall:
         for _ in range(20):
             rude(hall, b"rubbish " * 4)
@@ -143,7 +143,7 @@ pieces = st.one_of(
 
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.booleans(), st.lists(pieces, max_size=6))
-def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> None:
+def test_random_bytes_do_not_stop_server(hall: Hall, is_greeted: bool, data: list[bytes]) -> None:
     with socket.create_connection(hall.server.address) as connection:
         connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(data))
         for _ in range(3):
@@ -152,7 +152,7 @@ def test_no_bytes_break_it(hall: Hall, is_greeted: bool, data: list[bytes]) -> N
 
 
 @pytest.mark.parametrize("name", ["robot", "/a\nb", "/a\x1b[2J"])
-def test_in_the_name_of_what_is_no_node_nothing_is_taken(name: str) -> None:
+def test_publish_with_invalid_node_name_is_refused(name: str) -> None:
     with served(Cell(ARM_ONLY)) as hall:
         answer = hall.guest().publish("/ariac/arm/command", way(), node=name)
         assert answer.kind is FrameKind.REFUSED
@@ -160,7 +160,7 @@ def test_in_the_name_of_what_is_no_node_nothing_is_taken(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_flood_of_commands_eats_idle_time_only() -> None:
+def test_flood_of_commands_uses_idle_time_only() -> None:
     """20 commands a tick, 10,000 a second: each is answered, and the ticks pass meanwhile."""
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
@@ -181,7 +181,7 @@ def test_a_flood_of_commands_eats_idle_time_only() -> None:
         assert [frame.number for frame in client.heard] == list(range(1, count + 1))
 
 
-def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_server_checks_time_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
@@ -220,7 +220,7 @@ def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
 
 
 @pytest.mark.slow
-def test_client_that_never_reads_loses_messages_and_no_other_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_that_never_reads_loses_its_messages_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
@@ -260,7 +260,7 @@ def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
+def test_client_that_never_reads_answers_is_not_read() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         deaf = hall.guest("/deaf")
@@ -282,7 +282,7 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
         assert BEHIND <= len(client._out) < FULL
 
 
-def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_client_without_hello_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     with served(Cell(KITTING)) as hall:
@@ -291,7 +291,7 @@ def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> 
         assert "no HELLO" in client.heard[-1].text()
 
 
-def test_call_of_a_client_that_dies_has_its_effect() -> None:
+def test_call_of_client_that_dies_takes_effect() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
@@ -323,7 +323,7 @@ def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
         )
 
 
-def test_clients_and_subscriptions_are_limited() -> None:
+def test_number_of_clients_and_subscriptions_is_limited() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
         for number in range(1, MAX_SUBSCRIPTIONS + 1):
@@ -344,7 +344,7 @@ def test_clients_and_subscriptions_are_limited() -> None:
             connection.close()
 
 
-def test_watching_leaves_the_state_as_it_is() -> None:
+def test_subscriptions_to_all_topics_leave_state_hash_unchanged() -> None:
     hashes = set()
     for is_watched in (False, True):
         cell = Cell(KITTING)
@@ -365,7 +365,7 @@ def test_watching_leaves_the_state_as_it_is() -> None:
     assert len(hashes) == 1
 
 
-def test_advance_requests_are_limited_and_end_with_their_client() -> None:
+def test_advance_requests_are_limited_and_end_with_client() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
         client, other = hall.guest(), hall.guest("/other")
         other.say(advance(1, 10**9, each_tick=False))
@@ -380,7 +380,7 @@ def test_advance_requests_are_limited_and_end_with_their_client() -> None:
         other.wait_until(lambda: len(hall.server._requests.pending) == 1)  # though it was not its turn yet
 
 
-def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_incomplete_frames_of_all_clients_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_INCOMPLETE", 2 << 20)
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
@@ -400,7 +400,7 @@ def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) 
         assert is_answered(other)
 
 
-def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clients_share_limit_of_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_WAITING", 2 * FULL)
     with served(Cell(KITTING)) as hall:
         clients = [hall.guest(f"/guest_{number}") for number in range(4)]
@@ -411,7 +411,7 @@ def test_clients_share_the_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> Non
         assert [client.full for client in hall.server._clients] == [FULL]
 
 
-def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_message_too_long_to_send_is_reported_and_step_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(KITTING)
     huge = cell.bus.advertise("/huge", "std_msgs/String")
@@ -429,7 +429,7 @@ def test_message_that_cannot_be_sent_is_reported_and_ends_no_step(monkeypatch: p
         client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
-def test_of_many_that_are_cut_off_some_are_named(watch: PeriodicCallback) -> None:
+def test_report_of_many_disconnected_clients_names_some(watch: PeriodicCallback) -> None:
     with served(Cell(KITTING)) as hall:
         for number in range(30):
             rude(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
@@ -440,7 +440,7 @@ def test_of_many_that_are_cut_off_some_are_named(watch: PeriodicCallback) -> Non
         assert hall.lines[-1].endswith("(and 19 more since the last report)")
 
 
-def test_heavy_requests_get_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heavy_requests_leave_time_for_other_clients(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two such commands others have their turn, also those who come later."""
     monkeypatch.setattr(server_module, "_HEAVY_TIME", 0.0)
     monkeypatch.setattr(server_module, "_HEAVY_PAUSE", 1e9)

@@ -40,7 +40,7 @@ def test_large_messages_of_one_tick_all_arrive() -> None:
         assert not hall.lines
 
 
-def test_client_that_does_not_read_loses_pictures_and_memory_is_bounded() -> None:
+def test_slow_client_loses_pictures_and_memory_is_bounded() -> None:
     cell = new_cell()
     with served(cell) as hall:
         client = hall.guest("/slow")

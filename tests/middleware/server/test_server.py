@@ -18,7 +18,7 @@ from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
 from tests.middleware.server.talk import served
 
 
-def test_welcome_has_all_names_and_types() -> None:
+def test_welcome_lists_all_topics_and_services_with_types() -> None:
     cell = Cell(WHOLE, competition=False)
     with served(cell) as hall:
         welcome = hall.guest(encoding="ros1").welcome
@@ -40,7 +40,7 @@ def test_welcome_has_all_names_and_types() -> None:
 
 
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
-def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
+def test_messages_have_requested_encoding(encoding: str) -> None:
     cell = Cell(ARM_ONLY)
     read = from_ros1 if encoding == "ros1" else from_cdr
     with served(cell) as hall:
@@ -57,7 +57,7 @@ def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
         assert cell.bus.topic("/ariac/joint_states").subscribers == ()
 
 
-def test_what_is_latched_comes_at_once_and_once() -> None:
+def test_subscription_to_latched_topic_gets_newest_message_once() -> None:
     cell = Cell(KITTING)
     start(cell)
     cell.step()
@@ -68,7 +68,7 @@ def test_what_is_latched_comes_at_once_and_once() -> None:
         assert from_cdr(data, Order).order_id == "order_0"
 
 
-def test_one_publisher_of_several_can_be_listened_to() -> None:
+def test_subscription_to_one_publisher_gets_its_messages_only() -> None:
     cell = Cell(WHOLE)
     with served(cell) as hall:
         client = hall.guest()
@@ -79,7 +79,7 @@ def test_one_publisher_of_several_can_be_listened_to() -> None:
         assert 0 < len(client.messages(5)) < len(client.messages(6))
 
 
-def test_a_command_is_carried_out_where_time_stands() -> None:
+def test_call_is_carried_out_while_time_stands() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client = hall.guest()
@@ -89,7 +89,7 @@ def test_a_command_is_carried_out_where_time_stands() -> None:
         assert cell.simulation.now == 0
 
 
-def test_a_published_message_is_answered_and_obeyed() -> None:
+def test_publish_is_answered_and_takes_effect() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         client = hall.guest()
@@ -99,7 +99,7 @@ def test_a_published_message_is_answered_and_obeyed() -> None:
         assert cell.arm.controller.end == 1_000_000_000
 
 
-def test_refusals_name_their_class_and_are_counted_by_node() -> None:
+def test_refusals_name_error_class_and_are_counted_by_node() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         client = hall.guest()
@@ -122,7 +122,7 @@ def test_refusals_name_their_class_and_are_counted_by_node() -> None:
         assert counts["/ariac/command from /other"] == 1
 
 
-def test_a_service_that_fails_says_so() -> None:
+def test_call_of_failing_service_is_refused_with_service_failed() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         request = SubmitTrayRequest(tray_id="agv1::kit_tray_1", kit_type="a")
@@ -130,14 +130,14 @@ def test_a_service_that_fails_says_so() -> None:
         assert (answer.kind, answer.name) == (FrameKind.REFUSED, "ServiceFailedError")
 
 
-def test_a_number_in_use_is_not_taken_again() -> None:
+def test_subscription_with_number_in_use_is_refused() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
 
 
-def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
+def test_subscription_to_absent_topic_is_accepted() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client = hall.guest()
@@ -146,7 +146,7 @@ def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
 
 
-def test_clients_get_the_reason_of_the_end() -> None:
+def test_close_sends_clients_the_reason() -> None:
     with served(Cell(KITTING)) as hall:
         client = hall.guest()
         assert hall.server.clients == ("/me",)
@@ -156,7 +156,7 @@ def test_clients_get_the_reason_of_the_end() -> None:
         assert client.is_over
 
 
-def test_who_leaves_listens_no_more() -> None:
+def test_disconnected_client_is_unsubscribed() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         client, other = hall.guest(), hall.guest("/other")
@@ -167,14 +167,14 @@ def test_who_leaves_listens_no_more() -> None:
         assert cell.bus.topic("/clock").subscribers == ()
 
 
-def test_a_port_in_use_is_one_clear_line() -> None:
+def test_server_on_port_in_use_is_refused() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall, pytest.raises(UsageError, match=f"127.0.0.1:{hall.server.address[1]}: cannot listen"):
         Server(cell, port=hall.server.address[1])
 
 
 @pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70_000), ("no.such.host.invalid", 0)])
-def test_an_address_that_is_none_is_refused(host: str, port: int) -> None:
+def test_server_on_invalid_address_is_refused(host: str, port: int) -> None:
     with pytest.raises(UsageError):
         Server(Cell(KITTING), host=host, port=port)
 
