@@ -225,9 +225,9 @@ def test_launch_file_starts_robot_node(alone: Shell, tmp_path: Path) -> None:
 
 
 def test_openloong_node_starts_qinglong(alone: Shell) -> None:
-    unknown = alone.start("rosrun", IO_TELEOP, "general_sim_robot_control_node.py", "--robot_name", "Nobody")
+    unknown = alone.start("rosrun", IO_TELEOP, "general_sim_robot_control_node.py", "--robot_name", "Unknown")
     assert unknown.finish() == 2
-    assert unknown.err == "error: unknown robot 'Nobody' (known: OpenLoong, tandem)\n"
+    assert unknown.err == "error: unknown robot 'Unknown' (known: OpenLoong, tandem)\n"
     node = alone.start("rosrun", IO_TELEOP, "openloong_controller_node.py")
     node.wait_for("^ready: QingLong at .* as /openloong_controller_node$")
     assert "/io_teleop/target_joint_from_vr" in alone.tool("rostopic", "list").split()

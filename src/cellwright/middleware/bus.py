@@ -60,7 +60,7 @@ class Refusals:
         self._report = report
         self._counts: Counter[str] = Counter()
         self._reported: dict[str, int] = {}
-        self._untold: Counter[str] = Counter()
+        self._unreported: Counter[str] = Counter()
         self._report_times: deque[int] = deque(maxlen=MAX_LINES)  # times of the newest lines [ns]
 
     @property
@@ -82,23 +82,23 @@ class Refusals:
         now = self._now()
         last = self._reported.get(source)
         if _is_recent(now, last) or (len(self._report_times) == MAX_LINES and _is_recent(now, self._report_times[0])):
-            self._untold[source] += 1
+            self._unreported[source] += 1
             return
         self._report_times.append(now)
-        untold = self._untold.pop(source, 0)
+        unreported = self._unreported.pop(source, 0)
         self._reported[source] = now
-        more = f" (and {untold} more since the last report)" if untold else ""
+        more = f" (and {unreported} more since the last report)" if unreported else ""
         self._report(f"{_one_line(f'refused {source}: {reason}', MAX_LINE_LENGTH)}{more}")
 
     def flush(self) -> None:
         """Report what was counted but not reported, as at the end of a run; of many sources only the first ones."""
-        untold = list(self._untold.items())
-        for source, count in untold[:MAX_LINES]:
+        unreported = list(self._unreported.items())
+        for source, count in unreported[:MAX_LINES]:
             self._report(f"refused {source}: {count} more since the last report")
             self._reported[source] = self._now()
-        if rest := untold[MAX_LINES:]:
+        if rest := unreported[MAX_LINES:]:
             self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
-        self._untold.clear()
+        self._unreported.clear()
 
 
 def _is_recent(now: int, then: int | None) -> bool:
@@ -386,7 +386,7 @@ class Bus:
 
         Raises:
             UnknownNameError: there is no message type of this name.
-            UsageError: the name is not absolute, or the topic is taken.
+            UsageError: the name is not absolute, or the topic is declared already.
         """
         entry = self._topic(topic)
         if entry.direction is not None:
@@ -402,7 +402,7 @@ class Bus:
 
         Raises:
             UnknownNameError: there is no service type of this name.
-            UsageError: the name is not absolute, or the service is served already.
+            UsageError: the name is not absolute, or the service exists already.
         """
         if absolute(service) in self._services:
             raise UsageError(f"service {service} already exists")
@@ -473,18 +473,18 @@ class Bus:
             listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
             raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
         try:
-            taken = _validated(message, entry.message_class, topic, is_decoded)
+            valid = _validated(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
         if self.on_input:
-            self.note(ExternalInput(InputKind.PUBLISH, topic, taken, node))
+            self.note(ExternalInput(InputKind.PUBLISH, topic, valid, node))
         refusal: RejectedCommandError | None = None
         try:
-            entry.handler(taken, node)
+            entry.handler(valid, node)
         except RejectedCommandError as error:
             refusal = error
         for subscription in entry.subscriptions_to(node):
-            subscription.callback(taken)
+            subscription.callback(valid)
         if refusal is not None:
             raise self._refused(topic, node, refusal)
 
@@ -501,10 +501,10 @@ class Bus:
         except UnknownNameError as error:
             raise self._refused(service, node, error) from None
         try:
-            taken = _validated(request, entry.type.request, service, is_decoded)
+            valid = _validated(request, entry.type.request, service, is_decoded)
             if self.on_input:
-                self.note(ExternalInput(InputKind.CALL, service, taken, node))
-            response = entry.handler(taken, node)
+                self.note(ExternalInput(InputKind.CALL, service, valid, node))
+            response = entry.handler(valid, node)
         except RejectedCommandError as error:
             raise self._refused(service, node, error) from None
         if isinstance(response, PendingResponse):
@@ -515,10 +515,10 @@ class Bus:
             )
         return response
 
-    def note(self, given: ExternalInput) -> None:
+    def note(self, external_input: ExternalInput) -> None:
         """Report external input to `on_input`; for input that bypasses the bus, before it is carried out."""
-        for take_note in self.on_input:
-            take_note(given)
+        for callback in self.on_input:
+            callback(external_input)
 
     def topics(self) -> tuple[TopicInfo, ...]:
         """Return all topics that the cell publishes or receives, by name."""

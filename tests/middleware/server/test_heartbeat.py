@@ -93,8 +93,8 @@ def test_loop_holds_time_for_client_that_requested_pings(monkeypatch: pytest.Mon
     monkeypatch.setattr(clients, "MAX_HELD", 0.3)
     talk = Talk()
     with served(talk.node) as hall:
-        asks(hall, "/silent")
-        asks(hall, "/gone").connection.close()
+        connect_with_pings(hall, "/silent")
+        connect_with_pings(hall, "/gone").connection.close()
         loop = SimulationLoop(talk.node.simulation, hall.server, stop=StopCondition(200_000_000))
         loop.run()
         assert loop.pacer.stood > 0.2
@@ -106,7 +106,7 @@ def test_loop_holds_time_for_client_that_requested_pings(monkeypatch: pytest.Mon
 def test_loop_without_rate_or_wait_does_not_hold_time(rate: float | None, *, can_wait: bool) -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        asks(hall, "/silent")
+        connect_with_pings(hall, "/silent")
         wait_until(hall.server.hold_time, "client that is behind")
         stop = StopCondition(50_000_000)
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=rate, stop=stop, can_wait=can_wait)
@@ -115,7 +115,7 @@ def test_loop_without_rate_or_wait_does_not_hold_time(rate: float | None, *, can
         assert loop.pacer.stood == 0.0
 
 
-def asks(hall: Hall, node: str) -> Talker:
+def connect_with_pings(hall: Hall, node: str) -> Talker:
     """Return a client that has requested PINGs and answers none."""
     client = hall.guest(node)
     client.say(Frame(FrameKind.PONG, 0))

@@ -41,7 +41,7 @@ def is_answered(client: Talker) -> bool:
     return client.call("/ariac/material_locations", TriggerRequest()).kind is FrameKind.REFUSED
 
 
-def rude(hall: Hall, data: bytes) -> Talker:
+def send_invalid(hall: Hall, data: bytes) -> Talker:
     """Return a client that sent bytes before its HELLO, once the server has disconnected it."""
     client = hall.guest(node="")
     client.connection.sendall(data)
@@ -79,7 +79,7 @@ def rude(hall: Hall, data: bytes) -> Talker:
 def test_invalid_bytes_are_refused_and_disconnect_client(data: bytes, reason: str) -> None:
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
-        client = rude(hall, data)
+        client = send_invalid(hall, data)
         last = client.heard[-1]
         assert (last.kind, last.number) == (FrameKind.REFUSED, 0)
         assert reason in last.text()
@@ -87,7 +87,7 @@ def test_invalid_bytes_are_refused_and_disconnect_client(data: bytes, reason: st
         assert hall.server.clients == ("/other",)
 
 
-class PeriodicCallback:
+class FakeClock:
     """Clock for the reports about clients, which the test moves."""
 
     def __init__(self) -> None:
@@ -98,25 +98,25 @@ class PeriodicCallback:
 
 
 @pytest.fixture
-def watch(monkeypatch: pytest.MonkeyPatch) -> PeriodicCallback:
-    made = PeriodicCallback()
+def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
+    made = FakeClock()
     monkeypatch.setattr(clients_module, "time", made)
     return made
 
 
-def test_disconnected_clients_are_reported_once_a_second(watch: PeriodicCallback) -> None:
+def test_disconnected_clients_are_reported_once_a_second(clock: FakeClock) -> None:
     with served(Cell(KITTING)) as hall:
         for _ in range(20):
-            rude(hall, b"rubbish " * 4)
-        watch.time = 0.99
+            send_invalid(hall, b"rubbish " * 4)
+        clock.time = 0.99
         hall.server.wait(0.0)
         assert hall.lines == []
-        watch.time = 1.0
+        clock.time = 1.0
         hall.server.wait(0.0)
         (line,) = hall.lines
         assert line.startswith("disconnected a connection from 127.0.0.1: invalid frame length: ")
         assert line.endswith("(and 19 more since the last report)")
-        rude(hall, b"rubbish " * 4)
+        send_invalid(hall, b"rubbish " * 4)
         hall.server.close("over")
         assert len(hall.lines) == 2
 
@@ -429,11 +429,11 @@ def test_message_too_long_to_send_is_reported_and_step_goes_on(monkeypatch: pyte
         client.wait_until(lambda: len(client.messages(5)) == 1)
 
 
-def test_report_of_many_disconnected_clients_names_some(watch: PeriodicCallback) -> None:
+def test_report_of_many_disconnected_clients_names_some(clock: FakeClock) -> None:
     with served(Cell(KITTING)) as hall:
         for number in range(30):
-            rude(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
-        watch.time = 1.0
+            send_invalid(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
+        clock.time = 1.0
         hall.server.wait(0.0)
         assert len(hall.lines) == 11
         assert hall.lines[-1].startswith("disconnected others: invalid frame length")

@@ -149,7 +149,7 @@ class Requests:
         self._lockstep = lockstep
         self._translation = MessageEncoder()
         topics = cell.bus.topics()
-        self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
+        self._inputs = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {service.name: service.type for service in cell.bus.services()}
         self.pending: deque[AdvanceRequest] = deque()  # pending ADVANCE requests, in the order of arrival
         self.extras: dict[str, tuple[Extra, bool]] = {}
@@ -249,7 +249,7 @@ class Requests:
 
     def _publish(self, client: ClientConnection, frame: Frame) -> None:
         node = frame.node or client.node
-        message_class = self._heard.get(frame.name)
+        message_class = self._inputs.get(frame.name)
         message: Any = None  # the bus refuses an unknown topic before it reads the message
         if message_class is not None:
             message = self._read(client, frame, message_class, type_of(message_class))

@@ -150,7 +150,7 @@ def test_robot_state_publisher_that_ends_is_restarted(master: Ground, cell: Fake
 
 def test_bridge_without_robot_description_warns_and_goes_on(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell, frames=PROGRAM)
-    bridge.wait_for("until it does, the frames of the arm are missing")
+    bridge.wait_for("the frames of the arm are missing until it does")
     bridge.wait_for("robot_state_publisher: .*robot_description")
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 

@@ -67,16 +67,16 @@ def test_calls_of_other_threads_keep_their_order() -> None:
 def test_call_during_wake_up_does_not_lose_later_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = EventLoop()
     called: list[str] = []
-    ear = loop._ear
+    reader = loop._wake_reader
 
-    class Ear:
+    class Reader:
         def recv(self, size: int) -> bytes:
             if called == []:
                 loop.call(called.append, "as it listens")
-            return ear.recv(size)
+            return reader.recv(size)
 
     with monkeypatch.context() as patch:
-        patch.setattr(loop, "_ear", Ear())
+        patch.setattr(loop, "_wake_reader", Reader())
         loop.call(called.append, "before")
 
         def stop() -> None:

@@ -26,7 +26,7 @@ def joined(ground: Ground, node: str, urdf: str, monkeypatch: pytest.MonkeyPatch
         monkeypatch.context() as patched,
         Ros1(print, environment=ground.environment, identity=robot_identity(node)) as ros,
     ):
-        patched.setattr("cellwright.middleware.ros1.host.ros1.Bridge", fail)
+        patched.setattr("cellwright.middleware.ros1.host.ros1.BridgeProcess", fail)
         ros.prepare()
         with pytest.raises(UsageError, match="no process left"):
             ros.join(("127.0.0.1", 9), {node: {"robot_description": urdf}}, lambda _seconds: None)
@@ -77,7 +77,7 @@ rospy.spin()
     with Ros1(said.append, environment=master.environment, identity=robot_identity("arm")) as ros:
         ros.prepare()
     (line,) = said
-    assert line.startswith("/other_robot publishes /io_teleop/joint_states at http://")
+    assert line.startswith("/other_robot also publishes /io_teleop/joint_states at http://")
 
 
 def test_robot_with_name_of_running_node_is_refused(master: Ground) -> None:

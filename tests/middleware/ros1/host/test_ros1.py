@@ -142,7 +142,7 @@ def test_serve_without_rospy_prints_instructions(no_master: Ground) -> None:
 def test_serve_with_absent_remote_master_is_refused(no_master: Ground) -> None:
     said = refused(no_master, ROS_MASTER_URI="http://nowhere.invalid:11311")
     assert said == (
-        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; see ROS_MASTER_URI"
+        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; check ROS_MASTER_URI"
     )
     assert refused(no_master, ROS_MASTER_URI="nonsense").startswith("error: ROS_MASTER_URI is 'nonsense', which is no")
 
@@ -256,7 +256,7 @@ def test_bridge_that_cannot_be_started_is_tried_again(master: Ground, monkeypatc
         def fail(*_: Any) -> None:
             raise OSError(11, "Resource temporarily unavailable")
 
-        monkeypatch.setattr("cellwright.middleware.ros1.host.ros1.Bridge", fail)
+        monkeypatch.setattr("cellwright.middleware.ros1.host.ros1.BridgeProcess", fail)
         with pytest.raises(UsageError, match=r"bridge could not be started: .*temporarily unavailable"):
             ros.join(("127.0.0.1", 9), {"x": 1}, lambda _seconds: None)
 

@@ -98,7 +98,7 @@ class Bridge:
                 with stop_deferred():
                     publication.register()
         with stop_deferred():
-            self._hear(welcome["topics"])
+            self._subscribe(welcome["topics"])
         for service in self._services(welcome["services"]):
             server.services[service.resolved_name] = service.take
             with stop_deferred():
@@ -147,11 +147,11 @@ class Bridge:
             found.append(Publication(self._loop, self._link, topic, node=origin, sent=self._sent))
         return found
 
-    def _hear(self, topics: list[dict[str, Any]]) -> None:
+    def _subscribe(self, topics: list[dict[str, Any]]) -> None:
         """Subscribe to the cell's commands, and to the node's own topics that the original's node subscribes to."""
         limit_messages(ThrottledLog(self._loop, "{count} messages on {subject} dropped: too long").count)
         in_lockstep = self._sent is not None
-        self._heard = {
+        self._commands = {
             topic["name"]: CommandTopic(
                 self._loop,
                 self._link,
@@ -170,7 +170,7 @@ class Bridge:
     def _services(self, services: list[dict[str, Any]]) -> list[RosService]:
         found = [cell_service(self._loop, self._link, service) for service in services]
         if self._sent is not None:
-            self._steps = StepService(self._loop, self._link, self._heard, self._sent)
+            self._steps = StepService(self._loop, self._link, self._commands, self._sent)
             found.append(RosService(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
         return found
 

@@ -125,7 +125,7 @@ class BufferedConnection:
         self._connection.close()
 
     def _is_full(self, more: int) -> bool:
-        """True if there is no room for one more piece of so many bytes."""
+        """True if there is no room for one more piece of `more` bytes."""
         is_crowded = self._limit is not None and len(self._waiting) >= self._limit
         return is_crowded or (self._max_bytes is not None and self._bytes + more > self._max_bytes)
 

@@ -37,8 +37,8 @@ def limit_requests() -> None:
     post = SilenceableXMLRPCRequestHandler.do_POST
 
     def do_post(self: SilenceableXMLRPCRequestHandler) -> None:
-        said = self.headers.get("content-length", "")
-        if said.isascii() and said.isdigit() and len(said) < 10 and int(said) <= MAX_REQUEST_BYTES:
+        length = self.headers.get("content-length", "")
+        if length.isascii() and length.isdigit() and len(length) < 10 and int(length) <= MAX_REQUEST_BYTES:
             post(self)
             return
         self.close_connection = True  # else the rest would be read as another request

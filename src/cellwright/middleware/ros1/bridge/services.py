@@ -231,10 +231,10 @@ class StepService:
 
     def _missing(self, step: PendingStep) -> str | None:
         for name, count in step.published.items():
-            come = self._topics[name].handed_over(step.caller.node)
-            if come < count:
+            arrived = self._topics[name].handed_over(step.caller.node)
+            if arrived < count:
                 node = step.caller.node
-                return f"only {come} of {count} messages on {name} from {node} arrived within {MESSAGE_TIMEOUT:g} s"
+                return f"only {arrived} of {count} messages on {name} from {node} arrived within {MESSAGE_TIMEOUT:g} s"
         return None
 
     def _advance(self, until: int) -> None:

@@ -264,7 +264,7 @@ class CommandTopic:
             self._drops.count(self.name)
 
     def _is_full(self, more: int) -> bool:
-        """True if there is no room for a message of so many bytes."""
+        """True if there is no room for a message of `more` bytes."""
         is_crowded = self._queue is not None and len(self._waiting) >= self._queue
         return is_crowded or self._bytes + more > MAX_COMMAND_BYTES
 

@@ -248,9 +248,9 @@ class OwnMaster:
             self._start_rosout()
 
     def _run(self, command: list[str]) -> Child:
-        return Child(command, self._installation.environment, python=self._installation.python, on_error=self._hear)
+        return Child(command, self._installation.environment, python=self._installation.python, on_error=self._on_line)
 
-    def _hear(self, line: str) -> None:
+    def _on_line(self, line: str) -> None:
         self._last_line = line
 
     def _stop_children(self) -> None:

@@ -99,15 +99,15 @@ class BridgeProcess(Child):
             installation.environment,
             python=installation.python,
             parting=signal.SIGTERM,
-            on_output=self._hear_output,
-            on_error=self._hear,
+            on_output=self._on_output,
+            on_error=self._on_error_line,
         )
 
-    def _hear_output(self, line: str) -> None:
+    def _on_output(self, line: str) -> None:
         if line == _READY_LINE:
             self.is_ready = True
 
-    def _hear(self, line: str) -> None:
+    def _on_error_line(self, line: str) -> None:
         self.last_line = line
         self._on_line(line)
 

@@ -134,8 +134,8 @@ def generate_modules(ros: RosSystem, packages: Path, names: Sequence[str], modul
         for name in names
         for command in _generator_commands(ros, packages / name, modules / name, search)
     ]
-    said = [(command, process, *process.communicate(timeout=_TIMEOUT)) for command, process in running]
-    for command, process, out, error in said:
+    finished = [(command, process, *process.communicate(timeout=_TIMEOUT)) for command, process in running]
+    for command, process, out, error in finished:
         if process.returncode != 0:
             last = ((error or out).strip().splitlines() or ["without output"])[-1]
             raise UsageError(f"{Path(command[1]).name} failed for {command[-1]}: {last}")
