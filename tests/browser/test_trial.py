@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.viewer.web.time_controls import RESET
 from tests.browser.conftest import Visit
 from tests.browser.seen import change
 from tests.browser.serving import viewed
@@ -57,7 +56,7 @@ def test_page_of_finished_run_shows_end_of_run_and_of_page(tmp_path: Path, visit
         visitor.read("all is shown as it stood at the end")
         assert visitor.find("^running$") is None
         assert not visitor.button("Pause").is_visible()
-        assert visitor.button(RESET).is_disabled()  # it is a competition
+        assert visitor.button("Begin anew").is_disabled()  # it is a competition
         before = visitor.canvas()
         visitor.frames(10)
         assert change(before, visitor.canvas()) < 1e-3

@@ -142,9 +142,12 @@ def test_serve_without_rospy_prints_instructions(no_master: Ground) -> None:
 def test_serve_with_absent_remote_master_is_refused(no_master: Ground) -> None:
     said = refused(no_master, ROS_MASTER_URI="http://nowhere.invalid:11311")
     assert said == (
-        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; check ROS_MASTER_URI"
+        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; "
+        "check ROS_MASTER_URI"
     )
-    assert refused(no_master, ROS_MASTER_URI="nonsense").startswith("error: ROS_MASTER_URI is 'nonsense', which is no")
+    assert refused(no_master, ROS_MASTER_URI="nonsense").startswith(
+        "error: ROS_MASTER_URI is 'nonsense', not an address"
+    )
 
 
 def test_serve_with_other_program_at_master_address_is_refused(no_master: Ground) -> None:
