@@ -117,7 +117,7 @@ def test_loop_without_rate_or_wait_does_not_hold_time(rate: float | None, *, can
 
 def connect_with_pings(hall: Hall, node: str) -> Talker:
     """Return a client that has requested PINGs and answers none."""
-    client = hall.guest(node)
+    client = hall.connect(node)
     client.say(Frame(FrameKind.PONG, 0))
     client.wait_for(FrameKind.PING, 1)
     return client

@@ -43,7 +43,7 @@ def is_answered(client: Talker) -> bool:
 
 def send_invalid(hall: Hall, data: bytes) -> Talker:
     """Return a client that sent bytes before its HELLO, once the server has disconnected it."""
-    client = hall.guest(node="")
+    client = hall.connect(node="")
     client.connection.sendall(data)
     client.wait_until(lambda: client.is_over)
     return client
@@ -78,7 +78,7 @@ def send_invalid(hall: Hall, data: bytes) -> Talker:
 )
 def test_invalid_bytes_are_refused_and_disconnect_client(data: bytes, reason: str) -> None:
     with served(Cell(KITTING)) as hall:
-        other = hall.guest("/other")
+        other = hall.connect("/other")
         client = send_invalid(hall, data)
         last = client.heard[-1]
         assert (last.kind, last.number) == (FrameKind.REFUSED, 0)
@@ -125,7 +125,7 @@ def test_disconnected_clients_are_reported_once_a_second(clock: FakeClock) -> No
 def hall() -> object:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        hall.guest("/other")
+        hall.connect("/other")
         yield hall
 
 
@@ -154,7 +154,7 @@ def test_random_bytes_do_not_stop_server(hall: Hall, is_greeted: bool, data: lis
 @pytest.mark.parametrize("name", ["robot", "/a\nb", "/a\x1b[2J"])
 def test_publish_with_invalid_node_name_is_refused(name: str) -> None:
     with served(Cell(ARM_ONLY)) as hall:
-        answer = hall.guest().publish("/ariac/arm/command", way(), node=name)
+        answer = hall.connect().publish("/ariac/arm/command", way(), node=name)
         assert answer.kind is FrameKind.REFUSED
         assert b"a node name must look like '/robot'" in answer.payload
 
@@ -164,7 +164,7 @@ def test_flood_of_commands_uses_idle_time_only() -> None:
     """20 commands a tick, 10,000 a second: each is answered, and the ticks pass meanwhile."""
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client, count, burst = hall.guest(), 2_000, 20
+        client, count, burst = hall.connect(), 2_000, 20
         data = to_cdr(way(INITIAL))
         frames = [
             Frame(FrameKind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)
@@ -184,7 +184,7 @@ def test_flood_of_commands_uses_idle_time_only() -> None:
 def test_server_checks_time_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         data = Frame(FrameKind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
         client.connection.setblocking(False)
         try:
@@ -224,7 +224,7 @@ def test_client_that_never_reads_loses_its_messages_only(monkeypatch: pytest.Mon
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        deaf, other = hall.guest("/deaf"), hall.guest("/other")
+        deaf, other = hall.connect("/deaf"), hall.connect("/other")
         other.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         subscribe_often(hall, deaf, other)
@@ -246,7 +246,7 @@ def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        deaf, other = hall.guest("/deaf"), hall.guest("/other")
+        deaf, other = hall.connect("/deaf"), hall.connect("/other")
         deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         subscribe_often(hall, deaf, other)
 
@@ -263,7 +263,7 @@ def test_stuck_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_client_that_never_reads_answers_is_not_read() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        deaf = hall.guest("/deaf")
+        deaf = hall.connect("/deaf")
         question = Frame(FrameKind.CALL, 1, "/no/such/service/" + "x" * 2000).encode()
         deaf.connection.setblocking(False)
         (client,) = hall.server._clients
@@ -286,7 +286,7 @@ def test_client_without_hello_is_disconnected(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(clients_module, "_CHECK_PERIOD", 0.0)
     monkeypatch.setattr(clients_module, "SLOW_CLIENT_TIMEOUT", 0.05)
     with served(Cell(KITTING)) as hall:
-        client = hall.guest(node="")
+        client = hall.connect(node="")
         client.wait_until(lambda: client.is_over)
         assert "no HELLO" in client.heard[-1].text()
 
@@ -294,7 +294,7 @@ def test_client_without_hello_is_disconnected(monkeypatch: pytest.MonkeyPatch) -
 def test_call_of_client_that_dies_takes_effect() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         call = Frame(FrameKind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
         client.say(call)
@@ -310,7 +310,7 @@ def test_call_of_client_that_dies_takes_effect() -> None:
 
 def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(Frame(FrameKind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
         asked = wait_until(
             lambda: hall.server.advance_request, "question for time", between=lambda: hall.server.wait(0.01)
@@ -325,7 +325,7 @@ def test_client_that_dies_in_lockstep_leaves_no_request() -> None:
 
 def test_number_of_clients_and_subscriptions_is_limited() -> None:
     with served(Cell(KITTING)) as hall:
-        client = hall.guest()
+        client = hall.connect()
         for number in range(1, MAX_SUBSCRIPTIONS + 1):
             client.say(Frame(FrameKind.SUBSCRIBE, number, f"/nothing_{number}"))
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
@@ -337,7 +337,7 @@ def test_number_of_clients_and_subscriptions_is_limited() -> None:
         crowd[0].settimeout(TIMEOUT)
         (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has been silent for longest makes room
         assert f"{MAX_CLIENTS} clients" in answer.text()
-        assert is_answered(hall.guest("/late"))
+        assert is_answered(hall.connect("/late"))
         client.heard.clear()
         assert is_answered(client)
         for connection in crowd:
@@ -351,7 +351,7 @@ def test_subscriptions_to_all_topics_leave_state_hash_unchanged() -> None:
         with served(cell) as hall:
             if is_watched:
                 for encoding in ("cdr", "ros1"):
-                    client = hall.guest(f"/{encoding}", encoding)
+                    client = hall.connect(f"/{encoding}", encoding)
                     for number, info in enumerate(cell.bus.topics(), start=1):
                         client.ask(Frame(FrameKind.SUBSCRIBE, number, info.name))
             start(cell)
@@ -367,7 +367,7 @@ def test_subscriptions_to_all_topics_leave_state_hash_unchanged() -> None:
 
 def test_advance_requests_are_limited_and_end_with_client() -> None:
     with served(Cell(KITTING), lockstep=True) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         other.say(advance(1, 10**9, each_tick=False))
         other.wait_until(lambda: hall.server.advance_request is not None)
         requests = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
@@ -383,9 +383,9 @@ def test_advance_requests_are_limited_and_end_with_client() -> None:
 def test_incomplete_frames_of_all_clients_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_INCOMPLETE", 2 << 20)
     with served(Cell(KITTING)) as hall:
-        other = hall.guest("/other")
+        other = hall.connect("/other")
         half = struct.pack("<I", MAX_CLIENT_FRAME_BYTES) + bytes(MAX_CLIENT_FRAME_BYTES // 2)
-        others = [hall.guest(f"/half_{number}") for number in range(3)]
+        others = [hall.connect(f"/half_{number}") for number in range(3)]
         for client in others:
             rest = memoryview(half)
             client.connection.setblocking(False)
@@ -403,7 +403,7 @@ def test_incomplete_frames_of_all_clients_are_bounded(monkeypatch: pytest.Monkey
 def test_clients_share_limit_of_waiting_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clients_module, "MAX_WAITING", 2 * FULL)
     with served(Cell(KITTING)) as hall:
-        clients = [hall.guest(f"/guest_{number}") for number in range(4)]
+        clients = [hall.connect(f"/guest_{number}") for number in range(4)]
         assert [client.full for client in hall.server._clients] == [FULL // 2] * 4
         for client in clients[1:]:
             client.connection.close()
@@ -416,7 +416,7 @@ def test_message_too_long_to_send_is_reported_and_step_goes_on(monkeypatch: pyte
     cell = Cell(KITTING)
     huge = cell.bus.advertise("/huge", "std_msgs/String")
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/huge"))
         message = String("x" * (MAX_FRAME_BYTES + 1))
         for _ in range(3):
@@ -446,7 +446,7 @@ def test_heavy_requests_leave_time_for_other_clients(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(server_module, "_HEAVY_PAUSE", 1e9)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        greedy, other = hall.guest("/greedy"), hall.guest("/other")
+        greedy, other = hall.connect("/greedy"), hall.connect("/other")
         monkeypatch.setattr(server_module, "_HEAVY_TIME", 1e-9)
         hall.server._rests_until = 0.0
         for client in hall.server._clients:

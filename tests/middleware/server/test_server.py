@@ -21,7 +21,7 @@ from tests.middleware.server.talk import served
 def test_welcome_lists_all_topics_and_services_with_types() -> None:
     cell = Cell(WHOLE, competition=False)
     with served(cell) as hall:
-        welcome = hall.guest(encoding="ros1").welcome
+        welcome = hall.connect(encoding="ros1").welcome
         assert (welcome["protocol"], welcome["trial"], welcome["timestep"]) == (1, "whole", [1, 500])
         assert (welcome["lockstep"], welcome["competition"], welcome["time"]) == (False, False, 0)
         topics = {each["name"]: each for each in welcome["topics"]}
@@ -44,7 +44,7 @@ def test_messages_have_requested_encoding(encoding: str) -> None:
     cell = Cell(ARM_ONLY)
     read = from_ros1 if encoding == "ros1" else from_cdr
     with served(cell) as hall:
-        client = hall.guest(encoding=encoding)
+        client = hall.connect(encoding=encoding)
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is FrameKind.DONE
         for _ in range(20):
             cell.step()
@@ -62,7 +62,7 @@ def test_subscription_to_latched_topic_gets_newest_message_once() -> None:
     start(cell)
     cell.step()
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/orders"))
         (data,) = client.messages(5)
         assert from_cdr(data, Order).order_id == "order_0"
@@ -71,7 +71,7 @@ def test_subscription_to_latched_topic_gets_newest_message_once() -> None:
 def test_subscription_to_one_publisher_gets_its_messages_only() -> None:
     cell = Cell(WHOLE)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
         client.ask(Frame(FrameKind.SUBSCRIBE, 6, "/tf"))
         for _ in range(50):
@@ -82,7 +82,7 @@ def test_subscription_to_one_publisher_gets_its_messages_only() -> None:
 def test_call_is_carried_out_while_time_stands() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         answer = client.call("/ariac/agv1", AGVControlRequest(""), "osrf_gear/AGVControl")
         assert from_cdr(answer.payload, AGVControlResponse).success
         assert cell.agvs[1].state == "preparing_to_deliver"
@@ -92,7 +92,7 @@ def test_call_is_carried_out_while_time_stands() -> None:
 def test_publish_is_answered_and_takes_effect() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert cell.arm is not None
         assert cell.arm.controller.end == 0
         assert client.publish("/ariac/arm/command", way(INITIAL)).kind is FrameKind.DONE
@@ -102,7 +102,7 @@ def test_publish_is_answered_and_takes_effect() -> None:
 def test_refusals_name_error_class_and_are_counted_by_node() -> None:
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         trajectory = way(INITIAL, names=("elbow_joint", *["none"] * 6))
         cases = [
             (client.publish("/ariac/arm/command", trajectory), "RejectedCommandError"),
@@ -126,13 +126,13 @@ def test_call_of_failing_service_is_refused_with_service_failed() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         request = SubmitTrayRequest(tray_id="agv1::kit_tray_1", kit_type="a")
-        answer = hall.guest().call("/ariac/submit_tray", request)
+        answer = hall.connect().call("/ariac/submit_tray", request)
         assert (answer.kind, answer.name) == (FrameKind.REFUSED, "ServiceFailedError")
 
 
 def test_subscription_with_number_in_use_is_refused() -> None:
     with served(Cell(KITTING)) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
 
@@ -140,7 +140,7 @@ def test_subscription_with_number_in_use_is_refused() -> None:
 def test_subscription_to_absent_topic_is_accepted() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/ariac/nothing")).kind is FrameKind.DONE
         client.say(Frame(FrameKind.UNSUBSCRIBE, 5), Frame(FrameKind.UNSUBSCRIBE, 77))
         assert client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock")).kind is FrameKind.DONE
@@ -148,7 +148,7 @@ def test_subscription_to_absent_topic_is_accepted() -> None:
 
 def test_close_sends_clients_the_reason() -> None:
     with served(Cell(KITTING)) as hall:
-        client = hall.guest()
+        client = hall.connect()
         assert hall.server.clients == ("/me",)
         hall.server.close("enough")
         client.listen()
@@ -159,7 +159,7 @@ def test_close_sends_clients_the_reason() -> None:
 def test_disconnected_client_is_unsubscribed() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        client, other = hall.guest(), hall.guest("/other")
+        client, other = hall.connect(), hall.connect("/other")
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/clock"))
         assert cell.bus.topic("/clock").subscribers == ("/me",)
         client.connection.close()
@@ -189,7 +189,7 @@ def test_server_listens_on_loopback_by_default() -> None:
 
 def test_dismiss_ends_agents_and_keeps_viewers() -> None:
     with served(Cell(KITTING)) as hall:
-        agent, page = hall.guest("/agent"), hall.guest("/page_1")
+        agent, page = hall.connect("/agent"), hall.connect("/page_1")
         hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))
         agent.listen()
         page.listen()
