@@ -165,5 +165,5 @@ def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
         SceneServices(scene).offer(hall.server)
         answer = hall.connect().ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}"))
         assert (answer.kind, answer.name) == (FrameKind.REFUSED, "UsageError")
-        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long: 16777216 at most", answer.text())
+        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long \(at most 16777216\)", answer.text())
         assert hall.connect("/other").ask(Frame(FrameKind.CALL, 5, FRAME, payload=b"{}")).kind is FrameKind.DATA

@@ -268,5 +268,5 @@ def test_bridge_that_cannot_be_started_is_tried_again(master: Ground, monkeypatc
             return len(said) >= count
 
         wait_until(lambda: has_said(3), "three reports")
-    assert {line.partition(":")[0] for line in said} == {"a program of ROS 1 could not be started"}
+    assert {line.partition(":")[0] for line in said} == {"a ROS 1 program could not be started"}
     assert parameter(master, "/x") == 1
