@@ -80,7 +80,7 @@ def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
 
 
 @QUICK_PAGES
-def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
+def test_robot_is_driven_from_browser(visit: Visit, robot: Robot) -> None:
     visitor = visit(robot.url)
     visitor.read("^waits")
     left = robot.panel()["tips"]

@@ -72,7 +72,7 @@ class Wall:
 def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
     talk, polls = Talk(), list[float]()
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         wall = Wall(hall)
         client.ask(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         monkeypatch.setattr(hall.server, "wait", wall.wait)
@@ -106,7 +106,7 @@ def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
 def test_a_slow_answer_delays_no_other_client() -> None:
     talk = moving()
     with served(talk.node) as hall:
-        waiting, other = hall.guest("/waiting"), hall.guest("/other")
+        waiting, other = hall.connect("/waiting"), hall.connect("/other")
         waiting.say(CALL)
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
         begun = talk.node.simulation.now
@@ -124,7 +124,7 @@ def test_a_slow_answer_delays_no_other_client() -> None:
 def test_a_client_that_leaves_before_the_answer_does_no_harm() -> None:
     talk = moving()
     with served(talk.node) as hall:
-        gone, other = hall.guest("/gone"), hall.guest("/other")
+        gone, other = hall.connect("/gone"), hall.connect("/other")
         gone.say(CALL)
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None)
         begun = talk.node.simulation.now
@@ -141,7 +141,7 @@ def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> No
     talk = moving()
     begun = talk.node.simulation.now
     with served(talk.node, lockstep=True) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, timeout=0.05)
         run_until(loop, begun + SECOND // 10)
@@ -160,7 +160,7 @@ def test_in_lockstep_time_passes_on_request_and_the_answer_comes_with_it() -> No
 def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
         loop = SimulationLoop(talk.node.simulation, hall.server, rate=None, on_poll=lambda: stop_after_the_answer())
 
@@ -177,7 +177,7 @@ def test_in_lockstep_a_client_that_gets_a_message_has_its_turn_in_that_tick() ->
 def test_a_node_that_ends_answers_first() -> None:
     talk = moving()
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(CALL)
         client.ask(
             Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states")
@@ -193,7 +193,7 @@ def test_a_node_that_ends_answers_first() -> None:
 def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         client.say(Frame(FrameKind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
         tempo, ticks, polls = RateControl(None, paused=True), list[int](), 0
 
@@ -216,7 +216,7 @@ def test_while_time_stands_clients_are_served_and_single_ticks_pass() -> None:
 def test_in_lockstep_a_pause_delays_requests_for_time() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        client, tempo, polls = hall.guest(), RateControl(None, paused=True), 0
+        client, tempo, polls = hall.connect(), RateControl(None, paused=True), 0
 
         def poll() -> None:
             nonlocal polls

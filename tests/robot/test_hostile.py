@@ -94,7 +94,7 @@ def test_bytes_that_are_no_message() -> None:
     talk = Talk()
     draw = np.random.default_rng(0)
     with served(talk.node) as hall:
-        client = hall.guest()
+        client = hall.connect()
         for number in range(1, 300):
             topic = PREFIX + str(draw.choice(sorted(TOPICS)))
             frame = Frame(FrameKind.PUBLISH, number, topic, payload=draw.bytes(int(draw.integers(0, 200))))

@@ -124,5 +124,5 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
             check=False,
         )
     assert ran.returncode == 2
-    assert ran.stderr.startswith(f"error: 127.0.0.1:{port}: cannot be listened at: ")
+    assert ran.stderr.startswith(f"error: 127.0.0.1:{port}: cannot listen: ")
     assert ran.stderr.count("\n") == 1

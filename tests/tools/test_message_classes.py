@@ -21,12 +21,12 @@ def test_every_type_has_one_class() -> None:
 def test_comments_and_units_come_from_the_definition() -> None:
     source = SOURCES["control_msgs"]
     assert "    position: float = 0.0  # [rad] or [m]\n" in source
-    assert '    """How following a trajectory ended."""\n' in source
+    assert '    """Result of a trajectory execution."""\n' in source
     assert "    INVALID_JOINTS: ClassVar[int] = -2\n" in source
 
 
 def test_long_comment_stands_above_the_field() -> None:
     assert (
-        "    # how much later than planned the end may be reached\n    goal_time_tolerance: standard.Duration"
-        in SOURCES["control_msgs"]
+        "    # number of messages it has published on each; the step waits until all have arrived\n    published:"
+        in SOURCES["cellwright_msgs"]
     )

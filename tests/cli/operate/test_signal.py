@@ -76,7 +76,7 @@ def test_joint_that_does_not_follow_exceeds_max_delay(cellwright: CommandLine, a
         (["right_1", "--csv", "no/such.csv"], "there is no folder no"),
         (["right_1", "--connect", "nowhere"], "--connect nowhere: give a host and a port"),
         (["right_1", "--ros1"], "--connect and --ros1: give one of them"),
-        (["right_1", "--node", "no name"], "is no name for a node"),
+        (["right_1", "--node", "no name"], "is not a node name"),
         (["right_1", "--robot", "qinglon"], "unknown robot 'qinglon'; did you mean qinglong"),
         (["right_1", "--robot", "qinglong"], "--robot: "),
         ([], "Missing argument"),

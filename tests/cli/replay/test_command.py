@@ -83,7 +83,7 @@ def test_truncated_file_is_reported(cellwright: CommandLine, path: Path, tmp_pat
         (["."], ".: cannot be read"),
         (["text.mcap"], "text.mcap: it is no MCAP file"),
         (["PATH", "--serve", "--speed", "0"], "--speed 0: give a factor above 0"),
-        (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
+        (["PATH", "--serve", "--port", "70000"], "port must be from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
         (["PATH", "--serve", "--start", "500"], "--start 500: PATH ends at "),
         (["PATH", "--view", "--start", "0.2", "--until", "0.1"], "--until 0.1: is before --start 0.2"),

@@ -51,7 +51,7 @@ def test_dir_option_sets_folder(cellwright: CommandLine, tmp_path: Path) -> None
     ("given", "message"),
     [
         (["--shell", "tcsh"], "error: --shell tcsh: give one of sh, fish\n"),
-        (["--dir", "file"], "error: file: ROS packages cannot be laid out here: "),
+        (["--dir", "file"], "error: file: cannot write ROS packages: "),
     ],
 )
 def test_error_of_ros1_env_is_one_line(given: list[str], message: str, cellwright: CommandLine, tmp_path: Path) -> None:

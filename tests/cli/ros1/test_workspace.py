@@ -27,7 +27,7 @@ def test_no_build_writes_sources_only(cellwright: CommandLine, tmp_path: Path) -
 def test_missing_build_tools_are_reported_before_writing(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright("ros1-workspace", "ws")
     assert ran.status == 2
-    assert ran.err.startswith("error: catkin cannot build here, for want of actionlib_msgs, catkin, ")
+    assert ran.err.startswith("error: catkin cannot build: actionlib_msgs, catkin, ")
     assert "apt-get install catkin " in ran.err
     assert len(ran.err.splitlines()) == 1
     assert not (tmp_path / "ws").exists()

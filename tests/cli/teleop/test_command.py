@@ -37,7 +37,7 @@ COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0"
         (["tandem", "--max-speed", "fast"], "--max-speed fast: give a speed above 0"),
         (["tandem", "--max-speed", "no_*=1", "--port", "0"], "unknown joint 'no_*'"),
         (["tandem", "--start-guard-then", "blend"], "requires --start-guard (for example --start-guard 0.8)"),
-        (["tandem", "--port", "70000"], "a port is from 0 to 65535"),
+        (["tandem", "--port", "70000"], "port must be from 0 to 65535"),
         (["tandem", "--record", "run.txt"], "--record run.txt: give a file such as run.mcap"),
         (["tandem", "--check", "--record", "run.mcap"], "--check cannot be combined with --record"),
         (["tandem", "--until", "-1"], "--until -1: give a time"),

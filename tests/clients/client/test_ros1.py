@@ -280,7 +280,7 @@ def test_without_a_master_it_says_so(no_master: Ground) -> None:
 
 
 def test_without_a_simulator_it_says_so(master: Ground) -> None:
-    with pytest.raises(UsageError, match=r"there is no simulator at .*: nobody publishes /clock"):
+    with pytest.raises(UsageError, match=r"no simulator at .*: /clock has no publisher"):
         Ros1Transport(str(ros_python()), environment=master.environment, timeout=0.5)
 
 

@@ -31,7 +31,7 @@ def ask(client: Talker, service: str, **request: Any) -> Frame:
 
 def shows(hall: Hall, key: Any) -> Talker:
     """Client that shows a value in place of a key."""
-    client = hall.guest("")
+    client = hall.connect("")
     hello = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
     client.say(Frame(FrameKind.HELLO, payload=json.dumps(hello).encode()))
     client.wait_for(FrameKind.WELCOME)
@@ -43,7 +43,7 @@ def test_a_competition_answers_its_own_page_only(service: str) -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
         offered(hall, cell)
-        other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
+        other, page = hall.connect("/page_2"), shows(hall, hall.server.key)
         refused = ask(other, service)
         assert (refused.kind, refused.name) == (FrameKind.REFUSED, "RejectedCommandError")
         assert refused.text() == scene.ITS_OWN_PAGE
@@ -56,7 +56,7 @@ def test_development_mode_and_a_robot_answer_any_client(node: Any) -> None:
     with served(cell) as hall:
         offered(hall, cell)
         assert hall.server.key == ""
-        for client in (hall.guest(), shows(hall, "an old key")):
+        for client in (hall.connect(), shows(hall, "an old key")):
             assert {ask(client, service).kind for service in VIEWER_SERVICES} == {FrameKind.ANSWER, FrameKind.DATA}
 
 
@@ -64,7 +64,7 @@ def test_who_has_no_key_lets_no_time_stand() -> None:
     cell, tempo = Cell(KITTING), RateControl(1.0)
     with served(cell) as hall:
         offered(hall, cell, tempo)
-        assert ask(hall.guest(), CONTROL, action="pause").kind is FrameKind.REFUSED
+        assert ask(hall.connect(), CONTROL, action="pause").kind is FrameKind.REFUSED
         assert not tempo.is_paused
 
 

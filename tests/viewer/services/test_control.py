@@ -105,7 +105,7 @@ def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> Non
     talk, rate_control = Talk(), RateControl(1.0)
     with served(talk.node) as hall:
         offer_panel(hall.server, lambda request: {"kind": "robot", "asked": request}, Control(rate_control))
-        client = hall.guest()
+        client = hall.connect()
 
         def ask(service: str, **request: Any) -> Frame:
             return client.ask(Frame(FrameKind.CALL, 3, service, payload=json.dumps(request).encode()))

@@ -24,7 +24,7 @@ def test_a_client_receives_the_scene_and_its_frames() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         scene_service.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
-        client = hall.guest()
+        client = hall.connect()
         answer, data = client.ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}")).data()
         assert answer["digest"] == hashlib.sha256(data).hexdigest()
         scene = decode_scene(bytes(data))
@@ -163,7 +163,7 @@ def test_scene_too_large_for_frame_is_refused_with_its_size() -> None:
     scene.__dict__["scene"] = bytes(MAX_FRAME_BYTES)
     with served(cell) as hall:
         SceneServices(scene).offer(hall.server)
-        answer = hall.guest().ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}"))
+        answer = hall.connect().ask(Frame(FrameKind.CALL, 5, SCENE, payload=b"{}"))
         assert (answer.kind, answer.name) == (FrameKind.REFUSED, "UsageError")
-        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long: 16777216 at most", answer.text())
-        assert hall.guest("/other").ask(Frame(FrameKind.CALL, 5, FRAME, payload=b"{}")).kind is FrameKind.DATA
+        assert re.match(r"cellwright/scene: a frame of 16777\d+ bytes is too long \(at most 16777216\)", answer.text())
+        assert hall.connect("/other").ask(Frame(FrameKind.CALL, 5, FRAME, payload=b"{}")).kind is FrameKind.DATA

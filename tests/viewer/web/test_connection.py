@@ -58,7 +58,7 @@ def test_it_asks_and_raises_refusals() -> None:
         answer, data = link.ask_data(SCENE)
         assert set(answer) == {"digest", "about"}
         assert decode_scene(bytes(data)).name == "kitting"
-        with pytest.raises(CellwrightError, match=r"cellwright/scene: .*no JSON object"):
+        with pytest.raises(CellwrightError, match=r"cellwright/scene: .*not a JSON object"):
             link.ask(SCENE)
         server.offer("json", dict)
         with pytest.raises(CellwrightError, match=r"json: expected DATA \(got ANSWER\); use the same version"):

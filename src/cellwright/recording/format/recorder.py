@@ -156,7 +156,7 @@ class Recorder:
                 newest = message
             self._file.add(self._channels[topic.name], clock.now, data)
 
-        return self._served.bus.subscribe(topic.name, hear, node=NODE, along=topic.type in PICTURES)
+        return self._served.bus.subscribe(topic.name, hear, node=NODE, passive=topic.type in PICTURES)
 
     def _note(self, command: Command) -> None:
         self._write_text(names.COMMAND, command.encode())
