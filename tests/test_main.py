@@ -99,7 +99,7 @@ def test_threads_that_an_agent_leaves_behind_do_not_keep_a_run_from_ending(tmp_p
     process = Process([sys.executable, "-m", "cellwright", *command], os.environ, tmp_path)
     status = process.finish()
     assert (status, json.loads(process.out)["outcome"]) == (1, "gave_up")
-    assert "left running, and ended with the process: mine\n" in process.err
+    assert "threads left running, ended with the process: mine\n" in process.err
 
 
 def test_too_few_descriptors_are_said_in_a_line(

@@ -75,7 +75,7 @@ def test_an_impossible_interception_states_the_reason() -> None:
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 60.0, window=WINDOW)
     with pytest.raises(UnreachableError, match="too late"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT._replace(rail=-2.0), 14.0, window=(2.2, 2.5), rail=1.5)
-    with pytest.raises(UnreachableError, match="does not bring its gripper"):
+    with pytest.raises(UnreachableError, match="the gripper cannot reach"):
         intercept(SEEN, GEAR_T_GRIPPER, ABOVE_BELT, 10.0, window=(2.4, 2.5), rail=-2.0)
     swift = MovingPart(SEEN.world_T_part, 10.0, (0.0, -3.0, 0.0))
     with pytest.raises(UnreachableError, match=r"limits allow|reach|jump"):

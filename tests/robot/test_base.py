@@ -37,12 +37,12 @@ def test_it_turns_and_moves_along_its_own_y_axis_by_so_much() -> None:
 @pytest.mark.parametrize(
     ("numbers", "reason"),
     [
-        ((), "2 numbers are needed, not 0"),
-        ((0.1,), "2 numbers are needed, not 1"),
-        ((0.1, 0.1, 0.1), "2 numbers are needed, not 3"),
+        ((), "must have 2 numbers .got 0."),
+        ((0.1,), "must have 2 numbers .got 1."),
+        ((0.1, 0.1, 0.1), "must have 2 numbers .got 3."),
         ((0.0, math.nan), "must be finite"),
         ((math.inf, 0.0), "must be finite"),
-        ((0.0, 10.1), "no number of a base's command may be beyond 10"),
+        ((0.0, 10.1), "data must be between -10 and 10"),
     ],
 )
 def test_what_makes_no_sense_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
@@ -75,7 +75,7 @@ def test_three_numbers_where_the_configuration_says_so() -> None:
     talk = Talk(replace(two_arms(), other_entries={"base_command_mode": "delta"}))
     talk.base(QUARTER, 0.2, 0.1)
     assert talk.node.base.pose.position == pytest.approx((0.2, 0.1, 0.5))
-    with pytest.raises(RejectedCommandError, match=r"3 numbers are needed, not 2: turn .rad., move along x and y"):
+    with pytest.raises(RejectedCommandError, match=r"3 numbers .got 2.: turn .rad., move along x and y"):
         talk.base(0.0, 0.1)
 
 

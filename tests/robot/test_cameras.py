@@ -36,7 +36,7 @@ def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
     made.append(node)
     assert lines == [
         "camera 'hand_eye' takes no pictures: what is up for it lies along its line of sight",
-        "camera 'first_person' takes no pictures: there are two of this name",
+        "camera 'first_person' takes no pictures: another camera has this name",
     ]
     topics = {topic.name: topic.type for topic in node.bus.topics() if "camera" in topic.name}
     assert topics == {

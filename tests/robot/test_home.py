@@ -57,7 +57,10 @@ def test_calls_without_end_do_not_eat_the_memory() -> None:
     talk = far_off()
     laters = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
     answer = talk.reset()
-    assert (answer.success, answer.message) == (False, "the robot goes home, and 1000 calls wait for it already")
+    assert (answer.success, answer.message) == (
+        False,
+        "too many calls wait for the reset (at most 1000); call again when the robot is home",
+    )
     talk.wait_for(laters[-1])
     assert all(later.response.success for later in laters)
     assert talk.wait_for(talk.reset()).success
@@ -130,14 +133,14 @@ def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
     talk.stop()
     talk.steps(1)
     assert not later.response.success
-    assert later.response.message == "the robot was held on its way: emergency stop by /op"
+    assert later.response.message == "the reset was interrupted: emergency stop by /op"
     assert talk.reset().message.startswith("the emergency stop is on")
     talk.clear()
     later = talk.reset()
     talk.seconds(0.05)
     talk.enable(enabled=False)
     talk.steps(1)
-    assert later.response.message == "the robot was held on its way: commands are switched off"
+    assert later.response.message == "the reset was interrupted: commands are disabled"
 
 
 def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() -> None:
@@ -154,7 +157,7 @@ def test_waiting_callers_get_a_response_when_the_node_stops_or_is_reset() -> Non
     talk = far_off()
     later = talk.reset()
     talk.node.simulation.reset()
-    assert later.response.message == "the node has begun anew"
+    assert later.response.message == "the node was reset"
     talk.joints(FAR)
     talk.seconds(1.0)
     later = talk.reset()

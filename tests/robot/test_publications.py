@@ -112,13 +112,13 @@ def test_the_status_counts_and_names_refused_and_ignored_input() -> None:
     assert (status.taken, status.refused, status.ignored) == (1, 1, 1)
     assert status.unknown_names == ["nobody"]
     assert status.emergency_stop
-    assert status.message == "emergency stop by /op; /io_teleop/clear_emergency_stop ends it"
+    assert status.message == "emergency stop by /op; call /io_teleop/clear_emergency_stop to clear it"
     talk.clear()
     talk.seconds(0.2)
-    assert heard[-1].message == "holds where it was stopped, until the next command"
+    assert heard[-1].message == "stop cleared; the robot holds until the next command"
     talk.enable(enabled=False)
     talk.seconds(0.2)
-    assert heard[-1].message == "takes no commands: /io_teleop/set_enabled switches them on"
+    assert heard[-1].message == "commands are disabled; call /io_teleop/set_enabled to enable them"
     talk.enable()
     talk.seconds(2.0)
     assert heard[-1].message == "waits for commands"
@@ -183,7 +183,7 @@ def test_a_snapshot_knows_who_commands() -> None:
     talk.seconds(0.6)
     talk.joints({"waist": 0.2}, node="/b")
     restore_snapshot(talk.node.simulation, snapshot)
-    with pytest.raises(RejectedCommandError, match="/a commands here"):
+    with pytest.raises(RejectedCommandError, match="/a commands this topic"):
         talk.joints({"waist": 0.2}, node="/b")
 
 

@@ -49,7 +49,7 @@ def test_links_in_the_frame_of_another_one(node: RobotNode, services: RobotServi
     w, x, y, z = root_T_tip.quaternion
     assert at == pytest.approx(root_T_tip.position)
     assert turn == pytest.approx([x, y, z, w])
-    with pytest.raises(CellwrightError, match="there is no link with the index 'root'"):
+    with pytest.raises(CellwrightError, match="no link has the index 'root'"):
         services.state({"links": [tip], "frame": "root"})
 
 
@@ -81,7 +81,7 @@ def test_a_tip_goes_to_a_pose_and_the_other_arm_goes_on(node: RobotNode, service
 
 def test_a_tip_that_is_not_there(services: RobotServices) -> None:
     for arm in (None, -1, 2, "right"):
-        with pytest.raises(CellwrightError, match="there is no arm"):
+        with pytest.raises(CellwrightError, match="unknown arm"):
             services.move_tip({"arm": arm, "pose": [[0, 0, 0], [0, 0, 0, 1]]})
 
 

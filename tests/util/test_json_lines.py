@@ -59,7 +59,7 @@ def test_a_full_disk_is_reported_once() -> None:
         lines.write_value({"n": 1})
         assert not lines.is_writing
         lines.write_value({"n": 2})
-    assert reported == ["/dev/full: can be written no more: No space left on device"]
+    assert reported == ["/dev/full: cannot be written any more: No space left on device"]
 
 
 def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:

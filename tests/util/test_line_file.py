@@ -54,7 +54,7 @@ def test_a_full_disk_is_reported_once() -> None:
     file.write("one")
     file.write("two")
     assert not file.is_writing
-    assert reported == ["/dev/full: can be written no more: No space left on device"]
+    assert reported == ["/dev/full: cannot be written any more: No space left on device"]
 
 
 def test_a_file_that_cannot_be_opened_is_for_the_caller_to_tell(tmp_path: Path) -> None:

@@ -73,7 +73,7 @@ class RateControl:
             UsageError: a number below 1.
         """
         if ticks < 1:
-            raise UsageError(f"at least one tick can be asked for, not {ticks}")
+            raise UsageError(f"ticks must be at least 1 (got {ticks})")
         with self._lock:
             self._ticks = ticks + (self._ticks if self._is_paused else 0)
             self._is_paused = True
@@ -108,7 +108,7 @@ class RateControl:
 
 def _checked(speed: float | None) -> float | None:
     if speed is not None and not 0.0 < speed < math.inf:
-        raise UsageError(f"a speed must be above 0, not {speed}")
+        raise UsageError(f"speed must be a finite number above 0 (got {speed})")
     return speed
 
 

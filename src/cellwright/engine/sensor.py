@@ -89,11 +89,11 @@ class Sensor(Device, ABC, Generic[R]):
     ) -> None:
         super().__init__(name)
         if latency < 0:
-            raise UsageError(f"sensor {name!r}: a latency cannot be below 0 s, as {latency} is")
+            raise UsageError(f"sensor {name!r}: latency must not be below 0 s (got {latency})")
         if not (noise >= 0 and math.isfinite(noise)):
-            raise UsageError(f"sensor {name!r}: a noise factor must be finite and not below 0, as {noise} is")
+            raise UsageError(f"sensor {name!r}: noise must be finite and not below 0 (got {noise})")
         if not world_T_sensor.is_finite():
-            raise UsageError(f"sensor {name!r}: its pose is not finite: {world_T_sensor}")
+            raise UsageError(f"sensor {name!r}: its pose must be finite (got {world_T_sensor})")
         self.world_T_sensor = world_T_sensor
         self.frame = f"{name}_frame"
         """Name of the frame of the readings."""

@@ -190,7 +190,7 @@ class Simulation:
             UsageError: a device of this name exists.
         """
         if device.name in self.devices:
-            raise UsageError(f"there are two devices named {device.name!r}")
+            raise UsageError(f"two devices have the name {device.name!r}")
         self.devices[device.name] = device
         device.attach(self)
         self.collect_hooks()

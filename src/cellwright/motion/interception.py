@@ -57,7 +57,7 @@ class Rendezvous:
 
     def __post_init__(self) -> None:
         if not all(0.0 < each < math.inf for each in (self.ramp, self.descent, self.dwell)) or not self.hover >= 0.0:
-            raise UsageError("ramp, descent and dwell must take a positive time, and the height must not be negative")
+            raise UsageError("ramp, descent and dwell must be positive and finite, and hover must not be negative")
 
     @property
     def before(self) -> float:
@@ -152,10 +152,10 @@ def intercept(
     timing = timing or Rendezvous()
     speed = part.velocity[1]
     if speed == 0.0 or not step > 0.0:
-        raise UsageError("a part to be met must move along y, and the step between places be positive")
+        raise UsageError(f"part must move along y, and step must be positive (got {speed} m/s and {step} m)")
     numbers = (now, lead, step, part.time, *window, *part.velocity)
     if not all(map(math.isfinite, numbers)) or not part.world_T_part.is_finite():
-        raise UsageError("a part to be met must have finite pose, velocity and times")
+        raise UsageError("part, now, lead, window and step must be finite")
     start = Joints.of(near)
     low, high = sorted(window)
     count = max(1, math.ceil((high - low) / step - 1e-9))
@@ -171,7 +171,7 @@ def intercept(
             above = solve(_gripper_at(part, part_T_gripper, sets_off, 0.0, timing), start, rail=rail)
             approach = move(start, above, limits)
             if now + approach.duration + lead > sets_off:
-                reason = f"the arm is at y {y:.2f} m too late"
+                reason = f"the arm reaches y {y:.2f} m too late"
                 continue
             tracking = track(part, part_T_gripper, above, sets_off, timing=timing, limits=limits)
         except UnreachableError as error:
@@ -187,7 +187,7 @@ def intercept(
             rises=touches + timing.dwell,
             world_T_grasp=part.at(touches) @ part_T_gripper,
         )
-    raise UnreachableError(f"the part cannot be met between y {low:.2f} and {high:.2f} m: {reason}")
+    raise UnreachableError(f"the part cannot be intercepted between y {low:.2f} and {high:.2f} m: {reason}")
 
 
 def track(
@@ -221,7 +221,7 @@ def track(
         knots.append(Joints(*(q + share * d for q, d in zip(joints, off, strict=True))))
     motion = timed(since, knots)
     if (strain := motion.strain(limits)) > _OVERSHOOT:
-        raise UnreachableError(f"moving along with the part takes {strain:.1f} times what the limits allow")
+        raise UnreachableError(f"following the part takes {strain:.1f} times the motion limits")
     return motion
 
 

@@ -56,7 +56,7 @@ class Joints(NamedTuple):
                     raise UnknownNameError("arm joint", name, positions)
             positions = cls(*(float(positions[name]) for name in ARM_JOINTS))
         if not all(map(math.isfinite, positions)):
-            raise UsageError(f"joint positions must be finite, not {tuple(positions)}")
+            raise UsageError(f"joint positions must be finite (got {tuple(positions)})")
         return positions
 
     def by_name(self) -> dict[str, float]:
@@ -134,7 +134,7 @@ class MotionLimits:
     def __post_init__(self) -> None:
         for value in (*self.velocity, *self.acceleration, *self.jerk):
             if not 0.0 < value < math.inf:
-                raise UsageError(f"limits of a motion must be positive and finite, not {value}")
+                raise UsageError(f"motion limits must be positive and finite (got {value})")
 
     def slower(self, factor: float) -> MotionLimits:
         """Return the limits under which a motion from rest to rest takes `factor` times as long.
@@ -143,7 +143,7 @@ class MotionLimits:
             UsageError: `factor` is not above 0 and finite.
         """
         if not 0.0 < factor < math.inf:
-            raise UsageError(f"a motion cannot take {factor} times as long")
+            raise UsageError(f"factor must be positive and finite (got {factor})")
         return MotionLimits(
             Joints(*(value / factor for value in self.velocity)),
             Joints(*(value / factor**2 for value in self.acceleration)),

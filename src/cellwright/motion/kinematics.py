@@ -98,9 +98,9 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
         UsageError: a number is not finite.
     """
     if not world_T_gripper.is_finite() or not math.isfinite(rail):
-        raise UsageError("a pose to be reached must be finite")
+        raise UsageError("world_T_gripper and rail must be finite")
     if abs(rail) > RAIL_LIMIT + _TOUCHING:
-        raise UnreachableError(f"the rail does not go to {rail:.3f} m: it ends at ±{RAIL_LIMIT} m")
+        raise UnreachableError(f"the rail must be within ±{RAIL_LIMIT} m (got {rail:.3f} m)")
     favoured = None if near is None else Joints.of(near)
     unit = Pose(world_T_gripper.position, normalized(world_T_gripper.quaternion))
     shoulder_T_wrist_3 = Pose((BASE_X, rail, BASE_Z + D1)).inverse() @ unit @ _GRIPPER_T_WRIST_3
@@ -127,10 +127,7 @@ def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = Non
                 if not any(_alike(joints, other) for other in found):
                     found.append(joints)
     if not found:
-        raise UnreachableError(
-            f"the wrist would have to be {least_excess * 1000:.1f} mm beyond what the arm reaches with the rail at "
-            f"{rail:.3f} m"
-        )
+        raise UnreachableError(f"the wrist is {least_excess * 1000:.1f} mm out of reach with the rail at {rail:.3f} m")
     return tuple(found if favoured is None else (joints.nearest(favoured) for joints in found))
 
 
@@ -164,7 +161,7 @@ def _pans(wrist_3: Vector3) -> tuple[float, ...]:
     distance = math.hypot(wrist_3[0], wrist_3[1])
     if distance < D4 - _TOUCHING:
         raise UnreachableError(
-            f"wrist 3 would be {distance:.3f} m from the pan axis, and it gets no nearer than {D4:.3f} m; move the rail"
+            f"wrist 3 must be at least {D4:.3f} m from the pan axis (got {distance:.3f} m); move the rail"
         )
     direction = math.atan2(wrist_3[1], wrist_3[0])
     aside = math.asin(min(1.0, D4 / distance))
@@ -293,15 +290,15 @@ def solve(
             if cost >= best_cost:
                 continue
             if accept is not None and not accept(joints):
-                reasons[place] = f"with the rail at {place:.3f} m only in postures that are not accepted"
+                reasons[place] = f"with the rail at {place:.3f} m only in postures that `accept` refuses"
                 continue
             best, best_cost = joints, cost
     if best is None:
         x, y, z = world_T_gripper.position
-        why = "no place for the rail was given"
+        why = "no rail position was given"
         if places:
             why = reasons[min(places, key=lambda place: discomfort(world_T_gripper, place))]
-        raise UnreachableError(f"the arm does not bring its gripper to x {x:.3f}, y {y:.3f}, z {z:.3f} m: {why}")
+        raise UnreachableError(f"the gripper cannot reach x {x:.3f}, y {y:.3f}, z {z:.3f} m: {why}")
     return best
 
 

@@ -18,6 +18,12 @@ from cellwright.robot.interface import JOINT_SOURCES
 from cellwright.robot.safety import NO_SOURCE, CommandGate, Notices, Numbers, SafetySettings, TargetLimiter
 from cellwright.robot.servos import Array, MimicJoints, fastest
 
+CLEAR_STOP = "call /io_teleop/clear_emergency_stop to clear it"
+"""Remedy for an emergency stop."""
+ENABLE = "call /io_teleop/set_enabled to enable them"
+"""Remedy for disabled commands."""
+_STOPPED, _DISABLED = f"the emergency stop is on; {CLEAR_STOP}", f"commands are disabled; {ENABLE}"
+
 
 class Commander(Device):
     """Targets of all joints.
@@ -163,19 +169,19 @@ class Commander(Device):
         if not self.is_stopped:
             self.is_stopped = True
             self.hold(why)
-            self.notices.log(f"{why}; /io_teleop/clear_emergency_stop ends it")
+            self.notices.log(f"{why}; {CLEAR_STOP}")
 
     def clear_stop(self) -> None:
         """End an emergency stop: the robot holds until the next command."""
         self.is_stopped = False
-        self.why_held = "holds where it was stopped, until the next command"
+        self.why_held = "stop cleared; the robot holds until the next command"
         for begin in self.on_clear:
             begin()
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
         """Take commands, or hold and take none."""
         if self.is_enabled and not enabled:
-            self.hold("commands are switched off")
+            self.hold("commands are disabled")
         elif enabled and not self.is_enabled:
             self.why_held = ""
         self.is_enabled = enabled
@@ -232,14 +238,14 @@ class Commander(Device):
         """Count an ignored command; log the reason once."""
         self.ignored += 1
         if self.is_stopped:
-            why = "the emergency stop is on (/io_teleop/clear_emergency_stop ends it)"
+            why = _STOPPED
         elif not self.is_enabled:
-            why = "commands are switched off (/io_teleop/set_enabled switches them on)"
+            why = _DISABLED
         else:
             why = "the robot is on its way home"
         if why != self._ignored_for:
             self._ignored_for = why
-            self.notices.log(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
+            self.notices.log(f"ignoring {topic}{f' from {node}' if node else ''}: {why}")
 
 
 UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
@@ -276,13 +282,13 @@ class Watchdog:
             if len(joints):
                 limiter.hold(commander.measured(), joints)
                 self._silent[topic] = joints.tolist()
-                commander.notices.log(f"nothing has come on {topic} for {self._silence:g} s: its joints are held")
+                commander.notices.log(f"no message on {topic} for {self._silence:g} s: its joints are held")
 
     def hear(self, topic: str, node: str) -> None:
         """Note a command that was taken."""
         if topic in self._silent:
             del self._silent[topic]
-            self._commander.notices.log(f"{topic} is heard again, from {node or 'a client'}")
+            self._commander.notices.log(f"messages on {topic} again, from {node or 'a client'}")
 
     def forget(self) -> None:
         """Clear: all joints are held for another reason, or go home."""
@@ -333,24 +339,26 @@ class Homing(Device):
     def reset(self) -> None:
         """Clear the waiting callers and the running motion."""
         self._until = None
-        self._answer("the node has begun anew")
+        self._answer("the node was reset")
         self.set_stepping(False)
 
     def go_home(self, _row: Endpoint, _request: TriggerRequest, node: str) -> Any:
         """Handle a call: fail at once if the robot may not move, else respond at home. Two calls share one motion."""
         commander = self._commander
         if commander.is_stopped:
-            return _failure("the emergency stop is on: /io_teleop/clear_emergency_stop ends it")
+            return _failure(_STOPPED)
         if not commander.is_enabled:
-            return _failure("commands are switched off: /io_teleop/set_enabled switches them on")
+            return _failure(_DISABLED)
         if not commander.is_homing:
             self._end_if_held()
             commander.begin_homing(self._joints, self._positions)
             self._until = self.simulation.now + nanoseconds(HOMING_TIMEOUT)
             self.set_stepping(True)
-            commander.notices.log(f"going home, as {node or 'a client'} asked for")
+            commander.notices.log(f"reset by {node or 'a client'}: the robot goes home")
         if len(self._waiting) >= MAX_WAITING_CALLS:
-            return _failure(f"the robot goes home, and {MAX_WAITING_CALLS} calls wait for it already")
+            return _failure(
+                f"too many calls wait for the reset (at most {MAX_WAITING_CALLS}); call again when the robot is home"
+            )
         later = PendingResponse()
         self._waiting.append(later)
         return later
@@ -371,7 +379,7 @@ class Homing(Device):
             name = commander.driver.joints[self._joints[worst]]
             why = f"not at home after {HOMING_TIMEOUT:g} s: {name} is {error[worst]:.3g} away"
             commander.hold(why)
-            self._end(f"{why}; the robot is held where it stands")
+            self._end(f"{why}; the robot holds its position")
 
     def close(self) -> None:
         """Respond to waiting callers that homing has failed."""
@@ -380,7 +388,7 @@ class Homing(Device):
     def _end_if_held(self) -> None:
         """End homing after a hold."""
         if self._until is not None:
-            self._end(f"the robot was held on its way: {self._commander.why_held}")
+            self._end(f"the reset was interrupted: {self._commander.why_held}")
 
     def _end(self, why_not: str) -> None:
         self._until = None

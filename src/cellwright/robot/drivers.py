@@ -97,7 +97,7 @@ class LiveDriver:
         self._thread = threading.Thread(target=self._run, args=(first,), name="driver", daemon=True)
         self._thread.start()
         if not first.wait(FIRST_READING_TIMEOUT):
-            self._fault = f"it has not been read for the first time within {FIRST_READING_TIMEOUT:g} s"
+            self._fault = f"no first reading within {FIRST_READING_TIMEOUT:g} s"
         if self._fault:
             self.close()
             raise DriverError(f"the driver cannot be used: {self._fault}")
@@ -107,7 +107,7 @@ class LiveDriver:
         """Reason why the driver is held; empty while it works."""
         with self._lock:
             if not self._fault and time.monotonic() - self._heard > self._timeout:
-                self._fault = f"it has said nothing for {self._timeout:g} s"
+                self._fault = f"no reading for {self._timeout:g} s"
             return self._fault
 
     def clear(self) -> None:
@@ -169,18 +169,18 @@ class LiveDriver:
 
     def _checked(self, found: JointArrays) -> JointArrays:
         if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointArrays._fields):
-            raise DriverError(f"read() is to give three things, {_COLUMNS}, and it gave {_describe_value(found)}")
+            raise DriverError(f"read() must return {_COLUMNS} (got {_describe_value(found)})")
         columns = []
         for name, old, values in zip(JointArrays._fields, self._readings, found, strict=True):
             if np.ndim(values) != 1:
-                problem = f"{name}: {_describe_value(values)}"
-                raise DriverError(f"read() is to give {_COLUMNS}, each a number for each joint; {problem}")
+                problem = f"got {_describe_value(values)} for {name}"
+                raise DriverError(f"read() must return {_COLUMNS}, each with one number a joint ({problem})")
             given = np.asarray(values, dtype=float)
             if given.shape != self._places.shape:
-                raise DriverError(f"{name} of {given.size} joints were read, and it has {self._places.size}")
+                raise DriverError(f"{name} must have {self._places.size} numbers, one a joint (got {given.size})")
             if not np.isfinite(given).all():
                 joint = self.joints[self._places[np.flatnonzero(~np.isfinite(given))[0]]]
-                raise DriverError(f"{name} of {joint} are no finite number")
+                raise DriverError(f"{name} of {joint} must be finite")
             column = old.copy()
             column[self._places] = given
             columns.append(column)
@@ -213,7 +213,7 @@ def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[
         if name not in joints:
             raise DriverError(f"the driver cannot be used: {UnknownNameError('joint', str(name), joints)}")
     if not names or len(set(names)) != len(names):
-        raise DriverError("the driver cannot be used: it has no joints, or some of them twice")
+        raise DriverError("the driver cannot be used: joints must not be empty or repeat a name")
     return np.array([joints.index(name) for name in names], dtype=np.int64)
 
 
@@ -239,7 +239,7 @@ class Mirror(Device):
         self._show()
         fault = self._driver.fault
         if fault:
-            self._stop(f"the driver has failed, and the robot holds: {fault}")
+            self._stop(f"the driver has failed, the robot holds: {fault}")
         else:
             self._hold()
 
@@ -259,8 +259,8 @@ def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
             that fails.
     """
     if not plugins.is_class_path(name):
-        raise DriverError(f"a driver is given as path.py:Class or module:Class, not {name!r}")
+        raise DriverError(f"a driver must be path.py:Class or module:Class (got {name!r})")
     found = plugins.find_class(name, method="command", error=DriverError)
     if not callable(found) or not hasattr(found, "command"):
-        raise DriverError(f"{name}: a driver is a class with joints, command(targets), read() and close()")
+        raise DriverError(f"{name}: not a driver; give a class with joints, command(targets), read() and close()")
     return plugins.maker(name, found, DriverError)

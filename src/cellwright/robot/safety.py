@@ -84,7 +84,7 @@ class SafetySettings:
         }
         for name, value in named.items():
             if value is not None and not 0.0 < value < math.inf:
-                raise UsageError(f"{name}: give a number above 0, not {value:g}")
+                raise UsageError(f"{name} must be a finite number above 0 (got {value:g})")
 
     def speeds(self, joints: Sequence[str], own: Array) -> Array:
         """Return speed limits of the joints' targets [rad/s; m/s]; infinite where only the URDF (`own`) limits them.
@@ -131,7 +131,7 @@ class Notices:
             self._suppressed += 1
             return
         self._said.append(now)
-        more = f" (and {self._suppressed} lines more since the last one)" if self._suppressed else ""
+        more = f" ({self._suppressed} lines suppressed before)" if self._suppressed else ""
         self._suppressed = 0
         self._report(f"{line}{more}")
 
@@ -145,11 +145,11 @@ class Notices:
     def log_limits(self, topic: str, beyond: Sequence[tuple[str, float, float, float]]) -> None:
         """Log targets beyond limits, throttled: (joint, requested position, lower limit, upper limit), [rad; m]."""
         shown = [
-            f"{joint} was asked for {requested:.4g}, and goes from {lower:.4g} to {upper:.4g}"
+            f"{joint} to {lower:.4g} .. {upper:.4g} (got {requested:.4g})"
             for joint, requested, lower, upper in beyond[:_MAX_NAMES_PER_LINE]
         ]
         more = f" (and {len(beyond) - _MAX_NAMES_PER_LINE} more)" if len(beyond) > _MAX_NAMES_PER_LINE else ""
-        self.log_throttled(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(shown)}{more}")
+        self.log_throttled(f"limits {topic}", f"{topic}: clipped to limits: {'; '.join(shown)}{more}")
 
     def log_once(self, name: str, line: str) -> None:
         """Log a line once for a name."""
@@ -171,10 +171,8 @@ class Notices:
                 self._once.add(key)
                 lines.append(f"{shown!r} {why}")
         if lines:
-            more = (
-                f" and {len(lines) - _MAX_NAMES_PER_LINE} more such names" if len(lines) > _MAX_NAMES_PER_LINE else ""
-            )
-            self._report(f"{topic}: {', '.join(lines[:_MAX_NAMES_PER_LINE])}{more}; passed over (told once)")
+            more = f" and {len(lines) - _MAX_NAMES_PER_LINE} more" if len(lines) > _MAX_NAMES_PER_LINE else ""
+            self._report(f"{topic}: {', '.join(lines[:_MAX_NAMES_PER_LINE])}{more}; ignored (logged once)")
 
 
 COMMANDER_TIMEOUT = 1.0
@@ -220,19 +218,21 @@ class CommandGate:
         quiet = 0 if newest is None else self._now() - newest.heard
         if newest is not None and self._alone is not None and newest.node != node and quiet <= self._alone:
             raise RejectedCommandError(
-                f"{newest.node or 'another'} commands here; another may when it has been silent for "
-                f"{self._alone / 1e9:g} s"
+                f"{newest.node or 'another node'} commands this topic; others may after {self._alone / 1e9:g} s "
+                "of silence"
             )
         if limit is None or not stamp:
             return
         age = self.arrived - stamp
         if age > limit:
-            raise RejectedCommandError(f"it is {age / 1e9:.3g} s old, and {limit / 1e9:g} s are allowed")
+            raise RejectedCommandError(f"stamp must be at most {limit / 1e9:g} s old (got {age / 1e9:.3g} s)")
         if age < -limit:
-            raise RejectedCommandError(f"its stamp is {-age / 1e9:.3g} s ahead of the node's clock")
+            raise RejectedCommandError(f"stamp is {-age / 1e9:.3g} s ahead of the node's clock")
         is_known = newest is not None and newest.node == node and quiet <= _STAMP_MEMORY
         if newest is not None and is_known and stamp < newest.stamp:
-            raise RejectedCommandError(f"it is {(newest.stamp - stamp) / 1e9:.3g} s older than the one before it")
+            raise RejectedCommandError(
+                f"stamp is {(newest.stamp - stamp) / 1e9:.3g} s older than that of the previous command"
+            )
 
     def confirm(self, topic: str, node: str, stamp: int) -> None:
         """Note a command that was carried out."""
@@ -397,7 +397,7 @@ class TargetLimiter:
             worst = int(np.argmax(np.where(is_jump, far, 0.0)))
             raise RejectedCommandError(
                 f"{self._joints[joints[worst]]} would jump by {far[worst]:.2g} at the start (the guard allows "
-                f"{limit:g}): begin nearer to where the robot stands, or reset it"
+                f"{limit:g}); begin nearer to the robot's posture, or reset it"
             )
         return is_jump
 

@@ -153,7 +153,7 @@ class LineFile:
                 rest = rest[os.write(self._file, rest) :]
         except OSError as error:
             self.is_whole = False
-            self._report(f"{self.path}: can be written no more: {error.strerror or error}")
+            self._report(f"{self.path}: cannot be written any more: {error.strerror or error}")
             self.close()
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ def load_as(kind: Kind, name: str, expected: type[T]) -> T:
     """
     found = load(kind, name)
     if not isinstance(found, expected):
-        raise plugin_error(kind, name, f"must be a {expected.__name__}, and is of the type {type(found).__name__}")
+        raise plugin_error(kind, name, f"must be a {expected.__name__} (got {type(found).__name__})")
     return found
 
 
@@ -87,7 +87,9 @@ def _found(kind: Kind, name: str) -> EntryPoint:
         raise UnknownNameError(kind.removesuffix("s"), name, names(kind))
     if len(found) > 1:
         packages = ", ".join(sorted(source for _, source in found))
-        raise PluginError(f"{kind.removesuffix('s')} {name!r} comes with more than one package: {packages}")
+        raise PluginError(
+            f"{kind.removesuffix('s')} {name!r} is in more than one package: {packages}; uninstall all but one"
+        )
     return next(iter(found.values()))
 
 

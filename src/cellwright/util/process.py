@@ -54,7 +54,7 @@ def end_despite_threads(before: Collection[threading.Thread], status: int) -> No
     names = [thread.name for thread in left if thread.is_alive()]
     if names:
         with suppress(OSError, ValueError):  # stderr has been closed
-            sys.stderr.write(f"left running, and ended with the process: {', '.join(names)}\n")
+            sys.stderr.write(f"threads left running, ended with the process: {', '.join(names)}\n")
         with suppress(Exception):
             atexit._run_exitfuncs()
         for stream in (sys.stdout, sys.stderr):

@@ -36,7 +36,7 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--driver", "my_driver.py"], "a driver is given as path.py:Class"),
+        (["--driver", "my_driver.py"], "a driver must be path.py:Class"),
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot keeps real time"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport"], "leave out --motion teleport"),
@@ -64,4 +64,4 @@ def test_a_driver_is_checked(cellwright: CommandLine, tmp_path: Path) -> None:
     file.write_text(EXAMPLE.read_text().replace("self._targets = np.array(targets)", "raise OSError('no power')"))
     ran = cellwright("teleop", "tandem", "--driver", f"{file}:MyDriver", "--check-driver")
     assert ran.status == 1
-    assert ran.out == f"{file}:MyDriver: it failed: OSError: no power\n"
+    assert ran.out == f"{file}:MyDriver: the driver failed: OSError: no power\n"

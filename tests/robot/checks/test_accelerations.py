@@ -66,9 +66,7 @@ def test_the_head_has_a_place_for_each_axis() -> None:
     rig = Rig(RobotNode(config))
     said = propose_accelerations(rig, ("j0",))
     rig.node.close()
-    assert said.startswith(
-        "drives reach their limits of effort; write in the configuration: head.max_acceleration: [1, "
-    )
+    assert said.startswith("drives reach their effort limits; add to the configuration: head.max_acceleration: [1, ")
     assert said.count(",") == 2
 
 
@@ -95,7 +93,7 @@ def checked(folder: Path, bound: str = "") -> MotionReport:
 def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
     """A torso that carries two arms goes 40 % and more beyond a step, and is pushed away when its next joint moves."""
     before = {finding.what: finding for finding in checked(folder).findings}
-    beyond, strays = before["the farthest goes beyond"], before["the farthest strays"]
+    beyond, strays = before["largest overshoot"], before["largest motion of other joints"]
     assert not beyond.passed
     assert not strays.passed
     assert beyond.worst > 40.0
@@ -106,8 +104,8 @@ def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
     after = checked(folder, f", max_acceleration: {figures}")
     assert after.passed
     left = {finding.what: finding.worst for finding in after.findings}
-    assert left["the farthest goes beyond"] < 2.0
-    assert left["the farthest strays"] < 10.0
+    assert left["largest overshoot"] < 2.0
+    assert left["largest motion of other joints"] < 10.0
 
 
 @pytest.mark.slow

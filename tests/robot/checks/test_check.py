@@ -104,7 +104,7 @@ Change = Callable[[dict[str, Any]], object]
         (lambda read: read["hands"][0].update(link="hook"), "hook at home", "there is no such link"),
         (lambda read: read["steps"][0].update(joint="J_tail"), "J_tail, step 0 to 0.5", "there is no such joint"),
         (lambda read: read["steps"][0]["samples"][8].__setitem__(1, 0.4), "J_head_yaw, step 0 to 0.5", "0.037 s"),
-        (lambda read: read["grippers"][0]["joints"].reverse(), "right gripper, joints", "it has other joints"),
+        (lambda read: read["grippers"][0]["joints"].reverse(), "right gripper, joints", "the gripper has other joints"),
         (lambda read: read["grippers"][0]["positions"][0]["joints"].__setitem__(2, 0.4), "right gripper", "rh_THJ2"),
     ],
 )
@@ -164,7 +164,7 @@ def test_a_response_may_be_20_ms_early_or_late(late: float) -> None:
 def test_a_file_that_is_no_recording_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / REFERENCE_FILE
     path.write_text(text, "utf-8")
-    with pytest.raises(UsageError, match=r"reference_motion\.json: this is no recorded motion"):
+    with pytest.raises(UsageError, match=r"reference_motion\.json: not a recorded motion"):
         checked(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
 
 
@@ -196,9 +196,9 @@ def test_a_robot_without_a_recording_is_moved_joint_by_joint() -> None:
     report = checked(two_arms())
     assert (report.passed, report.reference) == (True, "")
     driven = [joint for joint in two_arms().robot.driven if joint.mimic is None]
-    assert f"{len(driven)} joints step and settle" in [finding.what for finding in report.findings]
+    assert f"settling time of {len(driven)} joints" in [finding.what for finding in report.findings]
     assert sum("gripper closes" in finding.what for finding in report.findings) == 2
-    assert report.findings[-1].what == "goes home on a reset"
+    assert report.findings[-1].what == "homing time"
 
 
 @pytest.mark.slow
@@ -207,8 +207,8 @@ def test_a_robot_without_a_recording_is_moved_joint_by_joint() -> None:
     [
         ({"effort": 0.0}, "its effort limit is 0"),
         ({"velocity": 0.0}, "its velocity limit is 0"),
-        ({"effort": 1e-4}, "it does not come within 2 % of its target"),
-        ({"lower": 0.0, "upper": 0.0}, "its limits leave no way: 0 to 0"),
+        ({"effort": 1e-4}, "it does not settle within 2 % of the step"),
+        ({"lower": 0.0, "upper": 0.0}, "its limits leave no range: 0 to 0"),
     ],
 )
 def test_a_joint_that_cannot_move_is_named_with_the_reason(limits: dict[str, float], why: str) -> None:
@@ -233,24 +233,24 @@ def test_findings_are_reported_as_they_are_made() -> None:
 
 def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
     findings = checked(with_limits("shoulder_left", effort=9.0)).findings
-    assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
-        ("the farthest goes beyond", "shoulder_left")
+    assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of step"] == [
+        ("largest overshoot", "shoulder_left")
     ]
 
 
 def test_a_joint_that_does_not_settle_counts_among_the_farthest() -> None:
     """With an effort of 2 N m the shoulder swings about its target for seconds."""
     findings = {finding.what: finding for finding in checked(with_limits("shoulder_left", effort=2.0)).findings}
-    assert findings["shoulder_left"].where == "it does not come within 2 % of its target"
-    farthest = findings["the farthest goes beyond"]
+    assert findings["shoulder_left"].where == "it does not settle within 2 % of the step"
+    farthest = findings["largest overshoot"]
     assert (farthest.where, farthest.passed) == ("shoulder_left", False)
     assert farthest.worst > 100 * check_joints.OVERSHOOT
-    assert farthest.remedy.startswith("drives reach their limits of effort; write in the configuration: arms[1].")
+    assert farthest.remedy.startswith("drives reach their effort limits; add to the configuration: arms[1].")
 
 
 def test_a_joint_that_is_pushed_away_is_found_with_the_one_that_pushes() -> None:
     findings = {finding.what: finding for finding in checked(with_limits("elbow_left", effort=3.0)).findings}
-    strays = findings["the farthest strays"]
+    strays = findings["largest motion of other joints"]
     assert (strays.where, strays.passed) == ("elbow_left, while shoulder_left moves", False)
     assert strays.worst > 1e3 * check_joints.STRAY
     remedies = [finding.remedy for finding in findings.values() if finding.remedy]
@@ -261,7 +261,7 @@ def test_a_joint_that_is_pushed_away_is_found_with_the_one_that_pushes() -> None
 def test_a_joint_with_a_bound_has_the_time_that_it_needs() -> None:
     config = replace(two_arms(), max_accelerations={"waist": 0.3})  # 0.2 rad take 1.6 s
     findings = {finding.what: finding for finding in checked(config).findings}
-    settles = next(finding for what, finding in findings.items() if what.endswith("step and settle"))
+    settles = next(finding for what, finding in findings.items() if what.startswith("settling time"))
     assert settles.passed
     assert "waist" not in findings
 
@@ -270,7 +270,7 @@ def test_a_home_beyond_the_limits_is_not_held() -> None:
     config = two_arms()
     right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
     holds = checked(replace(config, arms=(right, config.arms[1]))).findings[1]
-    assert (holds.what, holds.where, holds.passed) == ("holds where it is put up", "shoulder_right", False)
+    assert (holds.what, holds.where, holds.passed) == ("holds the initial posture", "shoulder_right", False)
 
 
 def test_fingers_that_follow_may_close_towards_their_lower_limits() -> None:

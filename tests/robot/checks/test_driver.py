@@ -121,11 +121,11 @@ def broken(_config: RobotConfig) -> Any:
     [
         (make(Hardware), None),
         (make(Pair), None),
-        (broken, "it cannot be made: OSError: no such bus"),
-        (lambda _config: object(), "it has no method command"),
+        (broken, "the driver cannot be made: OSError: no such bus"),
+        (lambda _config: object(), "the driver has no method command"),
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
-        (make(Stiff), "lift did not go 0.02 within 0.2 s"),
-        (make(Coupled), "lift moved along with elbow_left"),
+        (make(Stiff), "lift did not move by 0.02 within 0.2 s"),
+        (make(Coupled), "lift moved together with elbow_left"),
         (make(Slow), "and 100 are needed"),
     ],
 )

@@ -28,7 +28,7 @@ from cellwright.util.errors import UsageError
 def test_what_is_no_motion_is_refused(tmp_path: Path, content: str) -> None:
     path = tmp_path / "reference_motion.json"
     path.write_text(content)
-    with pytest.raises(UsageError, match="this is no recorded motion") as raised:
+    with pytest.raises(UsageError, match="not a recorded motion") as raised:
         read_reference(path)
     assert str(raised.value).startswith(f"{path}: ")
     assert str(raised.value).isprintable()

@@ -39,7 +39,7 @@ def test_what_is_none(drivers: Path) -> None:
         "two_arms": "path.py:Class",
         f"{drivers.with_name('none.py')}:MyDriver": "there is no such file",
         f"{drivers}:Brocken": "did you mean Broken",
-        f"{drivers}:NoDriver": "a driver is a class with joints",
+        f"{drivers}:NoDriver": "not a driver; give a class with joints",
         "no_such_module_of_mine:Driver": "cannot be imported: ModuleNotFoundError",
     }.items():
         with pytest.raises(DriverError, match=said):

@@ -30,13 +30,13 @@ def test_a_kind_of_line_comes_at_most_once_a_second() -> None:
 def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
     notices, clock, lines = made()
     for _ in range(1000):
-        notices.log("commands are switched off")
+        notices.log("commands are disabled")
     assert len(lines) == MAX_LINES_PER_SECOND
     clock.now = SECOND
-    notices.log("commands are switched on")
-    assert lines[-1] == f"commands are switched on (and {1000 - MAX_LINES_PER_SECOND} lines more since the last one)"
-    notices.log("commands are switched off")
-    assert lines[-1] == "commands are switched off"
+    notices.log("commands are enabled")
+    assert lines[-1] == f"commands are enabled ({1000 - MAX_LINES_PER_SECOND} lines suppressed before)"
+    notices.log("commands are disabled")
+    assert lines[-1] == "commands are disabled"
 
 
 def test_time_that_restarts_is_no_reason_for_silence() -> None:
@@ -72,16 +72,14 @@ def test_when_no_more_names_are_kept_none_is_looked_at() -> None:
 def test_a_name_cannot_break_a_line() -> None:
     notices, _, lines = made()
     notices.log_unknown("/t", {"a\nb\x1b[31m": "is nothing"})
-    assert lines == ["/t: 'a\\nb\\x1b[31m' is nothing; passed over (told once)"]
+    assert lines == ["/t: 'a\\nb\\x1b[31m' is nothing; ignored (logged once)"]
 
 
 def test_many_names_at_once_are_one_line() -> None:
     notices, _, lines = made()
     notices.log_unknown("/t", {"a": "is nothing"})
     notices.log_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
-    assert (
-        lines[1] == "/t: 'b' is nothing, 'c' is nothing, 'd' is nothing and 3 more such names; passed over (told once)"
-    )
+    assert lines[1] == "/t: 'b' is nothing, 'c' is nothing, 'd' is nothing and 3 more; ignored (logged once)"
     assert notices.unknown == list("abcdefg")
     notices.log_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
     notices.log_unknown("/t", {})

@@ -17,12 +17,12 @@ OWN = np.array([3.0, 1.0, 100.0])
 @pytest.mark.parametrize("name", ["silence", "start_guard", "resume_speed", "one_commander", "max_age", "tip_speed"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_numbers_have_to_be_above_0(name: str, value: float) -> None:
-    with pytest.raises(UsageError, match=f"give a number above 0, not {value:g}"):
+    with pytest.raises(UsageError, match=f"must be a finite number above 0 .got {value:g}."):
         SafetySettings(**{name: value})  # type: ignore[arg-type]
 
 
 def test_a_speed_has_to_be_above_0() -> None:
-    with pytest.raises(UsageError, match=r"max speed of arm_\*: give a number above 0, not -1"):
+    with pytest.raises(UsageError, match=r"max speed of arm_\* must be a finite number above 0 .got -1."):
         SafetySettings(max_speeds=(("arm_*", -1.0),))
 
 

@@ -194,7 +194,7 @@ def test_without_packages_there_are_none() -> None:
 
 def test_one_name_from_two_packages(site: Path) -> None:
     describe(site, "second", {"cellwright.agents": {"watchman": "odd:NUMBER"}})
-    with pytest.raises(PluginError, match="agent 'watchman' comes with more than one package: second, workshop"):
+    with pytest.raises(PluginError, match="agent 'watchman' is in more than one package: second, workshop; uninstall"):
         find_agent("watchman")
 
 

@@ -35,7 +35,7 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
     try:
         driver = make(config)
     except Exception as error:  # user code
-        return [f"it cannot be made: {one_line(error)}"]
+        return [f"the driver cannot be made: {one_line(error)}"]
     problems = _lacking(driver)
     if problems:
         return problems
@@ -46,7 +46,7 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
     try:
         problems += _slow(live) + _moved(live, driver, config, within)
         if live.fault:
-            problems.append(f"it failed: {live.fault}")
+            problems.append(f"the driver failed: {live.fault}")
     finally:
         live.close()
     return problems
@@ -54,8 +54,8 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
 
 def _lacking(driver: object) -> list[str]:
     lacking = [name for name in ("command", "read", "close") if not callable(getattr(driver, name, None))]
-    problems = [f"it has no method {name}" for name in lacking]
-    return problems if hasattr(driver, "joints") else [*problems, "it has no attribute joints"]
+    problems = [f"the driver has no method {name}" for name in lacking]
+    return problems if hasattr(driver, "joints") else [*problems, "the driver has no attribute joints"]
 
 
 def _slow(live: LiveDriver) -> list[str]:
@@ -63,7 +63,7 @@ def _slow(live: LiveDriver) -> list[str]:
     before, begun = live.count, time.monotonic()
     _wait(lambda: bool(live.fault), _LOOK, live)
     rate = (live.count - before) / (time.monotonic() - begun)
-    return [f"it can be read {rate:.0f} times a second, and {RATE} are needed"] if rate < RATE else []
+    return [f"read() must work {RATE} times a second (got {rate:.0f})"] if rate < RATE else []
 
 
 def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float) -> list[str]:
@@ -82,7 +82,7 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
         for each in robot.driven:
             if each.mimic and each.mimic.joint == name and each.name in driver.joints:  # others keep their positions
                 there[live.joints.index(each.name)] += each.mimic.multiplier * nudge
-        for targets, motion in ((there, "go"), (begin, "come back")):
+        for targets, motion in ((there, "move by"), (begin, "move back by")):
             live.command(targets)
             if not _wait(partial(_is_there, live, number, targets[number], abs(nudge) / 4), within, live):
                 problems.append(f"{name} did not {motion} {abs(nudge):.2g} within {within:g} s")
@@ -90,7 +90,7 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
             away = np.abs(live.read().positions - targets)
             away[number] = 0.0
             if away.max() > NUDGE / 2:
-                problems.append(f"{live.joints[int(away.argmax())]} moved along with {name}")
+                problems.append(f"{live.joints[int(away.argmax())]} moved together with {name}")
         if live.fault:
             break
     return problems

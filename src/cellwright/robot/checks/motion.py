@@ -83,7 +83,7 @@ def propose_accelerations(rig: Rig, joints: Sequence[str]) -> str:
     alone = [f"{name} {_figure(known[name])}" for name in joints if name not in grouped]
     if alone:
         entries.append(f"max_acceleration of a group with {', '.join(alone)}")
-    return f"drives reach their limits of effort; write in the configuration: {'; '.join(entries)}"
+    return f"drives reach their effort limits; add to the configuration: {'; '.join(entries)}"
 
 
 def _listed(config: RobotConfig, key: str, members: tuple[str, ...], known: Mapping[str, float]) -> str:
@@ -163,7 +163,7 @@ def check_joints(rig: Rig) -> Iterator[Finding]:
     drift = np.abs(positions - begin).max(axis=0)
     worst = int(drift.argmax())
     passed = bool(drift[worst] <= DRIFT)
-    yield Finding("holds where it is put up", 1e3 * drift[worst], 1e3 * DRIFT, "mrad; mm", names[worst], passed)
+    yield Finding("holds the initial posture", 1e3 * drift[worst], 1e3 * DRIFT, "mrad; mm", names[worst], passed)
     yield from _steps(rig)
     for number in range(len(rig.config.grippers)):
         yield _check_gripper(rig, number)
@@ -185,17 +185,21 @@ def _steps(rig: Rig) -> Iterator[Finding]:
             if math.isfinite(response.late):
                 late.look(joint.name, response.late)
                 continue
-            why = f"it does not come within {100 * SETTLED:.0f} % of its target"
+            why = f"it does not settle within {100 * SETTLED:.0f} % of the step"
         yield Finding(joint.name, math.inf, SETTLING_TIMEOUT, "s late", why, passed=False)
     if late.count:
-        yield Finding(f"{late.count} joints step and settle", late.value, SETTLING_TIMEOUT, "s late", late.name)
+        yield Finding(f"settling time of {late.count} joints", late.value, SETTLING_TIMEOUT, "s late", late.name)
     if not beyond.count:
         return
     to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
     remedy = propose_accelerations(rig, to_blame) if to_blame else ""
-    title, where, advice = "the farthest goes beyond", beyond.name, remedy if beyond.beyond else ""
-    yield Finding(title, 100 * beyond.value, 100 * OVERSHOOT, "% of way", where, not beyond.beyond, remedy=advice)
-    title, where, advice = "the farthest strays", stray.name if stray.value else "", "" if beyond.beyond else remedy
+    title, where, advice = "largest overshoot", beyond.name, remedy if beyond.beyond else ""
+    yield Finding(title, 100 * beyond.value, 100 * OVERSHOOT, "% of step", where, not beyond.beyond, remedy=advice)
+    title, where, advice = (
+        "largest motion of other joints",
+        stray.name if stray.value else "",
+        "" if beyond.beyond else remedy,
+    )
     yield Finding(title, 1e3 * stray.value, 1e3 * STRAY, "mrad; mm", where, not stray.beyond, remedy=advice)
 
 
@@ -203,7 +207,7 @@ def _cannot(joint: Joint) -> str:
     """Return the reason why a joint cannot move at all."""
     limits = joint.limits
     if limits.upper <= limits.lower:
-        return f"its limits leave no way: {limits.lower:g} to {limits.upper:g}"
+        return f"its limits leave no range: {limits.lower:g} to {limits.upper:g}"
     for name, value in (("effort", limits.effort), ("velocity", limits.velocity)):
         if value <= 0.0:
             return f"its {name} limit is {value:g}"
@@ -283,7 +287,7 @@ def _check_homing(rig: Rig) -> Finding:
     rig.send({name: _aside(rig.config.robot.joint(name), value) for name, value in rig.config.home.items()})
     rig.run(1.0)
     took, why_not = rig.reset()
-    return Finding("goes home on a reset", took, HOMING_TIMEOUT, "s", why_not, not why_not)
+    return Finding("homing time", took, HOMING_TIMEOUT, "s", why_not, not why_not)
 
 
 def _aside(joint: Joint, position: float) -> float:

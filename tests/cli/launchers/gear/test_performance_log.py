@@ -134,4 +134,4 @@ def test_a_full_disk_is_reported_once(tmp_path: Path) -> None:
     log = PerformanceLog(Path("/dev/full"), said.append)
     log.effect(StateChanged(CompetitionState.GO), 0)
     log.effect(StateChanged(CompetitionState.DONE), 1)
-    assert said == ["/dev/full: can be written no more: No space left on device"]
+    assert said == ["/dev/full: cannot be written any more: No space left on device"]
